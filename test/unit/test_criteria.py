@@ -127,7 +127,7 @@ GOOD = {
 
 def observed(lab, **parts):
     """An observation of a node that was ready and did `parts`."""
-    seen = Observation(lab, 'lab/node.py', runs=[Run(0.0, ready=0.5)])
+    seen = Observation(lab, 'lab/node.py', [], [], runs=[Run(0.0, ready=0.5)])
     for number, (name, said) in enumerate(parts.items()):
         begin, said = SLOT * (number + 1), copy.deepcopy(said)
         for mine, rows in ((seen.commands, said['commands']), (seen.truth, said['truth'])):

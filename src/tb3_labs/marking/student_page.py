@@ -54,7 +54,7 @@ def student_page(marks: Marks, lab: str) -> str:
     """A student's page, HTML; `lab`: its title."""
     places = Places()
     parts, observed = _head(marks, places), marks.observation
-    has_timeline = observed is not None and bool(observed.truth)
+    has_timeline = observed is not None and len(observed.truth) > 0
     if not marks.unjudged:
         parts.append(_verdicts(marks.graded, has_timeline, places))
         if marks.extra:

@@ -60,7 +60,7 @@ class Criterion:
     part: str                # part of the lab in which it is tried
     meaning: str             # what is asked
     where: Place             # where to look
-    judge: Callable[['JudgedObservation'], Reason]
+    judge: Callable[[Observation], Reason]
     extra: bool = False      # beyond what the handout asks for
     limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
     also: str = ''           # another part in which it is tried
@@ -110,24 +110,6 @@ class Verdict:
         return f'  {outcome:11}  {points:8}  {words}'
 
 
-@dataclass
-class JudgedObservation(Observation):
-    """An observation as one criterion looks at it. Its clause is about the stimulus that it looks
-    at last."""
-
-    moment: Optional[float] = None      # the start of this stimulus [s]; None: it was not tried
-
-    def during(self, name: str, may_die: bool = False) -> Scene:
-        self.moment = next((each.begin for each in self.stimuli if each.name == name), None)
-        return super().during(name, may_die)
-
-    def fastest(self, commands: np.ndarray, column: int) -> float:
-        """The greatest speed of a column of commands; `moment`: its stimulus's begin."""
-        at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
-        self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
-        return float(speed)
-
-
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
           parts: Sequence[str] = ()) -> List[Verdict]:
     """One Verdict for each criterion of `parts`, or of all parts if none are given; `worth`: name
@@ -137,9 +119,9 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     for criterion in criteria:
         if not criterion.is_tried(parts):
             continue
-        judged_observation = JudgedObservation(**vars(observation))
+        observation.moment = None
         try:
-            clause = _once(criterion.judge(judged_observation), quoted)
+            clause = _once(criterion.judge(observation), quoted)
             outcome = Outcome.MISSED if clause else Outcome.MET
         except NotObserved as reason:
             outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
@@ -148,7 +130,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
                                                            for verdict in verdicts}:
                 clause = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
         verdicts.append(Verdict(criterion, outcome, clause, worth[criterion.name],
-                                judged_observation.moment))
+                                observation.moment))
     return verdicts
 
 

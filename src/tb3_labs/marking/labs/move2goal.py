@@ -13,7 +13,7 @@ from tb3_labs.handout import (
     MAX_TURN, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
-    TRANSFORMATION_SHEET, Criterion, JudgedObservation, Place, Reason, ends_cleanly, not_stopped,
+    TRANSFORMATION_SHEET, Criterion, Place, Reason, ends_cleanly, not_stopped,
     starts, stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
@@ -132,7 +132,7 @@ def _silent_at_goal(observation: Observation) -> Reason:
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
-def _within_limits(observation: JudgedObservation) -> Reason:
+def _within_limits(observation: Observation) -> Reason:
     commands = np.vstack([observation.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
                           if observation.has(name)] or [observation.during(FIRST_DRIVE).commands])
     if not len(commands):

@@ -14,7 +14,7 @@ from tb3_labs.handout import LEFT, MOUSE_INFO
 from tb3_labs.marking.labs import imu as imu_lab
 from tb3_labs.marking.labs import turn as turn_lab
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import MOVED, REQUESTED_DEG, RESTED, WAS_MOVING, NotOffered
+from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
 from tb3_labs.msg import MouseController
@@ -171,12 +171,8 @@ def _begin_at(trial, heading):
 
 def _try_turn(trial, name, typed, facts=()):
     """Try a turn by the letter `typed`, and record it as the stimulus `name` with these `facts`."""
-    with trial.stimulus(name, {MOVED: False, RESTED: False, **dict(facts)}) as record:
-        moved = trial.moves_after(lambda: trial.node.type(typed), turn_lab.TURN_REACTION)
-        record.facts[MOVED] = moved
-        record.facts[RESTED] = wait_until(
-            lambda: not trial.node.alive or trial.recorder.rests(QUIET_AFTER),
-            turn_lab.TURN_TIME if moved else 0.0)
+    trial.motion(name, lambda: trial.node.type(typed), turn_lab.TURN_REACTION, QUIET_AFTER,
+                 turn_lab.TURN_TIME, facts)
 
 
 def mouse(trial):

@@ -9,7 +9,7 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
-    STOPS_AT_ONCE, TURN_LAB, Criterion, JudgedObservation, Place, Reason, ends_cleanly, not_stopped,
+    STOPS_AT_ONCE, TURN_LAB, Criterion, Place, Reason, ends_cleanly, not_stopped,
     prints, starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, idle
@@ -132,7 +132,7 @@ def _turning(observation):
     return commands
 
 
-def _clamped(observation: JudgedObservation) -> Reason:
+def _clamped(observation: Observation) -> Reason:
     commands = _turning(observation)
     observation.fastest(commands, ANGULAR)
     rates = commands[:, ANGULAR]
@@ -141,7 +141,7 @@ def _clamped(observation: JudgedObservation) -> Reason:
     return '' if not fast else f"while turning it commanded up to {' and '.join(fast)}"
 
 
-def _on_the_spot(observation: JudgedObservation) -> Reason:
+def _on_the_spot(observation: Observation) -> Reason:
     fastest = observation.fastest(_turning(observation), LINEAR)
     return '' if fastest < ROUNDING else \
         f'it commanded up to {fastest:.2f} m/s forward while turning'

@@ -8,12 +8,12 @@ commands are left out.
 """
 import math
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 
 from tb3_labs.handout import CMD_VEL
-from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_line
+from tb3_labs.marking.trial.tracebacks import exceptions, last_words
 from tb3_labs.report.run_data import RunData
 
 #: The robot's own reset; all names of topics are relative.
@@ -83,12 +83,9 @@ class Run:
 
     def ending(self, file: str = '') -> str:
         """A clause on its end; `file`: the node's file."""
-        errors = exceptions(self.printed, file)
-        if errors:
-            return counted(errors[-1:])[0]
-        if self.status == 0:
+        if self.status == 0 and not exceptions(self.printed, file):
             return 'its main program was over, and nothing kept the node running'
-        return last_line(self.printed)
+        return last_words(self.printed, file)
 
     @property
     def never_ready(self) -> str:
@@ -109,24 +106,25 @@ class Observation:
 
     lab: str
     node: str                                                    # package/file
-    commands: List[List[float]] = field(default_factory=list)    # [time, linear, angular]
-    truth: List[List[float]] = field(default_factory=list)       # [time, x, y, yaw]
+    commands: Sequence[Sequence[float]] = ()     # rows of time, linear, angular
+    truth: Sequence[Sequence[float]] = ()        # rows of time, x, y, yaw
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
-    faults: List[str] = field(default_factory=list)              # on its text, if it loses points
+    faults: List[str] = field(default_factory=list)      # of its text; shown if it loses points
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # sentences for the instructor
     lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
     #: [time, in words] of commands that are not finite numbers
     odd: List[List[Any]] = field(default_factory=list)
-    senders: List[List[str]] = field(default_factory=list)  # [name, process], at each change
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
     assigned: Dict[str, List[int]] = field(default_factory=dict)    # variable -> lines of its file
     calls: List[List[Any]] = field(default_factory=list)    # of its reset: [time, pose, problem]
     run: Optional[RunData] = None                                # the recording
+    #: The start of the stimulus that was looked at last [s]; None: no stimulus that was tried.
+    moment: Optional[float] = None
 
     @property
     def file(self) -> str:
@@ -134,21 +132,10 @@ class Observation:
         return self.node.rpartition('/')[2]
 
     @property
-    def drivers(self) -> List[str]:
-        """The programs that commanded the robot by turns."""
-        processes = [process for _, process in self.senders]
-        return sorted({name for number, (name, process) in enumerate(self.senders)
-                       if process in processes[:number]})
-
-    @property
     def gaps(self) -> List[str]:
-        """Sentences on what is missing in this record, and on what must not be in it."""
-        texts = ['{} {} came on {}: they are not recorded, and not judged.'.format(
-            number, what, CMD_VEL) for what, number in sorted(self.lost.items())]
-        if self.drivers:
-            texts.append('{} sent commands by turns with another program.'.format(
-                ' and '.join(self.drivers)))
-        return texts
+        """Sentences on what is missing in this record."""
+        return [f'{number} {what} came on {CMD_VEL}: they are not recorded, and not judged.'
+                for what, number in sorted(self.lost.items())]
 
     @property
     def longest_gap(self) -> float:
@@ -165,7 +152,7 @@ class Observation:
 
     @property
     def deaf(self) -> str:
-        """A clause if the node listens to a topic that nobody publishes in place of a sensor, or
+        """A clause if the node listens to a topic without a publisher in place of a sensor's, or
         ''."""
         topics = sorted({topic for run in self.runs for topic in run.unheard})
         return f"it listens to {' and '.join(topics)}, which nobody publishes" if topics else ''
@@ -180,16 +167,21 @@ class Observation:
         ``NotOffered`` if the node does not offer what it needs. ``NotObserved`` if it is missing
         for another reason, or if the node ended during it, unless it `may_die`.
         """
-        for stimulus in self.stimuli:
-            if stimulus.name == name:
-                if stimulus.died and not may_die:
-                    errors = exceptions(stimulus.printed, self.file)
-                    raise NotObserved('it ended in the middle of this: {}'.format(
-                        counted(errors[-1:])[0] if errors else last_line(stimulus.printed)))
-                return Scene(self, stimulus)
-        if name in self.missing:
-            raise NotOffered(self.missing[name])
-        raise NotTried(self.why_missing())
+        stimulus = next((each for each in self.stimuli if each.name == name), None)
+        self.moment = stimulus and stimulus.begin
+        if stimulus is None:
+            raise NotOffered(self.missing[name]) if name in self.missing else NotTried(
+                self.why_missing())
+        if stimulus.died and not may_die:
+            raise NotObserved('it ended in the middle of this: '
+                              + last_words(stimulus.printed, self.file))
+        return Scene(self, stimulus)
+
+    def fastest(self, commands: np.ndarray, column: int) -> float:
+        """The greatest speed of a column of commands; `moment`: its stimulus's begin."""
+        at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
+        self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
+        return float(speed)
 
     def why_missing(self) -> str:
         """Why a stimulus is missing: the node ended, was never ready, or the time was over."""
@@ -214,8 +206,10 @@ class Scene(Stimulus):
         super().__init__(**vars(stimulus))
         self.observed = observation
         self.odd = [words for time, words in observation.odd if self.begin <= time <= self.end]
-        self.commands = _between(observation.commands, 3, self.begin, self.end)
-        self.truth = _between(observation.truth, 4, self.begin, self.end)
+        self.commands, self.truth = (
+            rows[(rows[:, 0] >= self.begin) & (rows[:, 0] <= self.end)] for rows in (
+                np.array(observation.commands, dtype=float).reshape(-1, 3),
+                np.array(observation.truth, dtype=float).reshape(-1, 4)))
 
     @property
     def run(self) -> Run:
@@ -241,8 +235,3 @@ class Scene(Stimulus):
     def turned_deg(self) -> float:
         """The angle by which the robot truly turned, left positive [deg]; 0 without a pose."""
         return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
-
-
-def _between(rows, columns, begin, end):
-    rows = np.array(rows, dtype=float).reshape(-1, columns)
-    return rows[(rows[:, 0] >= begin) & (rows[:, 0] <= end)]

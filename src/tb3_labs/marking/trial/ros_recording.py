@@ -33,7 +33,7 @@ from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
 from tb3_labs.marking.trial.observation import EVENTS, PRINTED, TRUTH, VARIABLES
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
-from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
+from tb3_labs.ros.rospy_internals import connection_of, note_connections
 from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.
@@ -156,17 +156,17 @@ class Recorder:
         self.recording, self._lock = recording, threading.Lock()
         #: [time, x, y, yaw] of the robot, the yaw continuous; [time, linear, angular] of the node.
         self._truth, self._commands = [], []
-        self._number, self._process = {}, None
+        self._number = {}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
         subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
-        for topic, kind in ((IMU_TOPIC, Imu), (ODOM, Odometry),     # they need not be unpacked
-                            (VARIABLES, DiagnosticArray)):
-            rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, (topic, kind),
-                             tcp_nodelay=True)
-        for topic, kind in ((JOY, Joy), (CTRL_RELINQ, Bool)):
-            rospy.Subscriber(topic, kind, self._on_message, (topic, kind), tcp_nodelay=True)
+        # AnyMsg is not unpacked; ros_gamepad.py reads Bool, and a process has one class a topic
+        for topic, kind, received in (
+                (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM, Odometry, rospy.AnyMsg),
+                (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),
+                (CTRL_RELINQ, Bool, Bool)):
+            rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
         subscribe('/rosout', Log, self._on_log, queue_size=None)
         if not wait_until(lambda: self._truth, 60.0):     # also on a busy computer
             raise RuntimeError('the simulated robot does not run')
@@ -189,14 +189,10 @@ class Recorder:
         return self._number[what] <= most
 
     def _on_command(self, message):
-        at, header = self.now, connection_of(message)
+        at = self.now
         entry = [at, message.linear.x, message.angular.z]
-        if header['process'] == rospy.get_node_uri():
+        if connection_of(message)['process'] == rospy.get_node_uri():
             return      # the marker's own
-        if header['process'] != self._process:
-            self._process = header['process']
-            self.recording.event('sender', name=sender_of(header)[:LINE_LENGTH],
-                                 process=self._process[:LINE_LENGTH])
         if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
             if self._is_within('odd commands', MOST_ODD):
                 self.recording.event('odd', text='{:g} m/s and {:g} rad/s'.format(*entry[1:]))

@@ -11,8 +11,8 @@ from tb3_labs.handout import CMD_VEL
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
 
-#: The robot's settings that the marker itself switches.
-SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
+#: The robot's settings that make a sensor silent.
+IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
 #: A movement has lasted this long before something happens to it [s].

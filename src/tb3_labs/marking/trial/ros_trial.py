@@ -22,17 +22,16 @@ from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.trial.remarks import CTRL_C
 from tb3_labs.marking.lab_table import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
+from tb3_labs.marking.trial.observation import (
+    LONGEST, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.text import lint
 from tb3_labs.marking.text.source_analysis import text_of
 from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
-from tb3_labs.marking.trial.ros_stimuli import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
+from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, WELL_UNDER_WAY, RobotHand
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.topics import subscribe
 
-#: The robot's settings are set back this often.
-MOST_REPAIRS = 20
 #: A node's file lies in so many folders of its package, at most.
 DEPTH = 4
 #: lab -> part -> its script, given a Trial
@@ -114,6 +113,17 @@ class Trial:
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
 
+    def motion(self, name, act, reaction, quiet, seconds, facts=(), is_astray=lambda: False):
+        """Record a motion as the stimulus `name`: `act()` should make the node move the robot
+        within `reaction` [s]. It is over if the robot rests without a command for `quiet` [s], or
+        is astray, and after `seconds` [s] at the latest."""
+        with self.stimulus(name, facts) as record:
+            record.facts[MOVED] = self.moves_after(act, reaction)
+            if record.facts[MOVED]:
+                wait_until(lambda: not self.node.alive or self.recorder.rests(quiet)
+                           or is_astray(), seconds)
+            record.facts[RESTED] = self.recorder.rests(quiet)
+
     def set_in_motion(self, is_ready, act, reaction):
         """Have the node move the robot. Returns True in the middle of the motion, False if the
         node does not move the robot.
@@ -137,8 +147,8 @@ class Trial:
 
     def sensor_falls_silent(self, name, was_moving, switch):
         """Record the stimulus of a silent sensor; the robot's setting `switch` makes it silent."""
-        self.falls_silent(name, was_moving, lambda: configure_robot({switch: True}))
-        configure_robot({switch: False})
+        self.falls_silent(name, was_moving, lambda: self.settings.change(**{switch: True}))
+        self.settings.change(**{switch: False})
 
     def set_slip(self, share):
         """From now on the wheels lose this share of their travel. A node may take a sudden change
@@ -174,17 +184,11 @@ class Trial:
         self.node.stop()
 
 
-def configure_robot(settings):
-    """Change these settings of the robot: name -> value."""
-    rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)(encode_config(settings))
-
-
 def changed(before, now):
-    """The findings on changed settings of the robot, except SWITCHES."""
+    """The findings on changed settings of the robot."""
     return ['A setting of the robot was changed: {} from {} to {}.'.format(
         name, before.get(name, 'none'), now.get(name, 'none'))
-        for name in sorted(set(before) | set(now))
-        if name not in SWITCHES and before.get(name) != now.get(name)]
+        for name in sorted(set(before) | set(now)) if before.get(name) != now.get(name)]
 
 
 class RobotSettings:
@@ -192,27 +196,25 @@ class RobotSettings:
     back."""
 
     def __init__(self, recording):
-        self._recording, self._right, self._repairs = recording, {}, 0
+        self._recording, self._right = recording, {}
+        self._service = rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)
         subscribe(f'/{ROBOT}/parameter_updates', Values, self._on_settings, queue_size=None)
 
     def change(self, **settings):
         """Change these settings."""
         if self._right:
             self._right.update(settings)
-        configure_robot(settings)
+        self._service(encode_config(settings))
 
     def _on_settings(self, message):
         now = decode_config(message)
-        if not self._right:
-            self._right = now
+        self._right = self._right or now
         findings = changed(self._right, now)
         for finding in findings:
             self._recording.event('finding', text=finding[:LONGEST])
-        if findings and self._repairs < MOST_REPAIRS:       # not against a program without end
-            self._repairs += 1
+        if findings:
             with suppress(rospy.ServiceException):      # the robot is gone: its truth ends
-                configure_robot({name: value for name, value in self._right.items()
-                                 if name not in SWITCHES})
+                self._service(encode_config(self._right))
 
 
 def end_with_the_marker(recording):

@@ -61,3 +61,9 @@ def last_line(printed: str) -> str:
     """The last line that a node printed, in quotes, or a clause if there is none."""
     lines = list(filter(None, map(str.strip, printed.splitlines())))
     return repr(lines[-1][:LONGEST_LINE]) if lines else 'it printed nothing'
+
+
+def last_words(printed: str, file: str) -> str:
+    """The last exception in the text, else its last line; see `exceptions`."""
+    errors = exceptions(printed, file)
+    return counted(errors[-1:])[0] if errors else last_line(printed)
