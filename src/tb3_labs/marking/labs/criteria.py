@@ -12,8 +12,8 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import (
     WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
-from tb3_labs.marking.trial.remarks import CTRL_C, STOPPED, idle, other_fields
-from tb3_labs.marking.trial.tracebacks import NOT_THEIRS
+from tb3_labs.marking.trial.remarks import (
+    CTRL_C, NOT_THEIRS, STOPPED, exceptions_in, idle, other_fields, reason_of, why_missing)
 
 
 #: Why a criterion is not met: a clause on the behaviour that was seen; '' if it is met.
@@ -125,7 +125,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
             outcome = Outcome.MISSED if clause else Outcome.MET
         except NotObserved as reason:
             outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
-            clause = _once(str(reason), quoted)
+            clause = _once(reason_of(reason, observation), quoted)
             if isinstance(reason, NotTried) and clause in {verdict.observed
                                                            for verdict in verdicts}:
                 clause = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
@@ -163,7 +163,7 @@ IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(AT_ONCE)
 
 def starts(observed: Observation) -> Reason:
     """Does the node run, and listen to the robot?"""
-    return observed.why_missing() if not observed.runs or observed.runs[0].ready is None else ''
+    return why_missing(observed) if not observed.runs or observed.runs[0].ready is None else ''
 
 
 def _ends(observed):
@@ -182,7 +182,7 @@ def ends_cleanly(part: str, where: Place) -> Criterion:
 def _clean_exit(scene: Scene) -> Reason:
     if scene.facts[TOOK] is None:
         return f'it was still running {ENDING:g} s after Ctrl+C and had to be killed'
-    errors = scene.exceptions
+    errors = exceptions_in(scene)
     if errors:
         return 'it ended with a traceback' + (errors[-1] and f': {errors[-1]!r}')
     if scene.facts[SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM

@@ -11,8 +11,7 @@ from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
-from tb3_labs.marking.trial.remarks import other_topics
-from tb3_labs.marking.trial.tracebacks import last_line
+from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
@@ -151,7 +150,7 @@ def _not_blocked(observation: Observation) -> Reason:
 
 def _says_why_not(observation: Observation) -> Reason:
     scene = observation.during(RESET_WITHOUT_SERVICE)
-    if scene.exceptions:
+    if exceptions_in(scene):
         return 'after Y without a reset service there was a traceback'
     if PRINTED_RESET.lower() in scene.printed.lower():
         return f'after Y without a reset service it said "{PRINTED_RESET}"'

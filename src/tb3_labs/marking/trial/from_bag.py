@@ -1,6 +1,7 @@
 """The Observation in the bag of a trial, which ros_recording.py wrote."""
 import json
 import math
+import re
 from dataclasses import replace
 from typing import Any, Dict, Sequence, Type
 
@@ -8,7 +9,6 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MOST_FINDINGS, REQUESTED_DEG, Observation, Run, Stimulus)
-from tb3_labs.marking.trial.tracebacks import COLOUR
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 
@@ -16,6 +16,9 @@ from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 SAME_RESET = 1.0
 #: The number of characters that are kept of a run's output, from its begin and from its end.
 KEPT = 20000
+#: The colours of a text on a terminal.
+COLOUR = re.compile(r'\x1b\[[\d;]*m')
+#: A command that is not recorded.
 NOT_FINITE = 'commands that are not finite numbers'
 #: Kinds of events that have a sentence -> the sentences of the Observation.
 SENTENCES = {'remark': 'remarks', 'finding': 'findings', 'fault': 'faults'}

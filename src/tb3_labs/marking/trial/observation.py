@@ -8,12 +8,10 @@ commands are left out.
 """
 import math
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence, Union
 
 import numpy as np
 
-from tb3_labs.handout import CMD_VEL
-from tb3_labs.marking.trial.tracebacks import exceptions, last_words
 from tb3_labs.report.run_data import RunData
 
 #: The robot's own reset; all names of topics are relative.
@@ -36,6 +34,8 @@ HELD_UP = 0.15
 #: At most MOST_FINDINGS findings are kept of a node, and as many remarks; each has at most LONGEST
 #: characters.
 MOST_FINDINGS, LONGEST = 20, 2000
+#: A table of numbers.
+Rows = Union[np.ndarray, Sequence[Sequence[float]]]
 
 
 class NotObserved(Exception):
@@ -48,6 +48,10 @@ class NotOffered(NotObserved):
 
 class NotTried(NotObserved):
     """The node did not run when a criterion should have been tried."""
+
+
+class Ended(NotObserved):
+    """The node ended in the middle of a stimulus; the text is what it printed meanwhile."""
 
 
 @dataclass
@@ -78,26 +82,7 @@ class Run:
     listens: List[str] = field(default_factory=list)
     publishes: Dict[str, str] = field(default_factory=dict)     # topic -> type
     unconnected: List[str] = field(default_factory=list)    # asked for, yet not heard
-    interrupted: bool = False       # did the marker send Ctrl+C?
     status: Optional[int] = None    # exit status, if it ended by itself; -N: by signal N
-
-    def ending(self, file: str = '') -> str:
-        """A clause on its end; `file`: the node's file."""
-        if self.status == 0 and not exceptions(self.printed, file):
-            return 'its main program was over, and nothing kept the node running'
-        return last_words(self.printed, file)
-
-    @property
-    def never_ready(self) -> str:
-        """A clause on a run that did not listen to the topic that it needs."""
-        if self.needed and not self.nodes:
-            return 'it ran, but never came to rospy.init_node()'
-        if '/' + self.needed in self.listens:
-            return f'it was not ready in time, though it listened to {self.needed}'
-        others = [topic for topic in self.listens if topic not in self.unheard]
-        return 'it ran, but never listened to {}{}'.format(
-            self.needed or 'the robot',
-            '; it listened to {}'.format(' and '.join(others)) if others else '')
 
 
 @dataclass
@@ -106,8 +91,8 @@ class Observation:
 
     lab: str
     node: str                                                    # package/file
-    commands: Sequence[Sequence[float]] = ()     # rows of time, linear, angular
-    truth: Sequence[Sequence[float]] = ()        # rows of time, x, y, yaw
+    commands: Rows = ()                                          # time, linear, angular
+    truth: Rows = ()                                             # time, x, y, yaw
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
@@ -130,12 +115,6 @@ class Observation:
     def file(self) -> str:
         """The name of the node's file."""
         return self.node.rpartition('/')[2]
-
-    @property
-    def gaps(self) -> List[str]:
-        """Sentences on what is missing in this record."""
-        return [f'{number} {what} came on {CMD_VEL}: they are not recorded, and not judged.'
-                for what, number in sorted(self.lost.items())]
 
     @property
     def longest_gap(self) -> float:
@@ -164,17 +143,15 @@ class Observation:
     def during(self, name: str, may_die: bool = False) -> 'Scene':
         """The :class:`Scene` of a stimulus.
 
-        ``NotOffered`` if the node does not offer what it needs. ``NotObserved`` if it is missing
-        for another reason, or if the node ended during it, unless it `may_die`.
+        ``NotOffered`` if the node does not offer what it needs, ``NotTried`` if it is missing for
+        another reason, ``Ended`` if the node ended during it, unless it `may_die`.
         """
         stimulus = next((each for each in self.stimuli if each.name == name), None)
-        self.moment = stimulus and stimulus.begin
+        self.moment = None if stimulus is None else stimulus.begin
         if stimulus is None:
-            raise NotOffered(self.missing[name]) if name in self.missing else NotTried(
-                self.why_missing())
+            raise NotOffered(self.missing[name]) if name in self.missing else NotTried()
         if stimulus.died and not may_die:
-            raise NotObserved('it ended in the middle of this: '
-                              + last_words(stimulus.printed, self.file))
+            raise Ended(stimulus.printed)
         return Scene(self, stimulus)
 
     def fastest(self, commands: np.ndarray, column: int) -> float:
@@ -182,18 +159,6 @@ class Observation:
         at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
         self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
         return float(speed)
-
-    def why_missing(self) -> str:
-        """Why a stimulus is missing: the node ended, was never ready, or the time was over."""
-        if not self.runs:
-            return 'it was never started'
-        run = self.runs[-1]
-        if run.ended_by_itself:
-            return 'it {}: {}'.format('ended at once' if run.ready is None else 'had ended',
-                                      run.ending(self.file))
-        if run.ready is None:
-            return ': '.join(filter(None, [run.never_ready, self.deaf]))
-        return 'the time was up before this was tried' if run.end is None else 'this was not tried'
 
 
 class Scene(Stimulus):
@@ -216,11 +181,6 @@ class Scene(Stimulus):
         """The run of the node in which it was."""
         before = [run for run in self.observed.runs if run.begin <= self.begin]
         return (before or self.observed.runs or [Run(self.begin)])[-1]
-
-    @property
-    def exceptions(self) -> List[str]:
-        """The exceptions that the node printed in it."""
-        return exceptions(self.printed, self.observed.file)
 
     @property
     def moving(self) -> np.ndarray:
