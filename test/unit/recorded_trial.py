@@ -74,7 +74,7 @@ def _additions(recording, seen, log):
         yield message(at, 'cmd_vel', to_twist(linear, angular))
     for at, x, y, yaw in seen.truth:
         yield message(at, 'ground_truth', to_pose_stamped(Pose2(x, y, yaw), 'world', BEGIN + at))
-    for at, x, y, yaw in seen.truth or [[0.0] * 4]:
+    for at, x, y, yaw in seen.truth if len(seen.truth) else [[0.0] * 4]:
         header = Header(stamp=rospy.Time.from_sec(BEGIN + at), frame_id='odom')
         odometry, imu = Odometry(header=header), Imu(header=header, orientation=to_quaternion(yaw))
         odometry.pose.pose = to_pose_stamped(Pose2(x, y, yaw), 'odom', 0.0).pose

@@ -24,7 +24,7 @@ from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_table import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import (
     faults_in, remarks_on, tracebacks_before_the_end, without_quoted)
-from tb3_labs.marking.trial.observation import LONGEST, Observation
+from tb3_labs.marking.trial.observation import LONGEST, NO_RUN, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
 
@@ -202,7 +202,7 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
     try:
         if not marks.is_full:
             marks.link = _broken_link(observation, marks.graded)
-        elif observation.run is not None:
+        else:
             marks.remarks += chains.remarks(observation.run, lab)
     except Exception as problem:        # a node's variables may hold anything
         marks.findings = marks.findings + ['The marker could not look inside the node ({}: {}).'
@@ -221,7 +221,7 @@ def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
     """The first broken link in the parts of the lab that lost points; None if it is not known. An
     exception, or a sensor's topic that nobody publishes, is the mistake itself."""
-    if observation.run is None or observation.deaf or observation.odd or (
+    if observation.run is NO_RUN or observation.deaf or observation.odd or (
             tracebacks_before_the_end(observation)):
         return None
     missed = {verdict.criterion.part for verdict in verdicts

@@ -134,8 +134,6 @@ def as_run(observed: Observation) -> RunData:
     true ones; its resets are the poses at which a drive began; its states are the names of the
     stimuli."""
     run = observed.run
-    if run is None:
-        raise ValueError('there is no recording')
     true = run.ground_truth
     drives = [stimulus for stimulus in observed.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]

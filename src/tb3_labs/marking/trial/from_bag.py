@@ -34,10 +34,7 @@ def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
     run = read_run(str(path))
     run = replace(run, log=replace(run.log, texts=np.array(
         list(map(cleaned, run.log.texts)), dtype=object)))
-    sent, true = run.commands, run.ground_truth
-    observation = Observation(
-        '', '', run=run, commands=np.column_stack([sent.arrival, sent.linear, sent.angular]),
-        truth=np.column_stack([true.arrival, true.x, true.y, np.unwrap(true.yaw)]))
+    observation = Observation('', '', run)
     texts = [(at, None, words) for at, words in zip(run.printed.arrival, run.printed.words)]
     events = [(at, json.loads(cleaned(words)), '') for at, words in zip(
         run.events.arrival, run.events.words)]

@@ -8,11 +8,11 @@ commands are left out.
 """
 import math
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional, Sequence, Union
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
 #: The robot's own reset; all names of topics are relative.
 RESET = 'reset'
@@ -34,8 +34,8 @@ HELD_UP = 0.15
 #: At most MOST_FINDINGS findings are kept of a node, and as many remarks; each has at most LONGEST
 #: characters.
 MOST_FINDINGS, LONGEST = 20, 2000
-#: A table of numbers.
-Rows = Union[np.ndarray, Sequence[Sequence[float]]]
+#: The recording of a node that was never tried.
+NO_RUN = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
 
 
 class NotObserved(Exception):
@@ -91,8 +91,7 @@ class Observation:
 
     lab: str
     node: str                                                    # package/file
-    commands: Rows = ()                                          # time, linear, angular
-    truth: Rows = ()                                             # time, x, y, yaw
+    run: RunData = NO_RUN                                        # the recording
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
@@ -107,7 +106,6 @@ class Observation:
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
     assigned: Dict[str, List[int]] = field(default_factory=dict)    # variable -> lines of its file
     calls: List[List[Any]] = field(default_factory=list)    # of its reset: [time, pose, problem]
-    run: Optional[RunData] = None                                # the recording
     #: The start of the stimulus that was looked at last [s]; None: no stimulus that was tried.
     moment: Optional[float] = None
 
@@ -117,9 +115,21 @@ class Observation:
         return self.node.rpartition('/')[2]
 
     @property
+    def commands(self) -> np.ndarray:
+        """Rows of time, linear, angular."""
+        sent = self.run.commands
+        return np.column_stack([sent.arrival, sent.linear, sent.angular])
+
+    @property
+    def truth(self) -> np.ndarray:
+        """Rows of time, x, y, yaw: the true poses."""
+        true = self.run.ground_truth
+        return np.column_stack([true.arrival, true.x, true.y, np.unwrap(true.yaw)])
+
+    @property
     def longest_gap(self) -> float:
         """The longest time without a true pose of the robot [s]: the machine was busy then."""
-        return float(np.diff([row[0] for row in self.truth]).max(initial=0.0))
+        return float(np.diff(self.truth[:, 0]).max(initial=0.0))
 
     @property
     def unfair(self) -> str:
@@ -172,9 +182,8 @@ class Scene(Stimulus):
         self.observed = observation
         self.odd = [words for time, words in observation.odd if self.begin <= time <= self.end]
         self.commands, self.truth = (
-            rows[(rows[:, 0] >= self.begin) & (rows[:, 0] <= self.end)] for rows in (
-                np.array(observation.commands, dtype=float).reshape(-1, 3),
-                np.array(observation.truth, dtype=float).reshape(-1, 4)))
+            rows[(rows[:, 0] >= self.begin) & (rows[:, 0] <= self.end)]
+            for rows in (observation.commands, observation.truth))
 
     @property
     def run(self) -> Run:

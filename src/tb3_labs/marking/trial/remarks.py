@@ -3,6 +3,7 @@
 A sentence names the first of these that explains it: an exception since the node's start; commands
 that are not numbers; a topic that nobody hears, or of another type; no command at all, or zeros.
 """
+import math
 import re
 from collections import Counter, defaultdict
 from typing import Dict, List
@@ -107,8 +108,6 @@ def idle(scene: Scene) -> str:
 
 def other_fields(scene: Scene) -> str:
     """A clause on a field of the scene's commands that no wheel follows; '' if there is none."""
-    if scene.observed.run is None:
-        return ''
     sent = scene.observed.run.commands
     return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
@@ -119,11 +118,11 @@ def _silence(scene, run):
         return f'it publishes {CMD_VEL} as {kind}, and the robot takes {TWIST} alone'
     if other_topics(run, CMD_VEL):
         return other_topics(run, CMD_VEL)
-    whole = np.array([time for time, _, _ in scene.observed.commands if run.begin <= time and (
-        run.end is None or time <= run.end)])
-    if len(whole) > 2:      # else no rate is known
+    times = scene.observed.run.commands.arrival
+    times = times[(times >= run.begin) & (times <= (math.inf if run.end is None else run.end))]
+    if len(times) > 2:      # else no rate is known
         return 'nothing came on {} for {:.1f} s (in this run a command every {:.2g} s)'.format(
-            CMD_VEL, scene.end - scene.begin, float(np.median(np.diff(whole))))
+            CMD_VEL, scene.end - scene.begin, float(np.median(np.diff(times))))
     return f'nothing came on {CMD_VEL}'
 
 
