@@ -11,7 +11,6 @@ from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.trial.ros_recording import Recording
 from tb3_labs.report.bag.messages import LEVELS
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
@@ -65,7 +64,7 @@ def _additions(recording, seen, log):
         yield event(end, 'own move', seconds=end - begin)
     for texts, kind in ((seen.remarks, 'remark'), (seen.findings, 'finding')):
         for text in texts:
-            yield event(0.0, kind, text=text[:LONGEST])
+            yield event(0.0, kind, text=text)
     for name, why in seen.missing.items():
         yield event(0.0, 'not offered', names=[name], reason=why)
     if seen.broken:

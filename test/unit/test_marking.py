@@ -26,7 +26,8 @@ from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
-from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial, changed
+from tb3_labs.marking.trial.ros_stimuli import changed
+from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.report.run_data import Commands, Poses
 
@@ -140,7 +141,7 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
     trial = Trial.__new__(Trial)
     vars(trial).update(
         node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
-        recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts)))
+        recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
     trial.ctrl_c(was_moving=was_moving)
     assert (events[-1]['facts'][TOOK] is not None) is took
 

@@ -11,9 +11,9 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, T
 import numpy as np
 
 from tb3_labs.marking.trial.observation import (
-    WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
+    CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
-    CTRL_C, NOT_THEIRS, STOPPED, exceptions_in, idle, other_fields, reason_of, why_missing)
+    NOT_THEIRS, STOPPED, exceptions_in, idle, other_fields, reason_of, why_missing)
 
 
 #: Why a criterion is not met: a clause on the behaviour that was seen; '' if it is met.

@@ -17,7 +17,6 @@ from std_msgs.msg import Bool, Empty
 from tb3_labs.handout import CTRL_RELINQ, JOY, SET_POSE
 from tb3_labs.marking.labs import gamepad as lab
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
 from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
@@ -228,7 +227,7 @@ class ResetServices:
             raise rospy.ServiceException('the type of this request is not known here')
         request = kind._request_class().deserialize(raw._buff)
         self.calls.append((name, request))
-        self._recording.event('call', service=name, of=kind._type, request=str(request)[:LONGEST])
+        self._recording.event('call', service=name, of=kind._type, request=str(request))
         response, buffer = kind._response_class(), BytesIO()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:

@@ -21,6 +21,8 @@ TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'
 #: The node's own variables; see tb3_labs.watch.
 VARIABLES = 'variables'
 
+#: The stimuli at the end. A node gets up to three Ctrl+C, since rospy may lose its last message.
+CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Keys of `facts` that several labs use. MOVED: did the node command a movement after its stimulus?
 #: RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'

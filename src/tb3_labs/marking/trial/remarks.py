@@ -12,13 +12,11 @@ import numpy as np
 
 from tb3_labs.handout import CMD_VEL
 from tb3_labs.marking.trial.observation import (
-    Ended, NotObserved, NotTried, Observation, Run, Scene)
+    CTRL_C, Ended, NotObserved, NotTried, Observation, Run, Scene)
 from tb3_labs.watch.broken_link import wrong_field
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
-#: A node gets up to three Ctrl+C, since rospy may lose a node's last message.
-CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Without a command a robot turns by less than this [deg].
 STILL_DEG = 3.0
 #: These words, and then the exception.

@@ -30,7 +30,7 @@ from std_msgs.msg import Bool, Header, String
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
-from tb3_labs.marking.trial.observation import EVENTS, PRINTED, TRUTH, VARIABLES
+from tb3_labs.marking.trial.observation import EVENTS, LONGEST, PRINTED, TRUTH, VARIABLES
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.rospy_internals import connection_of, note_connections
@@ -79,11 +79,14 @@ class Recording:
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, one of the first MOST_EVENTS; returns its time [s]."""
+        """Record an event of the trial, one of the first MOST_EVENTS; returns its time [s]. Of a
+        text at most LONGEST characters are recorded."""
         self._events += 1
         if self._events > MOST_EVENTS:      # a node may do something for ever
             return ros_time()
-        return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
+        short = {name: fact[:LONGEST] if isinstance(fact, str) else fact
+                 for name, fact in facts.items()}
+        return self.add(EVENTS, String(json.dumps(dict(short, kind=kind))), at)
 
     def close(self):
         """Write what is left, and close the bag. If it could not be written, it is removed, since a

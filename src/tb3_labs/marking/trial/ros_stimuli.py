@@ -2,14 +2,20 @@
 import math
 import threading
 import time
+from contextlib import suppress
 
 import rospy
+from dynamic_reconfigure.encoding import decode_config, encode_config
+from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import Twist
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.handout import CMD_VEL
+from tb3_labs.marking.trial.ros_recording import ROBOT
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
+from tb3_labs.ros.topics import subscribe
 
 #: The robot's settings that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
@@ -21,12 +27,18 @@ WELL_UNDER_WAY = 0.5
 UNDER_WAY = 0.3
 
 
-class RobotHand:
-    """Turns the robot by commands of the marker, which are not recorded as the node's."""
+class Robot:
+    """The simulated robot: the marker drives it, and changes its settings.
+
+    The commands of the marker are not recorded as the node's. Changes of settings that the marker
+    did not make are recorded, and set back.
+    """
 
     def __init__(self, recorder):
-        self._recorder = recorder
+        self._recorder, self._settings = recorder, {}
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
+        self._service = rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)
+        subscribe(f'/{ROBOT}/parameter_updates', Values, self._on_settings, queue_size=None)
 
     def _move(self, command, seconds):
         """Move the robot by ``command()``, (linear, angular), until this is None, for `seconds` [s]
@@ -55,6 +67,29 @@ class RobotHand:
     def leave_origin(self):
         """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
         self._move(lambda: (0.2, 0.0), 2.5)     # 0.2 m/s for 2.5 s
+
+    def change(self, **settings):
+        """Change these settings of the robot."""
+        if self._settings:
+            self._settings.update(settings)
+        self._service(encode_config(settings))
+
+    def _on_settings(self, message):
+        now = decode_config(message)
+        self._settings = self._settings or now
+        findings = changed(self._settings, now)
+        for finding in findings:
+            self._recorder.recording.event('finding', text=finding)
+        if findings:
+            with suppress(rospy.ServiceException):      # the robot is gone: its truth ends
+                self._service(encode_config(self._settings))
+
+
+def changed(before, now):
+    """The findings on changed settings of the robot."""
+    return ['A setting of the robot was changed: {} from {} to {}.'.format(
+        name, before.get(name, 'none'), now.get(name, 'none'))
+        for name in sorted(set(before) | set(now)) if before.get(name) != now.get(name)]
 
 
 class Repeater:

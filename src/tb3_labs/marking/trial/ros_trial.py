@@ -12,25 +12,20 @@ from types import SimpleNamespace
 
 import rospkg
 import rospy
-from dynamic_reconfigure.encoding import decode_config, encode_config
-from dynamic_reconfigure.msg import Config as Values
-from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.marking.intake.sandbox import OWN_PACKAGE
 from tb3_labs.marking.intake.launch import Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
-from tb3_labs.marking.trial.remarks import CTRL_C
 from tb3_labs.marking.lab_table import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.observation import (
-    LONGEST, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
+    CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.text import lint
 from tb3_labs.marking.text.source_analysis import text_of
-from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
-from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, WELL_UNDER_WAY, RobotHand
+from tb3_labs.marking.trial.ros_recording import Recorder, Recording
+from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, WELL_UNDER_WAY, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.topics import subscribe
 
 #: A node's file lies in so many folders of its package, at most.
 DEPTH = 4
@@ -49,9 +44,8 @@ class Trial:
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
-        self.robot, self.option, self.part = RobotHand(self.recorder), option, ''
+        self.robot, self.option, self.part = Robot(self.recorder), option, ''
         self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
-        self.settings = RobotSettings(self.recording)
         self._name, self._print_line, self._slip = node, print_line, 0.0
 
     @contextmanager
@@ -91,18 +85,18 @@ class Trial:
             for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
         faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
         for fault in faults:
-            self.recording.event('fault', text=fault[:LONGEST])
+            self.recording.event('fault', text=fault)
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
         """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
-        self.recording.event('not offered', names=list(names), reason=reason[:LONGEST])
+        self.recording.event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
     def remark(self, sentences):
         """Record these sentences for the student."""
         for sentence in sentences:
-            self.recording.event('remark', text=sentence[:LONGEST])
+            self.recording.event('remark', text=sentence)
 
     # -- patterns that several labs use
 
@@ -147,15 +141,15 @@ class Trial:
 
     def sensor_falls_silent(self, name, was_moving, switch):
         """Record the stimulus of a silent sensor; the robot's setting `switch` makes it silent."""
-        self.falls_silent(name, was_moving, lambda: self.settings.change(**{switch: True}))
-        self.settings.change(**{switch: False})
+        self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
+        self.robot.change(**{switch: False})
 
     def set_slip(self, share):
         """From now on the wheels lose this share of their travel. A node may take a sudden change
         for a fault of its sensors: it is ended before."""
         if share != self._slip:
             self.node.stop()
-            self.settings.change(slip=share)
+            self.robot.change(slip=share)
             self._slip = share
 
     def ctrl_c_in_motion(self, set_in_motion):
@@ -173,48 +167,14 @@ class Trial:
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
         """Send Ctrl+C and wait; afterwards the node has ended in any case."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
-            begin = self.recorder.now
             ended = self.node.interrupt(ENDING)
             if not (ended or was_moving):   # Python 3.13 ends when input() does, which awaits Enter
                 self.node.type('')
                 ended = wait_until(lambda: not self.node.alive, AT_ONCE)
-            record.facts[TOOK] = self.recorder.now - begin if ended else None
+            record.facts[TOOK] = self.recorder.now - record.begin if ended else None
             record.facts[SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(UNDER_WAY)
         self.node.stop()
-
-
-def changed(before, now):
-    """The findings on changed settings of the robot."""
-    return ['A setting of the robot was changed: {} from {} to {}.'.format(
-        name, before.get(name, 'none'), now.get(name, 'none'))
-        for name in sorted(set(before) | set(now)) if before.get(name) != now.get(name)]
-
-
-class RobotSettings:
-    """The settings of the robot. Changes that the marker did not make are recorded, and set
-    back."""
-
-    def __init__(self, recording):
-        self._recording, self._right = recording, {}
-        self._service = rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)
-        subscribe(f'/{ROBOT}/parameter_updates', Values, self._on_settings, queue_size=None)
-
-    def change(self, **settings):
-        """Change these settings."""
-        if self._right:
-            self._right.update(settings)
-        self._service(encode_config(settings))
-
-    def _on_settings(self, message):
-        now = decode_config(message)
-        self._right = self._right or now
-        findings = changed(self._right, now)
-        for finding in findings:
-            self._recording.event('finding', text=finding[:LONGEST])
-        if findings:
-            with suppress(rospy.ServiceException):      # the robot is gone: its truth ends
-                self._service(encode_config(self._right))
 
 
 def end_with_the_marker(recording):
@@ -230,7 +190,7 @@ def end_with_the_marker(recording):
 def try_out(lab, package, executable, parts, path, option, print_line):
     """Start a node, try `parts` of its lab, [] for all of them, and record it.
 
-    Stage explains the other arguments.
+    Trial explains the other arguments.
     """
     trial = Trial(lab, package, executable, path, option, print_line)
     end_with_the_marker(trial.recording)
@@ -245,7 +205,7 @@ def try_out(lab, package, executable, parts, path, option, print_line):
                     act(trial)
     except Exception as problem:
         # a stimulus that was not tried must not look like a failure of the node
-        trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}'[:LONGEST])
+        trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}')
         raise
     finally:
         trial.node.stop()
