@@ -101,8 +101,8 @@ class Verdict:
     @property
     def line(self) -> str:
         """The verdict in one line: outcome, points, what is asked, and the sentence."""
-        points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
-            self.points, self.worth)
+        points = 'extra' if self.criterion.extra and not self.worth else \
+            f'{self.points:g} of {self.worth:g}'
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
         outcome = self.outcome.value.upper()    # capitals, which one finds among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
@@ -126,8 +126,7 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
         except NotObserved as reason:
             outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
             clause = _once(reason_of(reason, observation), quoted)
-            if isinstance(reason, NotTried) and clause in {verdict.observed
-                                                           for verdict in verdicts}:
+            if isinstance(reason, NotTried) and any(clause == each.observed for each in verdicts):
                 clause = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
         verdicts.append(Verdict(criterion, outcome, clause, worth[criterion.name],
                                 observation.moment))
@@ -166,16 +165,11 @@ def starts(observed: Observation) -> Reason:
     return why_missing(observed) if not observed.runs or observed.runs[0].ready is None else ''
 
 
-def _ends(observed):
-    tried = [name for name in CTRL_C if observed.has(name)] or CTRL_C[:1]
-    return (observed.during(name, may_die=True) for name in tried)    # as far as they are asked for
-
-
 def ends_cleanly(part: str, where: Place) -> Criterion:
     """The criterion that the node ends properly at each Ctrl+C."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
-        lambda observed: next(filter(None, map(_clean_exit, _ends(observed))), ''),
+        lambda observed: next(filter(None, map(_clean_exit, observed.each(CTRL_C, True))), ''),
         limits=f'{within(ENDING)}; "{NOT_THEIRS}", which rospy raises, does not count')
 
 
@@ -192,11 +186,11 @@ def _clean_exit(scene: Scene) -> Reason:
 
 def stops_robot(observed: Observation) -> Reason:
     """Did the node send a zero velocity at one of its Ctrl+C?"""
-    scenes = [scene for scene in _ends(observed) if scene.facts[WAS_MOVING]]
+    scenes = [scene for scene in observed.each(CTRL_C, may_die=True) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
-        soon = scene.commands[scene.commands[:, 0] <= scene.begin + AT_ONCE]
+        soon, _ = scene.split(AT_ONCE)
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
     observed.during(scenes[-1].name, may_die=True)
@@ -220,9 +214,9 @@ NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own ti
 def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
     """Did the node stop the robot by a zero velocity within `limit` [s] after the `event` by which
     the scene begins?"""
-    if len(scene.moving_after(limit)):
+    soon, late = scene.split(limit)
+    if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
-    soon = scene.commands[scene.commands[:, 0] <= scene.begin + limit]
     return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
 
 

@@ -127,10 +127,10 @@ def _resets(observation: Observation) -> Reason:
     scene = observation.during(RESET_BUTTON)
     facts = scene.facts
     if not facts[CALLS]:
-        return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were ' \
-            'there), and it printed {}'.format(
-                last_line(scene.printed) + ': has its client one of these names?'
-                if scene.printed.strip() else 'nothing: does it read the button of Y?')
+        printed = last_line(scene.printed) + ': has its client one of these names?' if (
+            scene.printed.strip()) else 'nothing: does it read the button of Y?'
+        return ('after Y no reset service was called (reset_pose, set_pose, reset, ... were '
+                f'there), and it printed {printed}')
     if facts[NAME] != SET_POSE:
         return f'after Y it called {facts[NAME]}, not /{SET_POSE}, which move2goal_tf.py offers'
     if not facts[ORIGIN]:
@@ -154,10 +154,12 @@ def _says_why_not(observation: Observation) -> Reason:
         return 'after Y without a reset service there was a traceback'
     if PRINTED_RESET.lower() in scene.printed.lower():
         return f'after Y without a reset service it said "{PRINTED_RESET}"'
-    return '' if scene.printed.strip() else \
-        'after Y without a reset service nothing was printed within {:.1f} s{}'.format(
-            scene.end - scene.begin, '' if len(scene.moving) else
-            ', and the stick did not drive: does it wait for the service without a timeout?')
+    if scene.printed.strip():
+        return ''
+    blocked = '' if len(scene.moving) else \
+        ', and the stick did not drive: does it wait for the service without a timeout?'
+    return ('after Y without a reset service nothing was printed within '
+            f'{scene.end - scene.begin:.1f} s{blocked}')
 
 
 def _once(observation: Observation) -> Reason:

@@ -127,14 +127,13 @@ def _silent_at_goal(observation: Observation) -> Reason:
         return 'it never arrived'
     if drive.commands[-1, 1:].any():
         return NO_ZERO.format('its arrival')
-    scene = observation.during(AT_GOAL)
-    late = scene.commands[scene.commands[:, 0] > scene.begin + LAST_WORD]
+    _, late = observation.during(AT_GOAL).split(LAST_WORD)
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
 def _within_limits(observation: Observation) -> Reason:
-    commands = np.vstack([observation.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
-                          if observation.has(name)] or [observation.during(FIRST_DRIVE).commands])
+    commands = np.vstack([
+        drive.commands for drive in observation.each((FIRST_DRIVE, SECOND_DRIVE))])
     if not len(commands):
         return 'it commanded nothing'
     turn, forward = observation.fastest(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
@@ -161,7 +160,7 @@ def _resets(observation: Observation) -> Reason:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
     return _reset(observation, RESET_IN_DRIVE) or (
         'after a reset in the middle of a drive it did not turn to the goal of the new frame, but '
-        'by {:.0f} degrees in {:g} s'.format(scene.turned_deg, IN_DRIVE)
+        f'by {scene.turned_deg:.0f} degrees in {IN_DRIVE:g} s'
         if scene.facts[WAS_MOVING] and abs(scene.turned_deg) < ANEW else '')
 
 

@@ -113,8 +113,8 @@ def mouse_fields(fields):
     flags = [name for name, of, *_ in fields if of in FLAGS]
     numbers = [name for name, of, *_ in fields if of in NUMBERS]
     if not flags or len(numbers) < 2:
-        raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
-            '{} {}'.format(of, name) for name, of, *_ in fields) or 'no field'))
+        known = ', '.join(f'{of} {name}' for name, of, *_ in fields)
+        raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
     places = [_named(X, numbers), _named(Y, numbers)]
     chosen = [_named(STATUS, flags) or flags[0]] + (places if all(places) else numbers[:2])
     return chosen, [f'Your {name} was taken for {usual}.'

@@ -8,7 +8,7 @@ commands are left out.
 """
 import math
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -166,6 +166,11 @@ class Observation:
             raise Ended(stimulus.printed)
         return Scene(self, stimulus)
 
+    def each(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
+        """The Scene of each of these stimuli that was tried; if none was, as `during` the first."""
+        tried = [name for name in names if self.has(name)] or names[:1]
+        return (self.during(name, may_die) for name in tried)
+
     def fastest(self, commands: np.ndarray, column: int) -> float:
         """The greatest speed of a column of commands; `moment`: its stimulus's begin."""
         at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
@@ -198,9 +203,10 @@ class Scene(Stimulus):
         """The commands that are not zero, rows as in `commands`."""
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
-    def moving_after(self, seconds: float) -> np.ndarray:
-        """Returns the commands that are not zero, more than `seconds` [s] after the start."""
-        return self.moving[self.moving[:, 0] > self.begin + seconds]
+    def split(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
+        """Returns the commands in the first `seconds` [s], and the later ones."""
+        is_late = self.commands[:, 0] > self.begin + seconds
+        return self.commands[~is_late], self.commands[is_late]
 
     @property
     def turned_deg(self) -> float:

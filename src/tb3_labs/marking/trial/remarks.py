@@ -118,10 +118,11 @@ def _silence(scene, run):
         return other_topics(run, CMD_VEL)
     times = scene.observed.run.commands.arrival
     times = times[(times >= run.begin) & (times <= (math.inf if run.end is None else run.end))]
-    if len(times) > 2:      # else no rate is known
-        return 'nothing came on {} for {:.1f} s (in this run a command every {:.2g} s)'.format(
-            CMD_VEL, scene.end - scene.begin, float(np.median(np.diff(times))))
-    return f'nothing came on {CMD_VEL}'
+    nothing = f'nothing came on {CMD_VEL}'
+    if len(times) <= 2:      # no rate is known
+        return nothing
+    return (f'{nothing} for {scene.end - scene.begin:.1f} s (in this run a command every '
+            f'{np.median(np.diff(times)):.2g} s)')
 
 
 def other_topics(run: Run, topic: str) -> str:
@@ -142,8 +143,8 @@ def unprinted(scene: Scene) -> str:
     if errors:
         return f'its callback failed: {counted(errors)[0]}'
     if run.unconnected:
-        return 'no message of {} reached it: does its type agree with that of the topic?'.format(
-            ' and '.join(run.unconnected))
+        return (f"no message of {' and '.join(run.unconnected)} reached it: does its type agree "
+                'with that of the topic?')
     if scene.printed.strip():
         return f'it printed {last_line(scene.printed)}'
     return 'it printed nothing'
@@ -179,9 +180,9 @@ def _never_ready(run):
         return 'it ran, but never came to rospy.init_node()'
     if '/' + run.needed in run.listens:
         return f'it was not ready in time, though it listened to {run.needed}'
-    others = [topic for topic in run.listens if topic not in run.unheard]
-    return 'it ran, but never listened to {}{}'.format(
-        run.needed or 'the robot', '; it listened to ' + ' and '.join(others) if others else '')
+    others = ' and '.join(topic for topic in run.listens if topic not in run.unheard)
+    never = f"it ran, but never listened to {run.needed or 'the robot'}"
+    return f'{never}; it listened to {others}' if others else never
 
 
 # -- the text that a node printed: its exceptions, and its last words
