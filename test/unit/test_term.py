@@ -317,7 +317,7 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
         marked_once(tmp_path / 'marks')
     names = {path.name for path in trial_key.decisive_files('turn')}
     assert {'simulator.py', 'ros_trial.py'} < names
-    assert not {'criteria.py', 'remarks.py', 'from_bag.py', 'student_page.py', 'graph.py'} & names
+    assert not {'criteria.py', 'student_page.py', 'graph.py'} & names
     values = {name.split()[1]: value for name, value in trial_key.decisive_values().items()}
     assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['EACH_TURN']
     assert not {'TOLERANCE', 'CRITERIA', 'HDG_TOL'} & set(values)

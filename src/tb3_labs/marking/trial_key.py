@@ -17,8 +17,6 @@ from tb3_labs.marking.intake.sandbox import OWN_PACKAGE
 
 #: This package, and the program of its simulated robot; an installed one lies in lib.
 PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
-#: The files of trial/ that only read a recording.
-JUDGING = 'from_bag.py', 'remarks.py'
 #: The room of marking, and the modules of the labs.
 MARKING, LAB_MODULES = Path(__file__).resolve().parent, 'tb3_labs.marking.labs'
 
@@ -68,5 +66,4 @@ def _names_used() -> List[Tuple[str, str]]:
 
 def _scripts() -> List[Path]:
     """The files that act on a node."""
-    return [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
-            if path.name not in JUDGING]
+    return [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]

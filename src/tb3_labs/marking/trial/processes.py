@@ -103,9 +103,8 @@ def sweep(identity: str) -> None:
             pass
         looks = 0 if stopped else looks + 1
         for pid in stopped:
-            with suppress(ProcessLookupError):      # it has ended already
-                if _has(pid, mark):     # else its number may be another process's by now
-                    os.kill(pid, signal.SIGKILL)
+            if _has(pid, mark):     # else its number may be another process's by now
+                _kill(pid)
 
 
 def _stop_others(mark, stopped):
@@ -128,6 +127,11 @@ def _has(pid, mark):
         return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
     except OSError:
         return False
+
+
+def _kill(pid):
+    with suppress(ProcessLookupError):      # it has ended already
+        os.kill(pid, signal.SIGKILL)
 
 
 # -- the resources

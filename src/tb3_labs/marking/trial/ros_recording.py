@@ -33,8 +33,8 @@ from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
 from tb3_labs.marking.trial.observation import EVENTS, LONGEST, PRINTED, TRUTH, VARIABLES
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
+from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, note_connections
-from tb3_labs.ros.topics import subscribe
 
 #: The robot's name, by which its settings are found.
 ROBOT = 'turtlebot3'
@@ -163,14 +163,14 @@ class Recorder:
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
-        subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
+        rospy.Subscriber(CMD_VEL, Twist, guarded(self._on_command), tcp_nodelay=True)
         # AnyMsg is not unpacked; ros_gamepad.py reads Bool, and a process has one class a topic
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),
                 (CTRL_RELINQ, Bool, Bool)):
             rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
-        subscribe('/rosout', Log, self._on_log, queue_size=None)
+        rospy.Subscriber('/rosout', Log, guarded(self._on_log))
         if not wait_until(lambda: self._truth, 60.0):     # also on a busy computer
             raise RuntimeError('the simulated robot does not run')
 

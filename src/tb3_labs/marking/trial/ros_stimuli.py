@@ -15,7 +15,7 @@ from tb3_labs.handout import CMD_VEL
 from tb3_labs.marking.trial.ros_recording import ROBOT
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.node import guarded
 
 #: The robot's settings that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
@@ -38,7 +38,7 @@ class Robot:
         self._recorder, self._settings = recorder, {}
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
         self._service = rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)
-        subscribe(f'/{ROBOT}/parameter_updates', Values, self._on_settings, queue_size=None)
+        rospy.Subscriber(f'/{ROBOT}/parameter_updates', Values, guarded(self._on_settings))
 
     def _move(self, command, seconds):
         """Move the robot by ``command()``, (linear, angular), until this is None, for `seconds` [s]
