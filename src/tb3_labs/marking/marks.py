@@ -22,8 +22,7 @@ from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.lab_table import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.remarks import (
-    faults_in, remarks_on, tracebacks_before_the_end, without_quoted)
+from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import LONGEST, NO_RUN, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
@@ -194,11 +193,9 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
         marks.unjudged = f'The marker itself failed ({observation.broken}).'
     marks.verdicts = judge(LABS[lab].criteria, observation, worth, parts)
     verdict_text = ' '.join(each.observed for each in marks.verdicts)
-    marks.remarks = ([] if marks.is_full
-                     else faults_in(observation, verdict_text)) + without_quoted(
-                         marks.remarks + remarks_on(observation)
-                         + LABS[lab].remarks(observation, parts),
-                         verdict_text)
+    marks.remarks = (([] if marks.is_full else faults_in(observation, verdict_text))
+                     + marks.remarks + remarks_on(observation, verdict_text)
+                     + LABS[lab].remarks(observation, parts))
     try:
         if not marks.is_full:
             marks.link = _broken_link(observation, marks.graded)

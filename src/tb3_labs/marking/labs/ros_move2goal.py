@@ -15,13 +15,14 @@ from tb3_labs.handout import CTRL_RELINQ, SET_POSE
 from tb3_labs.marking.labs import move2goal as lab
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, LONGEST, WAS_MOVING
-from tb3_labs.marking.trial.observation import RESET as ROBOTS_RESET
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, RESTS, WELL_UNDER_WAY
 from tb3_labs.marking.trial.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
 
+#: The robot's own reset, a topic.
+ROBOTS_RESET = 'reset'
 #: A robot has arrived if it rests and had no command to move for this time [s].
 ARRIVAL = 1.5
 #: The pose for the reset of a node that takes any pose.

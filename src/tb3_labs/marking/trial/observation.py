@@ -14,13 +14,6 @@ import numpy as np
 
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
-#: The robot's own reset; all names of topics are relative.
-RESET = 'reset'
-#: The true pose of the simulated robot; the events of a trial; the output of its node.
-TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'
-#: The node's own variables; see tb3_labs.watch.
-VARIABLES = 'variables'
-
 #: The stimuli at the end. A node gets up to three Ctrl+C, since rospy may lose its last message.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Keys of `facts` that several labs use. MOVED: did the node command a movement after its stimulus?

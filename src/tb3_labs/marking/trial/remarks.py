@@ -21,8 +21,6 @@ TWIST = 'geometry_msgs/Twist'
 STILL_DEG = 3.0
 #: These words, and then the exception.
 STOPPED = 'an exception had stopped it'
-#: The exception that a remark quotes.
-QUOTED = re.compile(r'^A traceback was printed .*?: ([\'"].*[\'"])\. The clean exit')
 #: An undefined name, as Python's exception and the fault of a text name it.
 UNDEFINED = re.compile(r"name '\w+' is not defined")
 
@@ -41,12 +39,13 @@ NOT_THEIRS, NOR_THIS = 'publish() to a closed topic', 'topic was closed during p
 LONGEST_ERROR, LONGEST_LINE = 160, 160
 
 
-def remarks_on(observation: Observation) -> List[str]:
-    """The sentences for the student that belong to no criterion."""
+def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
+    """The sentences for the student that belong to no criterion, without the exceptions that the
+    verdicts (`verdict_text`) quote."""
     deaf = [f'Note that {observation.deaf}.'] if observation.deaf else []
     lost = [f'{number} {what} came on {CMD_VEL}: they are not recorded, and not judged.'
             for what, number in sorted(observation.lost.items())]
-    return observation.remarks + deaf + tracebacks_before_the_end(observation) + lost
+    return observation.remarks + deaf + tracebacks_before_the_end(observation, verdict_text) + lost
 
 
 def faults_in(observation: Observation, verdict_text: str) -> List[str]:
@@ -56,8 +55,8 @@ def faults_in(observation: Observation, verdict_text: str) -> List[str]:
         name in verdict_text for name in UNDEFINED.findall(fault))]
 
 
-def tracebacks_before_the_end(observation: Observation) -> List[str]:
-    """A sentence on each exception before Ctrl+C: no criterion is about it."""
+def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
+    """A sentence on each exception before Ctrl+C that the verdicts do not quote."""
     names: Dict[str, List[str]] = defaultdict(list)
     for stimulus in observation.stimuli:
         if stimulus.name not in CTRL_C:
@@ -65,13 +64,8 @@ def tracebacks_before_the_end(observation: Observation) -> List[str]:
                 names[error].append(stimulus.name)
     return ['A traceback was printed during "{}"{}{}. The clean exit is about Ctrl+C alone.'.format(
         each[0], ', {} times in all'.format(len(each)) if len(each) > 1 else '',
-        error and ': {!r}'.format(error)) for error, each in names.items()]
-
-
-def without_quoted(remarks: List[str], verdict_text: str) -> List[str]:
-    """The remarks, without the exceptions that the verdicts' sentences (`verdict_text`) quote."""
-    return [remark for remark in remarks if not any(
-        error in verdict_text for error in QUOTED.findall(remark))]
+        error and f': {error!r}') for error, each in names.items()
+        if not error or repr(error) not in verdict_text]
 
 
 def errors_in(observation: Observation, run: Run) -> List[str]:

@@ -30,12 +30,14 @@ from std_msgs.msg import Bool, Header, String
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
-from tb3_labs.marking.trial.observation import EVENTS, LONGEST, PRINTED, TRUTH, VARIABLES
+from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, note_connections
 
+#: Topics: the robot's true pose, the events of the trial, the node's output, its own variables.
+TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 #: The robot's name, by which its settings are found.
 ROBOT = 'turtlebot3'
 #: At most this many commands, odd commands, log lines, events and other messages of a topic are

@@ -18,9 +18,9 @@ import rosservice
 
 from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import VARIABLES, NotTried
+from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
-from tb3_labs.marking.trial.ros_recording import ROBOT, NodeOutput
+from tb3_labs.marking.trial.ros_recording import ROBOT, VARIABLES, NodeOutput
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.sandbox import OWN_FOLDERS
 from tb3_labs.marking.intake.launch import Launch
