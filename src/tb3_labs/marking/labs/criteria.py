@@ -4,7 +4,7 @@ The function `judge` of a criterion looks at an Observation, and returns a Reaso
 together with `meaning` (the requirement) and `where` (a place in a lab sheet). None of the three
 contains the solution.
 """
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, Tuple
 
@@ -83,8 +83,7 @@ class Verdict:
     outcome: Outcome
     observed: str            # '' if it is met
     worth: float             # points for a criterion that is met
-    #: The start of the stimulus by which the node was judged [s]; not kept in a record.
-    moment: Optional[float] = field(default=None, compare=False)
+    moment: Optional[float] = None      # the start of the stimulus that was judged [s]
 
     @property
     def points(self) -> float:
@@ -104,7 +103,7 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else \
             f'{self.points:g} of {self.worth:g}'
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value.upper()    # capitals, which one finds among many lines
+        outcome = self.outcome.value.upper()    # capitals are found among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
         return f'  {outcome:11}  {points:8}  {words}'

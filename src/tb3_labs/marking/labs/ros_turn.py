@@ -90,12 +90,11 @@ class HeldMouse(Repeater):
     def send(self, message):
         # a driver that repeats a stamp hangs
         now = rospy.Time.now()
-        for name, of, _ in message.fields if message is not None else ():
+        for name, of, _ in message.fields:
             if of == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
-        if message is not None:
-            self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
+        self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
 
 
 #: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.

@@ -83,7 +83,6 @@ DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {
         MOUSE_HELD, *AT_EDGE, NEAR, *AT_HALF, *MOUSE_PLACES[HALF_WAY])
 TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
     '{:g} s, by a zero velocity'.format(HDG_TOL, AFTER_STOP, TURN_REACTION, TURN_TIME)
-AS_LEFT = 'as left'
 ON_A_CARPET = f'as left, also if the wheels slip by {SLIPPERY:.0%}'
 
 
@@ -249,7 +248,7 @@ CRITERIA = [
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               AT_MOUSE, _can_be_off, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              AT_MOUSE, partial(turned, name=TURN_BESIDE), limits=AS_LEFT),
+              AT_MOUSE, partial(turned, name=TURN_BESIDE), limits='as left'),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
               _drives_after_turn,
               limits=f'more than {AT_EDGE[0]:.2f} m/s within {MOUSE_HELD:g} s'),

@@ -71,7 +71,8 @@ class Run:
     end: Optional[float] = None     # None: it still runs
     ended_by_itself: bool = False
     printed: str = ''               # head and tail
-    unheard: List[str] = field(default_factory=list)    # a sensor's place; nobody published them
+    #: Topics without a publisher, to which it listens in place of a sensor's.
+    unheard: List[str] = field(default_factory=list)
     needed: str = ''                # the topic to which it must listen
     nodes: List[str] = field(default_factory=list)      # their names at the master
     listens: List[str] = field(default_factory=list)
@@ -136,8 +137,8 @@ class Observation:
 
     @property
     def deaf(self) -> str:
-        """A clause if the node listens to a topic without a publisher in place of a sensor's, or
-        ''."""
+        """A clause on a topic without a publisher to which the node listens in place of a sensor's
+        topic; '' if there is none."""
         topics = sorted({topic for run in self.runs for topic in run.unheard})
         return f"it listens to {' and '.join(topics)}, which nobody publishes" if topics else ''
 

@@ -195,7 +195,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         lines = [line for line in piece.splitlines()[1:] if line.strip()]
         error = next((line for line in lines if ERROR.match(line)), None)
         if CHAINED.search(piece):
-            continue        # the next one is what ended it
+            continue        # the next exception ended it
         if not any(words in (error or piece) for words in (NOT_THEIRS, NOR_THIS)):
             found.append(error[:LONGEST_ERROR] + _place(piece, file) if error else '')
     return found

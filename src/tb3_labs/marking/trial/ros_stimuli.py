@@ -110,7 +110,7 @@ class Repeater:
     def hold(self, message):
         """Send this message from now on. None: send nothing, like a device that is unplugged."""
         self._message = message
-        self.send(message)
+        self._send_held()
 
     def wait_for_subscriber(self):
         """Wait until a node is connected and has heard the message that is held.
@@ -122,10 +122,15 @@ class Repeater:
         time.sleep(0.45)
 
     def send(self, message):
+        """Publish a message; a subclass may stamp it before."""
+        self._publisher.publish(message)
+
+    def _send_held(self):
+        message = self._message
         if message is not None:
-            self._publisher.publish(message)
+            self.send(message)
 
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
-            self.send(self._message)
+            self._send_held()
             time.sleep(0.05)    # 20 messages in a second
