@@ -11,13 +11,12 @@ has not changed, is not tried again. The instructors' page on marking has more.
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import signal
-import sys
 import threading
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, printable, whole_number
+from tb3_labs.command_line import Parser, whole_number
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.mark_class import mark_class
+from tb3_labs.marking.mark_class import mark_class, print_problem
 from tb3_labs.terminal import run_tool
 
 #: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.
@@ -66,7 +65,7 @@ def main(words):
         for each in ENDS:
             if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
                 signal.signal(each, interrupt)
-        return mark_class(given, print_problem, INTERRUPTED)
+        return mark_class(given, INTERRUPTED)
     except KeyboardInterrupt:
         print_problem('interrupted')
         return 130
@@ -78,11 +77,6 @@ def interrupt(*_):
         signal.signal(each, lambda *_: None)
     INTERRUPTED.set()       # an exception may be lost: Python ignores those in some places
     raise KeyboardInterrupt
-
-
-def print_problem(words):
-    """Print why something was not done."""
-    print('mark.py: {}'.format(printable(words)), file=sys.stderr)
 
 
 if __name__ == '__main__':

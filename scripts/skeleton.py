@@ -7,7 +7,7 @@ import rospkg
 
 from tb3_labs.command_line import Parser, reason
 from tb3_labs.skeletons import FOLDER, checked_target, skeleton, write
-from tb3_labs.marking.lab_table import LAB_NODES
+from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.terminal import run_tool
 
 OWN_PACKAGE = 'tb3_labs'
@@ -37,20 +37,16 @@ def main(words):
         target = checked_target(given.folder.expanduser().resolve(), package, OWN_PACKAGE,
                                 Path(node).stem)
         write(skeleton(templates, package), target)
-    except FileExistsError as problem:
-        return print_problem(f'{problem.filename} is already there, and stays as it is; --name '
-                             'gives another name, or give another folder')
     except (OSError, RuntimeError, ValueError) as problem:      # ~nobody has no home: RuntimeError
-        return print_problem(reason(problem))
+        why = reason(problem)
+        if isinstance(problem, FileExistsError):
+            why = (f'{problem.filename} is already there, and stays as it is; --name gives another '
+                   'name, or give another folder')
+        print(f'skeleton.py: {why}', file=sys.stderr)
+        return 2
     print(f'{target} is written. The TODOs are in src/{node}. Next: cd {target.parent.parent}; '
           f'catkin_make; source devel/setup.bash; roslaunch {package} {given.lab}.launch sim:=true')
     return 0
-
-
-def print_problem(problem):
-    """Print why nothing was written. Returns the exit status."""
-    print(f'skeleton.py: {problem}', file=sys.stderr)
-    return 2
 
 
 if __name__ == '__main__':

@@ -52,9 +52,9 @@ def new_figure(width, height):
 
 
 def blank(axes, x, y):
-    """Hide the axes, and show these limits."""
+    """Give the axes equal scales, and hide them."""
     axes.axis('off')
-    axes.set(xlim=x, ylim=y)
+    axes.set(aspect='equal', xlim=x, ylim=y)
 
 
 def plain(axes, x, y):
@@ -69,25 +69,27 @@ def arrow(axes, begin, end, colour, **looks):
         arrowstyle='-|>', color=colour, shrinkA=0, shrinkB=0, **dict(dict(linewidth=1.8), **looks)))
 
 
+def label(axes, place, text, colour, size=11, **looks):
+    """A text, centred at a place."""
+    axes.text(*place, text, color=colour, fontsize=size, ha='center', va='center', **looks)
+
+
 def frame(axes, pose, name, colour, lengths, where=(-0.16, -0.22), gap=0.17):
     """The axes of a frame, of these lengths, with its name at `where` from its origin."""
-    for direction, label in (((1.0, 0.0), 'x'), ((0.0, 1.0), 'y')):
-        length = lengths[label == 'y']
+    for direction, letter, length in (((1.0, 0.0), 'x', lengths[0]), ((0.0, 1.0), 'y', lengths[1])):
         arrow(axes, (pose.x, pose.y), pose.act(np.multiply(direction, length)), colour)
-        axes.text(*pose.act(np.multiply(direction, length + gap)),
-                  '{}$_{{{}}}$'.format(label, name), color=colour, ha='center', va='center',
-                  fontsize=11)
-    axes.text(pose.x + where[0], pose.y + where[1], name, color=colour, fontsize=13,
-              fontweight='bold', ha='center', va='center')
+        tip = pose.act(np.multiply(direction, length + gap))
+        label(axes, tip, f'{letter}$_{{{name}}}$', colour)
+    label(axes, (pose.x + where[0], pose.y + where[1]), name, colour, 13, fontweight='bold')
 
 
-def angle(axes, pose, begin_deg, end_deg, radius, label, colour):
+def angle(axes, pose, begin_deg, end_deg, radius, text, colour):
     """An arc with its label, from one direction to another, round the place of a pose."""
     axes.add_patch(Arc((pose.x, pose.y), 2 * radius, 2 * radius, theta1=begin_deg, theta2=end_deg,
                        color=colour, linewidth=1.4))
     middle = math.radians((begin_deg + end_deg) / 2.0)
-    axes.text(pose.x + 1.35 * radius * math.cos(middle), pose.y + 1.35 * radius * math.sin(middle),
-              label, color=colour, ha='center', va='center', fontsize=11)
+    label(axes, (pose.x + 1.35 * radius * math.cos(middle),
+                 pose.y + 1.35 * radius * math.sin(middle)), text, colour)
 
 
 def robot(axes, pose, size=0.16):
@@ -136,23 +138,20 @@ def heading_in_both_frames():
     """One robot, its heading in A and in B."""
     figure = new_figure(4.6, 2.8)
     axes = figure.subplots()
-    axes.set(aspect='equal', xlim=(-1.7, 2.0), ylim=(-0.35, 1.75))
-    axes.axis('off')
+    blank(axes, (-1.7, 2.0), (-0.35, 1.75))
     here, theta = Pose2(0.0, 0.0, A_T_ROBOT.yaw), math.degrees(A_T_B.yaw)
     for direction, colour, name in ((0.0, BLUE, 'x$_A$'), (A_T_B.yaw, ORANGE, 'x$_B$'),
                                     (here.yaw, 'black', 'robot')):
         tip = Pose2(0.0, 0.0, direction).act((1.55, 0.0))
         arrow(axes, (0.0, 0.0), tip, colour)
-        axes.text(*np.multiply(tip, 1.12), name, color=colour, ha='center', va='center',
-                  fontsize=11)
+        label(axes, np.multiply(tip, 1.12), name, colour)
     robot(axes, here, 0.16)
     angle(axes, here, 0.0, theta, 0.8, '', GREY)
     angle(axes, here, theta, math.degrees(here.yaw), 0.8, '', ORANGE)
     angle(axes, here, 0.0, math.degrees(here.yaw), 1.2, '', BLUE)
-    for name, x, y, colour in ((r'$\theta$ = 53.1', 0.47, 0.2, GREY),
-                               (r'$\theta_B$ = 90', -0.1, 0.48, ORANGE),
-                               (r'$\theta_A$ = 143.1', 0.05, 1.36, BLUE)):
-        axes.text(x, y, name, color=colour, fontsize=11, ha='center', va='center')
+    label(axes, (0.47, 0.2), r'$\theta$ = 53.1', GREY)
+    label(axes, (-0.1, 0.48), r'$\theta_B$ = 90', ORANGE)
+    label(axes, (0.05, 1.36), r'$\theta_A$ = 143.1', BLUE)
     return figure
 
 
@@ -238,8 +237,7 @@ def a_reset():
         axes.text(goal.x, goal.y - 0.28, 'goal', color=GREEN, ha='center')
         robot(axes, here, 0.09)
         frame(axes, Pose2(), 'A', BLUE, (0.4, 0.4), where=(-0.13, -0.14), gap=0.14)
-    left.text(0.1, -0.14, '= B', color=ORANGE, fontsize=13, fontweight='bold', ha='center',
-              va='center')
+    label(left, (0.1, -0.14), '= B', ORANGE, 13, fontweight='bold')
     frame(right, here, 'B', ORANGE, (0.45, 0.45), where=(0.12, -0.16), gap=0.13)
     return figure
 
@@ -248,17 +246,15 @@ def error_on_the_circle():
     """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
     figure = new_figure(8.0, 3.3)
     left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
-    left.set_aspect('equal')
     blank(left, (-1.55, 1.55), (-1.4, 1.4))
     left.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY))
     for degrees in (0, 90, 180, 270):
         direction = Pose2(0.0, 0.0, math.radians(degrees)).act((1.0, 0.0))
         left.plot(*zip(0.95 * direction, 1.05 * direction), color=GREY)
-        left.text(*1.22 * direction, str(degrees), ha='center', va='center', fontsize=9, color=GREY)
+        label(left, 1.22 * direction, str(degrees), GREY, 9)
     for degrees, colour, name in ((350, 'black', 'curr_yaw\n350'), (80, GREEN, 'goal_yaw 80')):
         arrow(left, (0.0, 0.0), Pose2(0.0, 0.0, math.radians(degrees)).act((1.0, 0.0)), colour)
-        left.text(*((1.3, -0.42) if degrees > 180 else (0.62, 1.12)), name, color=colour,
-                  ha='center', va='center', fontsize=9)
+        label(left, (1.3, -0.42) if degrees > 180 else (0.62, 1.12), name, colour, 9)
     angle(left, Pose2(), -10.0, 80.0, 0.45, '+90', GREEN)
     angle(left, Pose2(), 80.0, 350.0, 0.3, '-270', ORANGE)
     error = np.linspace(-40.0, 40.0, 1601)
@@ -267,7 +263,7 @@ def error_on_the_circle():
     right.plot(error, command, color=BLUE)
     right.plot([-HDG_TOL, HDG_TOL], [0.0, 0.0], color=BLUE, linewidth=3.0)
     right.axvspan(-HDG_TOL, HDG_TOL, facecolor='#d3e8d3', linewidth=0.0)
-    right.text(0.0, 1.3, 'HDG_TOL\nstop', ha='center', va='center', fontsize=9, color=GREEN)
+    label(right, (0.0, 1.3), 'HDG_TOL\nstop', GREEN, 9)
     right.grid(color='#e4e4e4', linewidth=0.6)
     right.set(xlabel='heading error [deg]', ylabel='angular.z [rad/s]', ylim=(-1.8, 1.85))
     for height, name in ((MAX_ANG_Z, 'MAX_ANG_Z'), (-MAX_ANG_Z, '-MAX_ANG_Z')):
@@ -280,19 +276,17 @@ def axes_of_the_robot():
     """The robot from above, its axes, and the direction of a positive yaw."""
     figure = new_figure(4.2, 3.0)
     axes = figure.subplots()
-    axes.set_aspect('equal')
     blank(axes, (-1.5, 1.7), (-0.75, 1.55))
     robot(axes, Pose2(0.0, 0.0, math.pi / 2.0), 0.34)
     for side in (-0.4, 0.4):
         axes.plot((side, side), (-0.16, 0.16), color='black', linewidth=6.0, solid_capstyle='butt')
-    for end, colour, label, where in (((0.0, 1.2), BLUE, 'x: forward', (0.0, 1.36)),
-                                      ((-1.0, 0.0), ORANGE, 'y: left', (-1.0, -0.2))):
+    for end, colour, text, where in (((0.0, 1.2), BLUE, 'x: forward', (0.0, 1.36)),
+                                     ((-1.0, 0.0), ORANGE, 'y: left', (-1.0, -0.2))):
         arrow(axes, (0.0, 0.0), end, colour)
-        axes.text(*where, label, color=colour, ha='center', va='center', fontsize=11)
-    axes.text(0.0, -0.52, 'z: up, towards you', ha='center', va='center', fontsize=11)
+        label(axes, where, text, colour)
+    label(axes, (0.0, -0.52), 'z: up, towards you', 'black')
     arrow(axes, (0.62, 0.5), (-0.62, 0.5), GREEN, connectionstyle='arc3,rad=0.55')
-    axes.text(1.12, 0.72, 'positive yaw:\ncounter-clockwise', color=GREEN, ha='center', va='center',
-              fontsize=11)
+    label(axes, (1.12, 0.72), 'positive yaw:\ncounter-clockwise', GREEN)
     return figure
 
 

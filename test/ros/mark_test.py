@@ -26,7 +26,7 @@ import rospkg
 import tb3_labs.msg
 
 from tb3_labs.skeletons import FOLDER, skeleton, write
-from tb3_labs.marking.lab_table import LAB_NODES
+from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.ros.clocks import wait_until
 
 from node_case import path_of, plain_node

@@ -345,11 +345,11 @@ def test_the_sentence_says_how_far_it_turned():
 
 
 def test_parts_are_those_of_the_lab():
-    assert LABS['turn'].checked_parts(' mouse,turns, ') == ['mouse', 'turns']
-    assert LABS['turn'].checked_parts('') == []
-    assert LABS['turn'].checked_parts(','.join(LABS['turn'].parts)) == LABS['turn'].parts
+    assert LABS['turn'].read_parts(' mouse,turns, ') == ['mouse', 'turns']
+    assert LABS['turn'].read_parts('') == []
+    assert LABS['turn'].read_parts(','.join(LABS['turn'].parts)) == LABS['turn'].parts
     with pytest.raises(ValueError, match='heading'):
-        LABS['turn'].checked_parts('mouse,heading')
+        LABS['turn'].read_parts('mouse,heading')
 
 
 def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do():

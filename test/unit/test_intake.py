@@ -9,10 +9,9 @@ import zipfile
 import pytest
 
 from tb3_labs.marking.intake import archives, read_submission
-from tb3_labs.marking.intake.archives import DEEPEST, UnpackLimits, sort_out, unpack
+from tb3_labs.marking.intake.archives import DEEPEST, NotJudged, UnpackLimits, digest, sort_out, unpack
 from tb3_labs.marking.intake.submissions import (
     HandedIn, Submission, by_student, file_name, lay_out, read_name, submissions_in, without_wrapping)
-from tb3_labs.marking.intake.find_node import NotJudged, digest
 
 NODE = 'lab2/scripts/turtlebot_controller.py'
 
@@ -116,16 +115,6 @@ def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
     assert 'More than 0.1 MB: not all of it was unpacked.' in unread
 
 
-def test_what_is_no_zip_file_is_refused(tmp_path):
-    """The last of them has false sizes."""
-    data = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000}).read_bytes()
-    liar = data.replace((5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little'))
-    for data in (b'', b'no zip file', b'PK\x03\x04 cut off', liar):
-        (tmp_path / 'a.zip').write_bytes(data)
-        with pytest.raises(NotJudged, match='cannot be unpacked: .*'):
-            unpack(tmp_path / 'a.zip', tmp_path / 'out', UnpackLimits())
-
-
 @pytest.mark.filterwarnings('ignore:Duplicate name')
 def test_of_two_entries_of_one_place_the_last_one_counts_as_for_any_program(tmp_path):
     path = zipped(tmp_path / 'a.zip', [('n.py', 'old, and longer'), ('a/b.py', 'x'), ('n.py', 'new'),
@@ -175,15 +164,18 @@ def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):
     (b'7z\xbc\xaf\x27\x1c', 'it is a 7z file, and only zip files are unpacked'),
     (b'\x1f\x8b\x08', 'it is a gz file, and'), (b'Rar!\x1a', 'it is a rar file, and'),
     (bytes(257) + b'ustar', 'it is a tar file, and'), (b'<!DOCTYPE html>', 'it is a page of the web, and'),
-    (b'import rospy', 'it is no zip file, and')])
+    (b'import rospy', 'it is no zip file, and'), (None, '')])
 def test_what_is_called_a_zip_file_and_is_none_is_named(tmp_path, data, said):
+    """The last file has false sizes."""
+    if data is None:
+        data = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000}).read_bytes().replace(
+            (5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little'))
     (tmp_path / 'a.zip').write_bytes(data)
     with pytest.raises(NotJudged, match='cannot be unpacked: {}'.format(said)):
         unpack(tmp_path / 'a.zip', tmp_path / 'out', UnpackLimits())
 
 
-@pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', 'x' * 300 + '.py', '"\n\u202e.py',
-                                  'a\\..\\..\\x.py'])
+@pytest.mark.parametrize('name', ['a/' * 1500 + 'x.py', '"\n\u202e.py'])
 def test_odd_paths_in_an_archive_end_nothing(tmp_path, name):
     files, said = laid_out(Submission('Ann', {zipped(tmp_path / 'a.zip', {name: 'x'}): 'a.zip'}), tmp_path)
     assert len(files) + len(said) == 1
@@ -222,28 +214,11 @@ def test_what_canvas_numbers_was_handed_in_again_and_the_highest_number_counts(t
     assert len(kim_said) == 3 and 'imu_sub-10.py counts, not kim_2_13_imu_sub-9.py' in kim_said[-1]
 
 
-def test_files_of_one_name_never_become_one_without_a_word(tmp_path):
-    """The copy of two folders of one student, and of zip files that differ only in their endings."""
-    for number, folder in enumerate(('Ann_1_assignsubmission_file_', 'Ann_1_assignsubmission_onlinetext_')):
-        (tmp_path / 'in' / folder).mkdir(parents=True)
-        (tmp_path / 'in' / folder / 'n.py').write_text(str(number))
-    zipped(tmp_path / 'in' / 'Bo' / 'a.zip', {'n.py': 'x'})
-    zipped(tmp_path / 'in' / 'Bo' / 'a.ZIP', {'n.py': 'y'})
-    ann, bo = (laid_out(one, tmp_path) for one in submissions_in(tmp_path / 'in', print))
-    assert ann == ({'n.py'}, ['n.py was handed in again: Ann_1_assignsubmission_onlinetext_ counts, not '
-                              'Ann_1_assignsubmission_file_.'])
-    assert bo == ({'a.unpacked/n.py', 'a.unpacked_/n.py'}, [])
-
-
-@pytest.mark.parametrize('second, expected', [
-    ({'src/n.py': 'x'}, {'a.unpacked/package.xml', 'a.unpacked/src/n.py'}),
-    ({'src/n.py': 'x', 'package.xml': 'y'},     # a package of its own
-     {'a.unpacked/package.xml', 'b.unpacked/package.xml', 'b.unpacked/src/n.py'}),
-    ({'package.xml/n.py': 'x'}, {'a.unpacked/package.xml', 'b.unpacked/package.xml/n.py'})])
-def test_a_package_in_one_zip_and_its_node_in_another_are_one_package(tmp_path, second, expected):
-    zipped(tmp_path / 'in' / 'a.zip', {'package.xml': 'x'})
-    zipped(tmp_path / 'in' / 'b.zip', second)
-    assert laid_out(Submission('Ann', {tmp_path / 'in': ''}), tmp_path) == (expected, [])
+def test_zip_files_that_differ_only_in_their_endings_stay_two(tmp_path):
+    zipped(tmp_path / 'Bo' / 'a.zip', {'n.py': 'x'})
+    zipped(tmp_path / 'Bo' / 'a.ZIP', {'n.py': 'y'})
+    assert laid_out(Submission('Bo', {tmp_path / 'Bo': ''}), tmp_path) == (
+        {'a.unpacked/n.py', 'a.unpacked_/n.py'}, [])
 
 
 def test_folders_that_are_too_deep_are_left_out(tmp_path):
@@ -372,12 +347,10 @@ def test_what_may_not_be_read_is_left_out_and_said():
         "[('open/n.py')] [('names/n.py'), ('shut'), ('m.py')]\n")
 
 
-def test_a_digest_is_that_of_what_is_in_it(tmp_path):
-    (tmp_path / 'n.py').write_text('x')
-    before = digest(tmp_path)
-    (tmp_path / 'n.py').write_text('y')
-    assert digest(tmp_path) != before
-    (tmp_path / 'n.py').write_text('x')
-    assert digest(tmp_path) == before
-    (tmp_path / 'n.py').rename(tmp_path / 'm.py')
-    assert digest(tmp_path) != before
+def test_a_digest_depends_on_names_and_contents(tmp_path):
+    found = set()
+    for number, (name, text) in enumerate([('n.py', 'x'), ('n.py', 'y'), ('m.py', 'x'), ('n.py', 'x')]):
+        (tmp_path / str(number)).mkdir()
+        (tmp_path / str(number) / name).write_text(text)
+        found.add(digest(tmp_path / str(number)))
+    assert len(found) == 3

@@ -32,7 +32,6 @@ def told(line='pass', method='', last='Controller()'):
     ('goal_yaw = 90', 'goal_yaw is a local variable here, and never used: self.goal_yaw is another one'),
     ("self.state == 'FORWARD'", '"self.state == \'FORWARD\'" has no effect: it compares, and nothing is assigned'),
     ('rospy.spin', '"rospy.spin" has no effect: nothing is called'),
-    ("self.state = 'FOWARD'", "'FOWARD' is assigned here, and never compared; near it: 'FORWARD'"),
     ('self.turnning = True', 'self.turnning is assigned here, and never read; near it: self.turning'),
     ("if imu == 'l' or 'left': self.turning = True", 'the condition is always true: a text alone after "or" is true'),
     ('self.goal_yaw = curr_yaw', "name 'curr_yaw' is not defined")])
@@ -58,7 +57,6 @@ def test_what_is_defined_and_not_used_is_told(method, last, words):
     ('x: "Optional[int]" = 0; print(x)', 'def f(self) -> "Missing": return self.f()', 'Controller().f()'),
     ('try:\n            raw_input\n        except NameError:\n            pass', '', 'Controller()'),
     ('self.local_x = imu.x; self.local_y = imu.y; print(self.local_x)', '', 'Controller()'),
-    ("self.state = 'BACKWARD'", '', 'Controller()'),
     ("letter = imu or 'left'; print(letter)", '', 'Controller()'),
     ('"""A text."""; ...', '@property\n    def unused(self): return 0', 'Controller()'),
     ('pass', 'def state_ROTATE(self): return 0', "getattr(Controller(), 'state_' + 'ROTATE')()"),

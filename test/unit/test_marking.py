@@ -18,7 +18,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import archives, sandbox, submissions
+from tb3_labs.marking.intake import archives, launch, sandbox, submissions
 from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
 from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
@@ -124,7 +124,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders
             'with more than {:g} MB'.format(processes.OF_OTHERS / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
+                sandbox.ADDRESS_SPACE / 1e9, launch.LARGEST_FILE / 1e6)):
         assert said in words
 
 
@@ -292,7 +292,7 @@ def test_the_table_of_marks():
                 Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
     verdicts = judge(criteria, observation(),
                      {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
-    text = MarksTable().renewed([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
+    text = MarksTable().renew([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
                    'extra_more': '0.5', 'extra_free': 'yes', 'extra_freer': 'no',

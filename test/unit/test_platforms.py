@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -15,9 +16,11 @@ pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
+from tb3_labs.marking import mark_class
 from tb3_labs.marking.intake import sandbox
-from tb3_labs.marking.intake.sandbox import LARGEST_FILE, TASKS, USERS, OtherUser
-from tb3_labs.marking.lab_table import LAB_NODES
+from tb3_labs.marking.intake.launch import LARGEST_FILE
+from tb3_labs.marking.intake.sandbox import TASKS, USERS, OtherUser
+from tb3_labs.marking.names import LAB_NODES
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
 RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
@@ -148,6 +151,22 @@ def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tm
     assert sandbox.problem.__wrapped__(False) == ''
     (tmp_path / 'lib').chmod(0o700)
     assert re.match('another user cannot run them [(].*tb3_labs', sandbox.problem.__wrapped__(False))
+
+
+@pytest.mark.parametrize('container, unprotected, problem, said', [
+    (False, False, '', ''), (True, False, '', ''), (False, True, 'bwrap fails', 'No sandboxes: '),
+    (False, True, '', 'No sandboxes: '), (True, False, 'bwrap fails', 'bwrap fails: this container, '),
+    (False, False, 'bwrap fails', None)])
+def test_programs_have_no_sandbox_only_if_a_person_says_so(
+        tmp_path, monkeypatch, capsys, container, unprotected, problem, said):
+    given = SimpleNamespace(container=container, unprotected=unprotected)
+    monkeypatch.setattr(mark_class, 'sandbox_problem', lambda is_sandbox=True: problem if is_sandbox else '')
+    if said is None:
+        with pytest.raises(ValueError, match='nothing was started, .*bwrap fails.*--unprotected'):
+            mark_class._choose_protection(given, tmp_path)
+    else:
+        assert mark_class._choose_protection(given, tmp_path) is (said == '')
+        assert capsys.readouterr().out.startswith(said)
 
 
 # -- GitHub Classroom

@@ -11,12 +11,13 @@ from types import SimpleNamespace
 import pytest
 from sandboxes import MISSING
 
+from tb3_labs.marking import trial_runner
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
-from tb3_labs.marking.trial.processes import IDENTITY, ResourceWatch, sweep
-from tb3_labs.marking.trial_runner import environment_in
-from tb3_labs.marking.intake.sandbox import (
-    ADDRESS_SPACE, HOME, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox)
+from tb3_labs.marking.trial.processes import ResourceWatch
+from tb3_labs.marking.trial_runner import environment_in, sweep
+from tb3_labs.marking.intake.launch import HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS
+from tb3_labs.marking.intake.sandbox import ADDRESS_SPACE, ROOM, TASKS, USERS, NoSandbox, Sandbox
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: A program prints what it sees; its arguments: a folder of its own, and places that are not.
@@ -106,8 +107,8 @@ class Bomb:
 
 def test_programs_that_start_others_without_end_are_ended(monkeypatch):
     bomb = Bomb()
-    monkeypatch.setattr(processes, 'os', bomb)
-    monkeypatch.setattr(processes, '_has', lambda pid, mark: pid in bomb.running | bomb.stopped)
+    monkeypatch.setattr(trial_runner, 'os', bomb)
+    monkeypatch.setattr(trial_runner, '_has', lambda pid, mark: pid in bomb.running | bomb.stopped)
     ending = threading.Thread(target=sweep, args=('of a bomb',), daemon=True)
     ending.start()
     ending.join(10.0)

@@ -12,7 +12,7 @@ from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
 
 from tb3_labs.skeletons import FOLDER, checked_target, skeleton
-from tb3_labs.marking.lab_table import LAB_NODES
+from tb3_labs.marking.names import LAB_NODES
 
 #: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
 ANSWERS = {

@@ -16,11 +16,11 @@ from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from sandboxes import ros_alone  # noqa: F401
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.intake import workspace
-from tb3_labs.marking.intake.cmake_files import modules_of
+from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
-from tb3_labs.marking.lab_table import LAB_NODES
-from tb3_labs.marking.intake.find_node import NotJudged, find_node, is_aside, source_of
-from tb3_labs.marking.intake.find_node import is_typo_of
+from tb3_labs.marking.intake.find_node import find_node
+from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
+from tb3_labs.marking.names import LAB_NODES, is_typo_of
 from tb3_labs.marking.intake.read_submission import _read, imports_of, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -396,6 +396,7 @@ def test_the_folder_of_a_node_is_copied(tmp_path, node, source):
 def test_an_import_is_used_if_its_names_are(text, used):
     found, = imports_of(text)
     assert found.used is used
+    assert [each.used for each in imports_of(b'import a, b\nb()')] == [False, True]
 
 
 # -- messages

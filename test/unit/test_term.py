@@ -1,6 +1,7 @@
 """A term's marks: the pages, the table with a person's columns, results.json, and marks that are kept
 from one run to the next."""
 import csv
+import gc
 import io
 import json
 import os
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 import zipfile
 from dataclasses import replace
 
@@ -19,13 +21,13 @@ import yaml
 
 from recorded_trial import write_trial
 from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
-from tb3_labs.marking import mark_class, marks_folder, trial_key
+from tb3_labs.marking import mark_class, marks_folder
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.labs import criteria
-from tb3_labs.marking.intake.find_node import digest
+from tb3_labs.marking.intake.archives import digest
 from tb3_labs.marking.intake.submissions import students_named, submissions_in
 from tb3_labs.marking.marks import Decision, points_of
-from tb3_labs.marking.marks_folder import MarksFolder, alone_in
+from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in
 from tb3_labs.marking.mark_class import MarkedClass
 from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
@@ -41,7 +43,7 @@ def rows_of(text):
 
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
-    return MarksFolder(path, lab, parts, points_of(lab, table), options, table is not TABLE)
+    return MarksFolder(path, lab, parts, points_of(lab, table), Options(**options), table is not TABLE)
 
 
 def write(folder, student, seen, digest='digest', **more):
@@ -140,21 +142,6 @@ def test_marks_are_not_written_through_a_link(tmp_path):
 
 # -- what a person writes into the table
 
-def test_what_a_person_wrote_stays():
-    """A spreadsheet's version of the table, with a column and a row of one's own."""
-    ann, bo = marks_of('Ann', turned(90.0)), marks_of('Bo', turned(10.0))
-    rows, text = rows_of(MarksTable().renewed([ann, bo])), io.StringIO()
-    writer = csv.DictWriter(text, list(rows['Ann']) + ['note'], delimiter=';')
-    writer.writeheader()
-    writer.writerow(dict(rows['Ann'], **{'note': 'ill in May ' * 20000}))     # longer than csv takes
-    writer.writerow(rows['Bo'])
-    writer.writerow({'student': 'Cy', 'points': '30'})
-    renewed = rows_of(MarksTable('\ufeff' + text.getvalue()).renewed([ann, bo]))
-    assert renewed['Ann']['note'].startswith('ill in May') and renewed['Bo']['note'] == ''
-    assert renewed['Cy']['points'] == '30' and list(renewed) == ['Ann', 'Bo', 'Cy']
-    assert float(renewed['Ann']['points']) == ann.points
-
-
 @pytest.mark.parametrize('cells, decision', [
     ({}, None), ({'decided': '25'}, Decision(25.0)), ({'decided': '12,5'}, Decision(12.5)),
     ({'decided': '0', 'reason': 'copied'}, Decision(0.0, 'copied')),
@@ -174,13 +161,9 @@ def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
     table, rows = tmp_path / 'marks.csv', rows_of((tmp_path / 'marks.csv').read_text())
     assert rows['Ann']['points'] == '7'
     for _ in range(2):      # it stays over later runs
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(rows['Ann']))
-        writer.writeheader()
-        writer.writerow(dict(rows['Ann'], **cells))
-        table.write_text(text.getvalue())
+        typed(table, 'Ann', **cells)
         folder = folder_of(tmp_path, changed)
-        assert folder.kept('Ann', 'digest').decision == decision
+        assert folder.marks_if_unchanged('Ann', 'digest').decision == decision
         folder.write_overview()
         rows, cells = rows_of(table.read_text()), {}
     points = 7.0 if decision is None or decision.points is None else decision.points
@@ -240,15 +223,16 @@ def test_a_decision_that_is_no_number_of_points_is_refused(tmp_path, cell):
 def test_columns_and_rows_of_a_person_stay_wherever_they_are_also_if_their_headings_are_equal():
     """A name that a spreadsheet would take for a formula is found again."""
     ann = marks_of('=Ann', turned(90.0))
-    head, row = csv.reader(io.StringIO(MarksTable().renewed([ann])))
+    head, row = csv.reader(io.StringIO(MarksTable().renew([ann])))
     own = [['mean', '20'], ['mean', '21'], ['', 'late:'], ['Ann', 'again'], ['long'] * 60]
-    table = [head[:4] + ['note', 'note', ''] + head[4:], row[:4] + ['a', 'b', 'c'] + row[4:], *own]
+    note = 'ill in May ' * 20000        # longer than csv takes
+    table = [head[:4] + ['note', 'note', ''] + head[4:], row[:4] + [note, 'b', 'c'] + row[4:], *own]
     text = '\n'.join(map(','.join, table))
     for _ in range(2):      # a person's cells stay, too
-        text = MarksTable(text).renewed([ann])
+        text = MarksTable(text).renew([ann])
         heads, renewed, *others = csv.reader(io.StringIO(text))
         assert heads[:len(head) + 3] == head + ['note', 'note', '']
-        assert renewed[:len(head) + 3] == row + ['a', 'b', 'c']
+        assert renewed[:len(head) + 3] == row + [note, 'b', 'c']
         assert [other[:2] for other in others[:4]] == own[:4] and others[4] == ['long'] * 60
 
 
@@ -271,32 +255,37 @@ def marked_once(path, digest='digest'):
 
 def test_what_has_not_changed_is_kept(tmp_path):
     marks = marked_once(tmp_path)
-    assert marks.observation is None
-    assert folder_of(tmp_path).kept('Ann', 'digest') == marks
+    folder = folder_of(tmp_path)
+    kept = folder.marks_if_unchanged('Ann', 'digest')
+    assert replace(kept, observation=None) == replace(marks, observation=None)
+    seen = weakref.ref(kept.observation)
+    del kept
+    gc.collect()
+    assert folder and seen() is None        # the observations of a class need hundreds of MB
     bag = tmp_path / 'logs' / 'Ann.bag'
     whole = bag.read_bytes()
     for replace_it in (bag.unlink, lambda: bag.write_bytes(whole[:9000]),
                        lambda: write_trial(bag, observation()), lambda: write_trial(bag, observation('imu'))):
         replace_it()        # nor is another student's his, or another lab's
-        assert folder_of(tmp_path).kept('Ann', 'digest') is None
+        assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
         folder_of(tmp_path).write_overview()
         assert rows_of((tmp_path / 'marks.csv').read_text())['Ann']['points'] == ''
     marked_once(tmp_path)
-    assert folder_of(tmp_path).kept('Ann', 'other digest') is None
-    assert folder_of(tmp_path).kept('Bo', 'digest') is None
-    assert folder_of(tmp_path, pad='xbox').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'other digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Bo', 'digest') is None
+    assert folder_of(tmp_path, option='xbox').marks_if_unchanged('Ann', 'digest') is None
     marked_once(tmp_path, digest='')
-    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
 
 
 def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
     """A plain run afterwards keeps the choice; a new choice, or a new submission, is judged."""
     write(folder_of(tmp_path, name='lab2/src/n.py'), 'Ann', turned(90.0))
-    assert folder_of(tmp_path, name='').kept('Ann', 'digest')
-    assert folder_of(tmp_path, name='').kept('Ann', 'other digest') is None
-    assert folder_of(tmp_path, name='lab2/src/m.py').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'digest')
+    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'other digest') is None
+    assert folder_of(tmp_path, name='lab2/src/m.py').marks_if_unchanged('Ann', 'digest') is None
     write(folder_of(tmp_path, name='n.py'), 'Ann', turned(90.0))     # a name is the whole class's
-    assert folder_of(tmp_path, name='').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path, name='').marks_if_unchanged('Ann', 'digest') is None
 
 
 def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
@@ -305,24 +294,25 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
                  'launch/checks/check_imu.test', 'scripts/fake_turtlebot3.py'):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text('1')
-    monkeypatch.setattr(trial_key, 'PACKAGE', tmp_path)
+    monkeypatch.setattr(marks_folder, 'PACKAGE', tmp_path)
     marked_once(tmp_path / 'marks')
     for name in ('launch/checks/points.yaml', 'launch/checks/check_imu.test'):
         (tmp_path / name).write_text('2')
-        assert folder_of(tmp_path / 'marks').kept('Ann', 'digest')
+        assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest')
     for name in ('launch/fake_robot.launch', 'launch/checks/check_turn.test',
                  'scripts/fake_turtlebot3.py'):
         (tmp_path / name).write_text('2')
-        assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
+        assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
         marked_once(tmp_path / 'marks')
-    names = {path.name for path in trial_key.decisive_files('turn')}
-    assert {'simulator.py', 'ros_trial.py'} < names
-    assert not {'criteria.py', 'student_page.py', 'graph.py'} & names
-    values = {name.split()[1]: value for name, value in trial_key.decisive_values().items()}
+    scripts = 'seconds = LOST_AFTER + turn_lab.EACH_TURN[HDG_TOL]'
+    values = {name.split()[1]: value for name, value in marks_folder.values_in(scripts).items()}
     assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['EACH_TURN']
-    assert not {'TOLERANCE', 'CRITERIA', 'HDG_TOL'} & set(values)
+    assert len(values) < 4
+    names = {path.name for path in marks_folder.trial_files('turn')}
+    assert {'simulator.py', 'ros_trial.py', 'ros_turn.py'} < names
+    assert not {'criteria.py', 'remarks.py', 'from_bag.py', 'student_page.py'} & names
     monkeypatch.setattr(criteria, 'LOST_AFTER', 1.5)       # how long it is watched
-    assert folder_of(tmp_path / 'marks').kept('Ann', 'digest') is None
+    assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
 
 
 def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial(tmp_path, monkeypatch):
@@ -331,7 +321,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     changed = yaml.safe_load(yaml.safe_dump(TABLE))
     changed['turn']['left'] = 13
     folder = folder_of(tmp_path, changed)
-    assert folder.kept('Ann', 'digest').points == marks.points + 10
+    assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
     assert note == 'With other points than before: Ann.'
     with pytest.raises(ValueError, match='was marked with other points .left: 13, not 3.: '):
@@ -347,7 +337,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     for module in (marks_folder, marks_module):
         monkeypatch.setattr(module, 'LABS', turns)
     folder = folder_of(tmp_path, changed)
-    assert folder.kept('Ann', 'digest').points == marks.points - 3
+    assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points - 3
     folder.write_overview()
     assert 'turns <quite> well' in Strict(page.read_text()).words
     assert 'it is too slow' in (tmp_path / 'gradescope' / 'Ann' / 'results.json').read_text()
@@ -364,7 +354,7 @@ def test_marks_of_another_lab_are_not_mixed_in(tmp_path):
 def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
     marked_once(tmp_path)
     (tmp_path / 'logs' / 'Ann.marks.json').write_text('{"key"')
-    assert folder_of(tmp_path).kept('Ann', 'digest') is None
+    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
     assert folder_of(tmp_path).write_overview() == (None, [])
     for text, why in (('my own table\n', 'it lacks one of the columns student, points, of'),
                       ('student;points;of;M\xfcller', 'a spreadsheet must save it as "CSV UTF-8"')):
@@ -375,11 +365,11 @@ def test_a_record_that_was_cut_off_and_a_table_that_cannot_be_read(tmp_path):
 
 # -- a class with odd submissions
 
-def marked(path, acts, problems):
+def marked(path, acts):
     """(a class marked by a marker that needs no robot, its submissions); `acts`: student -> what
     the marker does."""
     folder = folder_of(path / 'marks')
-    marker = TrialRunner(folder)
+    marker = TrialRunner(folder, threading.Event())
 
     def try_out(submission, *_):
         act = acts.get(submission.student)
@@ -391,7 +381,7 @@ def marked(path, acts, problems):
     for student in acts:
         (path / 'in' / student).mkdir(parents=True)
         (path / 'in' / student / 'turtlebot_controller.py').touch()
-    return MarkedClass(marker, False, problems.append), submissions_in(path / 'in', print)
+    return MarkedClass(marker, False), submissions_in(path / 'in', print)
 
 
 def marks_below(path):
@@ -402,7 +392,7 @@ def marks_below(path):
 ODD = os.fsdecode(b'M\xfcller')
 
 
-def test_one_odd_submission_does_not_end_the_class(tmp_path):
+def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys):
     """A name that is not UTF-8, problems in the marking, odd remarks, a trial that cannot be judged, a zip file that
     was cut off: a submission that is not judged gets no zero."""
     with zipfile.ZipFile(str(tmp_path / 'whole.zip'), 'w') as archive:
@@ -415,8 +405,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path):
     unjudged = {'bob': RecursionError('too deep'), 'eve': MemoryError(),
                 'cat': UnicodeEncodeError('utf-8', ODD, 1, 2, 'no')}
     acts = dict(unjudged, ann=None, dot=lambda: odd, fay=lambda: damaged, **{ODD: None})
-    problems = []
-    marking, found = marked(tmp_path, acts, problems)
+    marking, found = marked(tmp_path, acts)
     assert marking.mark_all(found, 2) is True
     rows = marks_below(tmp_path / 'marks')
     assert set(rows) == {'ann', 'bob', 'cat', 'dot', 'eve', 'fay', 'zip', 'M\\xfcller'}
@@ -427,7 +416,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path):
         assert 'Not judged' in (tmp_path / 'marks' / (student + '.html')).read_text()
     assert '=1+1 \\x1b[2JM\\xfcller' in rows['dot']['remarks']
     assert len(rows['dot']['remarks']) < 5000
-    assert len(problems) == 4
+    assert capsys.readouterr().err.count('not judged: ') == 3
     said = 'The zip file cannot be unpacked: its end is missing, as if the upload was cut off.'
     assert rows['zip']['points'] == rows['zip']['starts'] == '' and rows['zip']['remarks'] == said
     assert 'To look at: zip: Not judged: ' + said in folder_of(tmp_path / 'marks').write_overview()[1]
@@ -445,7 +434,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         begun.wait(100.0)
         go_on.set()
         raise KeyboardInterrupt
-    marking, found = marked(tmp_path, {'ann': None, 'bob': slowly}, [])
+    marking, found = marked(tmp_path, {'ann': None, 'bob': slowly})
     monkeypatch.setattr(mark_class, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
@@ -463,18 +452,19 @@ def test_ctrl_c_in_the_middle_of_an_import_ends_mark_py_without_a_traceback(tmp_
 
 
 def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys):
-    marking, found = marked(tmp_path, {'ann': None}, [])
+    marking, found = marked(tmp_path, {'ann': None})
     assert marking.mark_all(found, 1) is False
     before = marks_below(tmp_path / 'marks')
-    marker = TrialRunner(folder_of(tmp_path / 'marks'))    # as the next run of mark.py has it
+    marker = TrialRunner(folder_of(tmp_path / 'marks'), threading.Event())    # as the next run of mark.py has it
     marker.try_out = None
-    assert MarkedClass(marker, False, print).mark_all(found, 1) is False
+    assert MarkedClass(marker, False).mark_all(found, 1) is False
     assert marks_below(tmp_path / 'marks') == before
     assert capsys.readouterr().out.endswith(
         '[1/1] ann: {0[points]} of {0[of]} points, tried before\n1 of 1 had been tried and have not '
         'changed (--only NAME tries one again)\n'.format(before['ann']))
     results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
     assert results['score'] == float(before['ann']['points'])
+    assert MarkedClass(marker, True).mark_all(found, 1) is True     # --only: it is tried, and cannot be
 
 
 # -- a machine that is too busy
@@ -487,15 +477,15 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark
     def tried():
         gap = gaps.pop(0)
         return observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gap, gap + 0.02)])
-    marking, found = marked(tmp_path, {'Ann': tried}, [])
+    marking, found = marked(tmp_path, {'Ann': tried})
     marking.mark_all(found, 1)
     assert capsys.readouterr().out.count('the machine held the robot up for 0.21 s; tried again') == told
     words = Strict((tmp_path / 'marks' / 'Ann.html').read_text(encoding='utf-8')).words
     assert gaps == [] and ('may be unfair' in words) is remark
     _, notes = folder_of(tmp_path / 'marks').write_overview()
     assert any('Type the same command again.' in note for note in notes) is remark
-    assert MarkedClass(TrialRunner(folder_of(tmp_path / 'marks')), False, print)._folder.kept(
-        'Ann', digest(tmp_path / 'in' / 'Ann')) is None or not remark     # it alone is repeated
+    kept = folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', digest(tmp_path / 'in' / 'Ann'))
+    assert (kept is None) is remark     # it alone is repeated
 
 
 def test_full_marks_are_never_unfair():

@@ -21,7 +21,7 @@ import yaml
 from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
-from tb3_labs.marking.lab_table import GAMEPAD, IMU, MOVE2GOAL, TURN
+from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import LONGEST, NO_RUN, Observation
 from tb3_labs.watch import chains
@@ -59,12 +59,12 @@ class Lab(NamedTuple):
     def parts(self) -> List[str]:
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
-    def checked_parts(self, text: str) -> List[str]:
+    def read_parts(self, text: str) -> List[str]:
         """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         if not set(parts) <= set(self.parts):
-            raise ValueError('{} has these parts: {}; not: {}'.format(
-                self.title, ', '.join(self.parts), ', '.join(sorted(set(parts) - set(self.parts)))))
+            raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
+                             f"{', '.join(sorted(set(parts) - set(self.parts)))}")
         return parts
 
 
@@ -106,14 +106,14 @@ class Marks:
     link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken one, if it lost points
 
     @property
-    def is_known(self) -> bool:
-        """Are its points known? If not, they are not 0."""
-        return not self.unjudged or self.is_decided
+    def decided(self) -> Optional[float]:
+        """The points that a person gave in place of the marker's."""
+        return self.decision.points if self.decision else None
 
     @property
-    def is_decided(self) -> bool:
-        """Has a person given other points?"""
-        return self.decision is not None and self.decision.points is not None
+    def is_known(self) -> bool:
+        """Are its points known? If not, they are not 0."""
+        return not self.unjudged or self.decided is not None
 
     @property
     def is_full(self) -> bool:
@@ -140,16 +140,16 @@ class Marks:
     @property
     def sentences(self) -> List[str]:
         """The reason why it was not judged, and all remarks."""
-        return list(filter(None, [self.unjudged])) + self.remarks
+        return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
     def decision_sentences(self) -> List[str]:
         """The sentence on a person's decision, in a list; [] if there is none."""
         if self.decision is None:
             return []
-        gave = 'A person gave these points; the marker gave {:g}.'.format(
-            sum(verdict.points for verdict in self.verdicts)) if self.is_decided else ''
-        return [' '.join(filter(None, [gave, self.decision.reason]))]
+        gave = '' if self.decided is None else (
+            f'A person gave these points; the marker gave {self.earned:g}.')
+        return [f'{gave} {self.decision.reason}'.strip()]
 
     @property
     def why_none(self) -> str:
@@ -160,9 +160,12 @@ class Marks:
 
     @property
     def points(self) -> float:
-        """The points that a person gave, else those that were earned, with extra criteria."""
-        if self.decision is not None and self.decision.points is not None:
-            return self.decision.points
+        """The points that a person gave, else the marker's."""
+        return self.earned if self.decided is None else self.decided
+
+    @property
+    def earned(self) -> float:
+        """The marker's points, with extra criteria."""
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
@@ -196,15 +199,16 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
     marks.remarks = (([] if marks.is_full else faults_in(observation, verdict_text))
                      + marks.remarks + remarks_on(observation, verdict_text)
                      + LABS[lab].remarks(observation, parts))
+    inside: List[str] = []
     try:
         if not marks.is_full:
             marks.link = _broken_link(observation, marks.graded)
         else:
             marks.remarks += chains.remarks(observation.run, lab)
     except Exception as problem:        # a node's variables may hold anything
-        marks.findings = marks.findings + ['The marker could not look inside the node ({}: {}).'
-                                           .format(type(problem).__name__, problem)]
-    marks.findings = marks.findings + observation.findings
+        inside = ['The marker could not look inside the node '
+                  f'({type(problem).__name__}: {problem}).']
+    marks.findings = marks.findings + inside + observation.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)
         marks.findings.append(f'{marks.delayed} Type the same command again.')
@@ -239,7 +243,6 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     ``ValueError`` if it has no section for the lab, if it lacks a criterion or has an unknown
     one, or if points are not finite, or below 0.
     """
-    criteria = LABS[lab].criteria
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     given = dict(table[lab])
@@ -247,13 +250,12 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA}" is a section of its own')
     worth: Dict[str, float] = {}
-    for section, names in ((given, [c.name for c in criteria if not c.extra]),
-                           (extra, [c.name for c in criteria if c.extra])):
-        for name in section:
+    for section, is_extra in ((given, False), (extra, True)):
+        names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
+        for name in [*section, *names]:
             if name not in names:
-                raise ValueError('{}: no criterion is called "{}"; these are: {}'.format(
-                    lab, name, ', '.join(names)))
-        for name in names:
+                raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
+                                 + ', '.join(names))
             points = section.get(name)
             if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
                     math.isfinite(points) and points >= 0):

@@ -38,7 +38,7 @@ class MarksTable:
     def __init__(self, text: str = '') -> None:
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
-        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another one
+        delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
         try:
             rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
                                                 delimiter=delimiter)))
@@ -72,7 +72,7 @@ class MarksTable:
                                          cells.get(why, ''))
         return found
 
-    def renewed(self, all_marks: Sequence[Marks]) -> str:
+    def renew(self, all_marks: Sequence[Marks]) -> str:
         """The table with these marks. A person's columns stay, and the rows of other students, also
         if several have one name."""
         heads = list(cells_of(all_marks[0]))
@@ -132,8 +132,8 @@ def _number(student: str, name: str, cell: str) -> Optional[float]:
     except ValueError:
         number = math.nan
     if not (math.isfinite(number) and number >= 0.0):
-        raise ValueError('{}: {} = {!r} is not valid: a number of at least 0, or nothing'.format(
-            student, name, cell[:40]))
+        raise ValueError(f'{student}: {name} = {cell[:40]!r} is not valid: a number of at least 0, '
+                         'or nothing')
     return number
 
 
@@ -156,9 +156,10 @@ tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: nor
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
     """The page of all students, HTML; `lab`: its title; `notes`: for the instructor alone."""
     some = all_marks[0]
-    heads = ['student', 'points', WHY] + [Markup('<span class="upright">{}</span>'.format(
-        escape(v.criterion.name.replace('_', ' ')))) for v in some.graded + some.extra] + [REMARKS]
-    rows = [[Markup('<a href="{}.html">{}</a>'.format(quote(marks.student), escape(marks.student))),
+    names = [escape(v.criterion.name.replace('_', ' ')) for v in some.graded + some.extra]
+    heads = ['student', 'points', WHY,
+             *(Markup(f'<span class="upright">{name}</span>') for name in names), REMARKS]
+    rows = [[Markup(f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>'),
              f'{marks.points:g} / {marks.worth:g}' if marks.is_known else NOT_JUDGED,
              marks.why_none]
             + ['' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra]
@@ -167,16 +168,16 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     own = ['<h2>For the instructor alone</h2>'] if notes else []
     own += [f'<p>{escape(note)}</p>' for note in notes]
     totals = sorted(marks.points for marks in all_marks if marks.is_known)
-    summary = '{} submission{}{}. {}The last {} criteria are beyond the handout.'.format(
-        len(all_marks), '' if len(all_marks) == 1 else 's',
-        '' if len(totals) == len(all_marks) else ', {} {}'.format(
-            len(all_marks) - len(totals), NOT_JUDGED),
-        'Median {:g} of {:g} points. '.format(totals[len(totals) // 2], some.worth)
-        if totals else '', len(some.extra))
+    summary = f'{len(all_marks)} submission' + ('' if len(all_marks) == 1 else 's')
+    if len(totals) < len(all_marks):
+        summary += f', {len(all_marks) - len(totals)} {NOT_JUDGED}'
+    if totals:
+        summary += f'. Median {totals[len(totals) // 2]:g} of {some.worth:g} points'
+    summary += f'. The last {len(some.extra)} criteria are beyond the handout.'
     return document(f'{lab}: overview', own + [
-        f'<p>{escape(summary)}</p>', table(heads, rows, words=(WHY, REMARKS))], WIDE)
+        f'<p>{summary}</p>', table(heads, rows, words=(WHY, REMARKS))], WIDE)
 
 
 def _folded(sentences):
-    return Markup('<details><summary>{}</summary>{}</details>'.format(
-        len(sentences), escape(' '.join(sentences)))) if sentences else ''
+    return Markup(f'<details><summary>{len(sentences)}</summary>{escape(" ".join(sentences))}'
+                  '</details>') if sentences else ''

@@ -5,24 +5,28 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
-A trial is kept as long as another one would be the same (trial_key.py). Verdicts, points and
+A trial is kept as long as another one would be the same: see `trial_key`. Verdicts, points and
 sentences are made again from its bag in each run.
 """
 import fcntl
 import hashlib
+import importlib
 import json
+import re
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import rospkg
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
+from tb3_labs.marking.intake.launch import OWN_PACKAGE
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, judged
 from tb3_labs.marking.marks_csv import POINTS, WATCHED, MarksTable, cells_of, overview
 from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.trial_key import version
 from tb3_labs.report.page.document import safe
 
 #: Names of files.
@@ -31,22 +35,34 @@ TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
 #: The parts of Marks that a record keeps, since the trial's bag does not have them.
 HANDED_IN = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged', 'seconds',
              'places')
+#: This package, and the program of its simulated robot; an installed one lies in lib.
+PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
+MARKING = Path(__file__).resolve().parent
+#: The files of trial/ that only read a recording.
+JUDGING = 'from_bag.py', 'remarks.py'
+
+
+class Options(NamedTuple):
+    """Settings of a try."""
+
+    package: str = ''           # of the node, if the lab does not know it
+    name: str = ''              # of the node's file, if the lab does not know it
+    option: str = ''            # the value of the lab's option; '' if it has none
+    sandbox: bool = True        # do the submissions' programs run in a Sandbox?
 
 
 class MarksFolder:
     """The marks of one lab, or of some of its parts, in a folder that is made if it is missing."""
 
     def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
-                 options: Dict[str, Any], rescores: bool = True) -> None:
-        """`worth`: criterion -> points; `options`: all other settings of a try. ``ValueError`` if
-        the folder has marks of another lab or other parts, or a table that cannot be read; unless
-        it `rescores`, also if its marks have other points."""
+                 options: Options = Options(), rescores: bool = True) -> None:
+        """`worth`: criterion -> points. ``ValueError`` if the folder has marks of another lab or
+        other parts, or a table that cannot be read; unless it `rescores`, also if its marks have
+        other points."""
         self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
-        self.logs = output_folder(self._path / 'logs')
-        self._options = options
-        #: Two trials of a submission that agree in all this end alike.
-        self._key = {'lab': lab, 'parts': sorted(parts), 'options': options,
-                     'version': version(lab)}
+        self.logs, self.options = output_folder(self._path / 'logs'), options
+        self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
+                     'version': trial_key(lab)}
         #: Student -> record; student -> Marks whose page this run has written.
         self._records: Dict[str, Dict[str, Any]] = {}
         self._shown: Dict[str, Marks] = {}
@@ -65,44 +81,34 @@ class MarksFolder:
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
-    def kept(self, student: str, submission: str) -> Optional[Marks]:
-        """A student's Marks if a new trial of this digest would be the same, else None."""
+    def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
+        """A student's Marks if another trial of a submission of this digest would be the same."""
         record = self._records.get(student)
         if record is None:
             return None
-        options, chosen = dict(self._options), record['key']['options'].get('name', '')
-        if '/' in chosen and not options.get('name'):   # a person chose this one's node
-            options['name'] = chosen
-        if record['key'] != dict(self._key, submission=submission, options=options):
+        options, chosen = self.options, record['key']['options'].get('name', '')
+        if '/' in chosen and not options.name:      # a person chose this student's node
+            options = options._replace(name=chosen)
+        if record['key'] != dict(self._key, submission=submission, options=options._asdict()):
             return None
         marks = self._show(record)
         return None if marks.unjudged else marks    # its bag is gone, or cannot be read
 
-    def judged(self, handed_in: Marks) -> Marks:
-        """The Marks, computed from the trial's bag and a person's decisions."""
-        observation = None
-        if not handed_in.unjudged:
-            try:
-                observation = read_trial(self.bag(handed_in.student), handed_in.places)
-            except ValueError as problem:
-                handed_in = replace(handed_in, unjudged='Its trial cannot be judged: {}.'.format(
-                    reason(problem)))
-        marks = judged(handed_in, observation, self.lab, self.worth, self.parts)
-        marks.decision = self._decisions.get(safe(handed_in.student))
-        return marks
-
     def write(self, handed_in: Marks, submission: str) -> Marks:
         """Keep what was handed in, and write page and results of its Marks, which are returned.
 
-        `submission`: its digest; '' if the next run must try it again.
+        `submission`: its digest. The next run tries it again if the machine delayed it.
         """
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in HANDED_IN},
             'worth': self.worth, 'bag': self._digest(handed_in.student),
             'cells': self._records.get(handed_in.student, {}).get('cells', {})}   # in the table
+        marks = self._show(record)
+        if marks.delayed:
+            record['key']['submission'] = ''
         self._write(record)
-        return self._show(record)
+        return marks
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
         """Write the files about all students; `unprotected`: were there no sandboxes?
@@ -120,7 +126,7 @@ class MarksFolder:
             record.update(worth=self.worth, cells=cells)
             all_marks.append(marks)
         # the table first: without it the old cells would look like a person's
-        write_output(self._path / TABLE, self._table.renewed(all_marks))
+        write_output(self._path / TABLE, self._table.renew(all_marks))
         for record in self._records.values():
             self._write(record)
         notes = [UNPROTECTED] if unprotected else []
@@ -136,14 +142,14 @@ class MarksFolder:
     def _read(self, file):
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
-            key, lab, parts = record['key'], record['key']['lab'], record['key']['parts']
+            lab, parts = record['key']['lab'], record['key']['parts']
             is_whole = set(record['handed_in']) == set(HANDED_IN) and isinstance(
                 record['cells'], dict) and isinstance(record['worth'], dict)
         except (ValueError, KeyError, TypeError):
             return      # cut off, or of another version: it is tried again
         if [lab, parts] != [self.lab, sorted(self.parts)]:
-            raise ValueError('{} has marks of {}, {}: choose another folder for these'.format(
-                self._path, key['lab'], ', '.join(key['parts']) or 'all parts'))
+            raise ValueError(f"{self._path} has marks of {lab}, {', '.join(parts) or 'all parts'}: "
+                             'choose another folder for these')
         if is_whole:
             self._records[file.name[:-len(RECORD)]] = record
 
@@ -152,9 +158,9 @@ class MarksFolder:
             for name, before in record['worth'].items():
                 if self.worth.get(name, before) != before:
                     raise ValueError(
-                        '{} was marked with other points ({}: {:g}, not {:g}): give their file by '
-                        '--points; a file that is given counts for all'.format(
-                            self._path, name, before, self.worth[name]))
+                        f'{self._path} was marked with other points ({name}: {before:g}, not '
+                        f'{self.worth[name]:g}): give their file by --points; a file that is given '
+                        'counts for all')
 
     def _read_table(self):
         path = self._path / TABLE
@@ -164,32 +170,46 @@ class MarksFolder:
                 {safe(student): record['cells'] for student, record in self._records.items()})
             return table
         except ValueError as problem:
-            raise ValueError('{} cannot be read, and may hold what a person wrote: {}'.format(
-                path, 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
-                    problem, UnicodeDecodeError) else problem)) from None
+            why = 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
+                problem, UnicodeDecodeError) else problem
+            raise ValueError(
+                f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _show(self, record):
         """Write the page and the results of a record; returns its Marks."""
-        handed_in, title = Marks(**record['handed_in']), LABS[self.lab].title
-        if not handed_in.unjudged and record.get('bag') != self._digest(handed_in.student):
-            handed_in.unjudged = 'Its trial cannot be judged: it is not in {} any more.'.format(
-                self.bag(handed_in.student))
+        handed_in, observation = Marks(**record['handed_in']), None
+        bag = self.bag(handed_in.student)
+        if not handed_in.unjudged:
+            try:
+                if record.get('bag') != self._digest(handed_in.student):
+                    raise ValueError(f'it is not in {bag} any more')
+                observation = read_trial(bag, handed_in.places)
+            except ValueError as problem:
+                handed_in.unjudged = f'Its trial cannot be judged: {reason(problem)}.'
         try:
-            marks = self.judged(handed_in)
-            page = student_page(marks, title)
+            marks, page = self._judged(handed_in, observation)
         except Exception as problem:    # any error: the other pages are still written
-            marks = self.judged(replace(handed_in, unjudged='The marking of it failed: {} ({}).'
-                                        .format(reason(problem), type(problem).__name__)))
-            page = student_page(marks, title)
+            marks, page = self._judged(replace(handed_in, unjudged=failure(problem)), None)
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
-        marks.observation = None        # the observations of a class need hundreds of MB
-        self._shown[marks.student] = marks
+        # the observations of a class need hundreds of MB
+        self._shown[marks.student] = replace(marks, observation=None)
         return marks
+
+    def _judged(self, handed_in, observation):
+        """(Marks, the student's page)."""
+        marks = judged(handed_in, observation, self.lab, self.worth, self.parts)
+        marks.decision = self._decisions.get(safe(marks.student))
+        return marks, student_page(marks, LABS[self.lab].title)
 
     def _write(self, record):
         write_output(self.logs / (record['handed_in']['student'] + RECORD), json.dumps(record))
+
+
+def failure(problem: Exception) -> str:
+    """The sentence on an error of the marker itself."""
+    return f'The marking of it failed: {reason(problem)} ({type(problem).__name__}).'
 
 
 @contextmanager
@@ -200,6 +220,38 @@ def alone_in(path: Path) -> Iterator[None]:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ValueError('another mark.py writes into {}: wait until it has ended'.format(
-                path)) from None
+            raise ValueError(
+                f'another mark.py writes into {path}: wait until it has ended') from None
         yield
+
+
+# -- the trials
+
+def trial_key(lab: str) -> str:
+    """A hash of all that decides a trial of a lab besides the submission and the options. Criteria,
+    points and sentences are not in it, since they are made again from the recording."""
+    files = trial_files(lab)
+    whole = hashlib.sha256(b''.join(path.read_bytes() for path in files))
+    whole.update(repr(values_in('\n'.join(
+        path.read_text(encoding='utf-8') for path in files if MARKING in path.parents))).encode())
+    return whole.hexdigest()
+
+
+def trial_files(lab: str) -> List[Path]:
+    """The files that act on a node of a lab, and the files of the robot."""
+    scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
+               if path.name not in JUDGING]
+    return sorted(path for path in [
+        *scripts, *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT,
+        PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT, PACKAGE / 'launch' / 'fake_robot.launch',
+        PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
+
+
+def values_in(scripts: str) -> Dict[str, Any]:
+    """The constants of the labs whose names stand in the text of the scripts, such as places,
+    headings and times: 'module NAME' -> value."""
+    words = sorted(set(re.findall(r'\b[A-Z][A-Z0-9_]+\b', scripts)))
+    labs = [importlib.import_module('tb3_labs.marking.labs.' + path.stem)
+            for path in sorted(MARKING.glob('labs/*.py')) if not path.stem.startswith('ros_')]
+    return {f'{lab.__name__} {word}': getattr(lab, word)
+            for lab in labs for word in words if hasattr(lab, word)}

@@ -68,11 +68,10 @@ def student_page(marks: Marks, lab: str) -> str:
 
 
 def _head(marks, places):
-    points = f'{marks.points:g} of {marks.worth:g} points.'
-    return ['<p><b>{}</b> {}</p>'.format(points if marks.is_known else 'Not judged.', escape(
-        'Node: {}.'.format(marks.node) if marks.node else ''))] + [
-            f'<p>{places.linked(text)}</p>'
-            for text in [*marks.decision_sentences, *marks.sentences]]
+    points = f'{marks.points:g} of {marks.worth:g} points.' if marks.is_known else 'Not judged.'
+    node = f'Node: {escape(marks.node)}.' if marks.node else ''
+    return [f'<p><b>{points}</b> {node}</p>'] + [
+        f'<p>{places.linked(text)}</p>' for text in [*marks.decision_sentences, *marks.sentences]]
 
 
 class Places:
@@ -90,14 +89,14 @@ class Places:
         if name not in self._texts:
             sheet, heading, step = (unescape(part) for part in found.groups(''))
             self._texts[name] = _text_at(sheet, heading, step)
-        return '<a href="#place-{}">{}</a>'.format(
-            list(self._texts).index(name) + 1, name) if self._texts[name] else name
+        number = list(self._texts).index(name) + 1
+        return f'<a href="#place-{number}">{name}</a>' if self._texts[name] else name
 
     @property
     def parts(self) -> List[str]:
         """The HTML of the places."""
-        texts = ['<details><summary>{}</summary><pre id="place-{}">{}</pre></details>'.format(
-            name, k, escape(text)) for k, (name, text) in enumerate(self._texts.items(), 1) if text]
+        texts = [f'<details><summary>{name}</summary><pre id="place-{number}">{escape(text)}</pre>'
+                 '</details>' for number, (name, text) in enumerate(self._texts.items(), 1) if text]
         return (['<h2>In the lab sheets</h2>'] if texts else []) + texts
 
 
@@ -156,8 +155,8 @@ def _verdicts(verdicts, has_timeline, places):
         above |= {v.observed} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
             sentence = Markup(f'{sentence} <a href="#t={v.moment:.1f}">Watch it</a>')
-        rows.append([v.criterion.meaning, symbol(v), '{:g} / {:g}'.format(
-            v.points, v.worth) if v.worth else '', sentence])
+        points = f'{v.points:g} / {v.worth:g}' if v.worth else ''
+        rows.append([v.criterion.meaning, symbol(v), points, sentence])
     return table(['what is asked', '', 'points', SEEN], rows, words=(SEEN,), is_plain=True)
 
 
@@ -166,17 +165,18 @@ def symbol(verdict: Verdict) -> Markup:
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
         outcome = Outcome.NOT_OFFERED       # what nobody asked for is not wrong
-    return Markup('<span class="verdict" style="background: {}" title="{}">{}</span>'.format(
-        COLOURS[outcome], verdict.outcome.value, SYMBOLS[outcome]))
+    return Markup(f'<span class="verdict" style="background: {COLOURS[outcome]}" '
+                  f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
 
 
 def _printed(observation):
     parts = ['<h2>What the node printed last</h2>']
     for number, run in enumerate(observation.runs, 1):
         lines = [line for line in run.printed.splitlines() if line.strip()]
-        parts.append('<p>Start {} of {}{}</p><pre>{}</pre>'.format(
-            number, len(observation.runs), '' if run.ready is not None else ', never ready',
-            escape('\n'.join(line[:LINE_LENGTH] for line in lines[-SHOWN_LINES:])) or '(nothing)'))
+        text = escape('\n'.join(line[:LINE_LENGTH] for line in lines[-SHOWN_LINES:]))
+        parts.append(f'<p>Start {number} of {len(observation.runs)}'
+                     + ('' if run.ready is not None else ', never ready')
+                     + f'</p><pre>{text or "(nothing)"}</pre>')
     return parts
 
 
@@ -197,8 +197,8 @@ def results(marks: Marks) -> Dict[str, Any]:
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
         'tests': [{
-            'name': '{}{}'.format('Beyond the handout: ' if verdict.criterion.extra else '',
-                                  verdict.criterion.meaning),
+            'name': f'Beyond the handout: {verdict.criterion.meaning}' if verdict.criterion.extra
+            else verdict.criterion.meaning,
             'number': str(number),
             'score': verdict.points,
             'max_score': 0.0 if verdict.criterion.extra else verdict.worth,

@@ -6,30 +6,29 @@ end none of its processes is left, whatever the submission did.
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
 import time
 import uuid
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, Mapping
+from typing import Any, Dict, Mapping, Set
 
 import rospkg
 
 from tb3_labs.command_line import write_output
-from tb3_labs.marking.intake.find_node import NotJudged
+from tb3_labs.marking.intake.archives import NotJudged
+from tb3_labs.marking.intake.launch import IDENTITY, OWN_PACKAGE
 from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
-from tb3_labs.marking.intake.sandbox import (
-    IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, OtherUser, Sandbox)
+from tb3_labs.marking.intake.sandbox import MODULES, PREFIXES, NoSandbox, OtherUser, Sandbox
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
-from tb3_labs.marking.lab_table import LAB_NODES
 from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
+from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.trial.processes import sweep
 
 #: Variables of the caller's terminal that stay for the marking.
 KEPT = re.compile(
@@ -51,16 +50,6 @@ loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 LIMIT, POLL_PERIOD = 300.0, 0.1
 
 
-@dataclass(frozen=True)
-class Options:
-    """Settings of a try."""
-
-    package: str = ''           # of the node, if it is not a usual one of the lab
-    name: str = ''              # of the node's file, if it is not a usual one
-    option: str = ''            # the value of the lab's option; '' if it has none
-    sandbox: bool = True        # do the submissions' programs run in a Sandbox?
-
-
 class MarkingInterrupted(RuntimeError):
     """A person has interrupted the marking."""
 
@@ -68,22 +57,20 @@ class MarkingInterrupted(RuntimeError):
 class TrialRunner:
     """Marks the submissions of a class. Several threads may use it at a time."""
 
-    def __init__(self, folder: MarksFolder, options: Options = Options()) -> None:
-        """`folder`: says what is marked, and gets the logs."""
-        self.folder, self._lab, self._options = folder, folder.lab, options
-        self._option = LABS[folder.lab].option
-        #: Once this is set, all that runs is ended; each :meth:`try_out` raises MarkingInterrupted.
-        self.interrupted = threading.Event()
+    def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
+        """`folder`: says what is marked, and gets the logs. Once `interrupted` is set, all that
+        runs is ended; each :meth:`try_out` raises MarkingInterrupted."""
+        self.folder, self.interrupted = folder, interrupted
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into `work`, an existing folder, and read it."""
-        return read(submission, work / 'ws' / COPY, LAB_NODES[self._lab], self._options.package,
-                    self._options.name)
+        return read(submission, work / 'ws' / COPY, LAB_NODES[self.folder.lab],
+                    self.folder.options.package, self.folder.options.name)
 
     def try_out(self, submission: Submission, reading: ParsedSubmission, work: Path) -> Marks:
         """Record the trial of the submission that was read in `work`, into the folder of marks.
         Returns the Marks of what was handed in."""
-        marks, identity = handed_in(submission), uuid.uuid4().hex
+        marks, identity = new_marks(submission), uuid.uuid4().hex
         marks.remarks, marks.findings = reading.remarks, list(reading.look_at)
         with suppress(FileNotFoundError):
             self.folder.bag(marks.student).unlink()
@@ -100,19 +87,20 @@ class TrialRunner:
         marks.places = [f'{work}/ws/{place}' for place in (
             f'{COPY}/{reading.package}/', COPY + '/', '')]     # of no use to a student
         log, record = self.folder.logs / (marks.student + '.log'), work / 'trial.bag'
-        sandbox = Sandbox([work / 'ws', work / 'etc']) if self._options.sandbox else (
+        sandbox = Sandbox([work / 'ws', work / 'etc']) if self.folder.options.sandbox else (
             NoSandbox() if os.geteuid() else OtherUser())
         own = environment_in(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, work / 'ws', own, sandbox)
         marks.node = f'{launch.package}/{os.path.basename(launch.program)}'
-        if self._option is not None:
-            marks.remarks.append(self._option.as_text(self._options.option))
+        option = LABS[self.folder.lab].option
+        if option is not None:
+            marks.remarks.append(option.as_text(self.folder.options.option))
         sandbox.hand_over(work / 'ws')
         # the node alone gets the environment of the student's workspace: modules of the submission
         own.update(launch.write(work / 'launch.json'))
         write_output(log, '')       # a new file, never through a link
         with open(str(log), 'w') as file:
-            in_time = self._check(marks.node, sandbox, record, own, file)
+            in_time = self._check(sandbox.own_network(self._rostest(marks.node, work)), own, file)
         if not in_time:
             marks.remarks.append(f'It was stopped after {LIMIT:g} s, the limit.')
         if self.interrupted.is_set():
@@ -124,19 +112,20 @@ class TrialRunner:
         marks.findings += elsewhere('\n'.join(run.printed for run in observation.runs),
                                     work / 'ws' / COPY)
 
-    def _check(self, node, sandbox, record, environment, output):
-        """Run the lab's check on package/file `node`; False if the time was up."""
-        package, executable = node.split('/')
-        work = record.parent
-        check = subprocess.Popen(
-            sandbox.own_network([
-                'rostest', 'tb3_labs', f'check_{self._lab}.test', 'pkg:=' + package,
+    def _rostest(self, node, work):
+        """The command of the lab's check of package/file `node`, which records a bag in `work`."""
+        (package, executable), lab = node.split('/'), self.folder.lab
+        option = LABS[lab].option
+        return ['rostest', 'tb3_labs', f'check_{lab}.test', 'pkg:=' + package,
                 'type:=' + executable, 'parts:=' + ','.join(self.folder.parts),
-                f'record:={record}', f"truth:={work / 'truth'}"]
-                + ([] if self._option is None else
-                   [f'{self._option.name}:={self._options.option}'])),
-            env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL, stdout=output,
-            stderr=output, start_new_session=True)
+                f"record:={work / 'trial.bag'}", f"truth:={work / 'truth'}"] + (
+                    [f'{option.name}:={self.folder.options.option}'] if option else [])
+
+    def _check(self, command, environment, output):
+        """Run a check; False if the time was up."""
+        check = subprocess.Popen(
+            command, env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL,
+            stdout=output, stderr=output, start_new_session=True)
         begun = time.monotonic()
         while check.poll() is None and not self.interrupted.wait(POLL_PERIOD) and (
                 time.monotonic() < begun + LIMIT):
@@ -147,9 +136,53 @@ class TrialRunner:
         return in_time
 
 
-def handed_in(submission: Submission, **more: Any) -> Marks:
+def new_marks(submission: Submission, **more: Any) -> Marks:
     """The Marks of a submission of which nothing is known yet."""
     return Marks(submission.student, number=submission.number, late=submission.late, **more)
+
+
+# -- the end
+
+def sweep(identity: str) -> None:
+    """Kill every process that has this identity in its environment, until none is left: also a
+    process that left its group.
+
+    Programs that start others faster than they are found are stopped first, by whole groups: what
+    is stopped starts nothing, and its places among the processes stay taken.
+    """
+    mark = f'{IDENTITY}={identity}'.encode()
+    looks = 0
+    while looks < 2:        # a process that starts a program has no environment for a moment
+        stopped: Set[int] = set()
+        while _stop_others(mark, stopped):
+            pass
+        looks = 0 if stopped else looks + 1
+        for pid in stopped:
+            with suppress(ProcessLookupError):      # it has ended already
+                if _has(pid, mark):     # else its number may be another process's by now
+                    os.kill(pid, signal.SIGKILL)
+
+
+def _stop_others(mark, stopped):
+    """Stop the processes with this mark that are not among `stopped`, the newest first, and add
+    them. Were there any?"""
+    before = len(stopped)
+    for pid in sorted((int(name) for name in os.listdir('/proc') if name.isdigit()), reverse=True):
+        if pid not in stopped and _has(pid, mark):
+            with suppress(ProcessLookupError):      # it has ended already
+                group = os.getpgid(pid)
+                os.kill(pid, signal.SIGSTOP)
+                if group != os.getpgrp():
+                    os.killpg(group, signal.SIGSTOP)
+            stopped.add(pid)
+    return len(stopped) > before
+
+
+def _has(pid, mark):
+    try:
+        return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
+    except OSError:
+        return False
 
 
 # -- the environment

@@ -5,6 +5,7 @@ A zip file may be a bomb, or have paths that lead out of it: read_submission.py 
 process of its own.
 """
 import errno
+import hashlib
 import os
 import re
 import shutil
@@ -14,10 +15,9 @@ import zlib
 from collections import Counter
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Dict, Iterable, List, Optional, Pattern, Tuple
+from typing import IO, Dict, Iterable, List, Optional, Pattern, Sequence, Tuple
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.find_node import NotJudged, shortened
 
 ZIP = '.zip'
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
@@ -37,7 +37,7 @@ OTHERS = {b'7z\xbc\xaf': 'a 7z file', b'Rar!': 'a rar file', b'\x1f\x8b': 'a gz 
           b'': 'no zip file'}
 #: Endings of a package's own files, which are unpacked first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
-#: Archives that are not unpacked; a zip file if it lies in another one.
+#: Endings of archives that are not unpacked. A zip file is not unpacked within a zip file.
 OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 #: Errors of one entry of a zip file; the others may be read.
 OF_AN_ENTRY = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
@@ -47,9 +47,28 @@ NO_NAME, LONGEST_SAID = 'no file here can have that name', 200
 DAMAGED = 'the zip file is damaged there, or has a password'
 
 
+class NotJudged(Exception):
+    """A submission, or an archive, cannot be judged; the text is the reason, a sentence."""
+
+
 def is_zip(name: str) -> bool:
     """Is a file of this name called a zip file?"""
     return name.lower().endswith(ZIP)
+
+
+def files_in(folder: Path) -> List[Path]:
+    """Returns the paths of all files below `folder`, in order, without links."""
+    return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
+
+
+def digest(folder: Path) -> str:
+    """Returns a hash of all files in the copy of a submission."""
+    whole = hashlib.sha256()
+    for path in files_in(folder):
+        whole.update(f'{path.relative_to(folder)} {path.stat().st_size}\n'.encode(
+            errors='surrogateescape'))
+        whole.update(path.read_bytes())
+    return whole.hexdigest()
 
 
 def sort_out(folder: Path, skipped: Pattern[str] = MADE) -> Tuple[List[Path], List[Path]]:
@@ -126,7 +145,7 @@ def unpack(path: Path, folder: Path, limits: UnpackLimits,
                 else:
                     if place in wanted and not place.endswith('/'):
                         left[TWICE].append(place)
-                    wanted[place] = info        # every program uses the last one
+                    wanted[place] = info        # every program uses the last entry
             folder.mkdir(parents=True, exist_ok=True)
             for place, info in sorted(wanted.items(), key=lambda item: budget_order(
                     item[0], item[1].file_size)):
@@ -174,6 +193,12 @@ def _place(info):
 
 
 # -- copies
+
+def shortened(names: Sequence[str], most: int = 6) -> str:
+    """The names in one line: at most so many, and how many are left out."""
+    more = f' and {len(names) - most} more' if len(names) > most else ''
+    return ', '.join(names[:most]) + more
+
 
 def left_out(why: str, left: Iterable[object]) -> List[str]:
     """A remark that these files were left out, if there are any."""

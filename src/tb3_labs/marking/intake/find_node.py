@@ -1,32 +1,21 @@
-"""The packages of a submission, and the file in them that is the node of a lab.
+"""The file of a submission that is the node of a lab.
 
 A repository of a whole course has several files with the same name. A file that was put aside comes
 last; then a file is chosen by its package, its name, and what it does.
 
 Here all files of a submission are only read, as texts.
 """
-import hashlib
-import keyword
 import os
 import re
 import shlex
-import xml.etree.ElementTree as ElementTree
 from functools import lru_cache
-from os.path import commonprefix
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Tuple
 
-from tb3_labs.marking.lab_table import LAB_NODES, NodeNames
+from tb3_labs.marking.intake.archives import NotJudged, files_in, shortened
+from tb3_labs.marking.intake.packages import FOLDERS, MANIFEST, is_aside, name_in, package_folder
+from tb3_labs.marking.names import LAB_NODES, NodeNames
 
-#: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
-NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
-MANIFEST = 'package.xml'
-#: At most this much of a package.xml is read [bytes].
-LARGEST_MANIFEST = 100000
-#: The folders of a package's messages, services and actions; also the endings of their files.
-INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
-#: The folders of a package where nodes usually are, likeliest first.
-FOLDERS = ('scripts', 'nodes', 'src')
 LISTENS_TO = 'listens to '
 #: Candidates with this many equal ranks are alike.
 ALIKE = 4
@@ -34,98 +23,6 @@ ALIKE = 4
 CATKINS = b'generated from catkin/cmake/template'
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
-#: A hidden folder, or a folder with one of these words in its name, has files that were put aside.
-ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
-                   r'archived?|deleted)(?![a-z])', re.IGNORECASE)
-
-
-def is_name(text: str) -> bool:
-    """Does ROS allow this as the name of a package, a type or a field, and Python too?"""
-    return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
-
-
-def is_typo_of(name: str, near: str) -> bool:
-    """Does `name` differ from `near` by one letter, or by two letters that changed places? Names
-    with different digits (cv, cv2) are different modules."""
-    same = sum(len(commonprefix(pair)) for pair in ([name, near], [name[::-1], near[::-1]]))
-    longest = max(len(name), len(near))
-    return (name[0] == near[0] and abs(len(name) - len(near)) < 2
-            and re.sub(r'\d', '', name) != re.sub(r'\d', '', near)
-            and same >= longest - 1 - (sorted(name) == sorted(near)))
-
-
-def files_in(folder: Path) -> List[Path]:
-    """Returns the paths of all files below `folder`, in order, without links."""
-    return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
-
-
-def digest(folder: Path) -> str:
-    """Returns a hash of all files in the copy of a submission."""
-    whole = hashlib.sha256()
-    for path in files_in(folder):
-        whole.update(f'{path.relative_to(folder)} {path.stat().st_size}\n'.encode(
-            errors='surrogateescape'))
-        whole.update(path.read_bytes())
-    return whole.hexdigest()
-
-
-def package_folder(path: Path, folder: Path) -> Optional[Path]:
-    """Returns the nearest folder above `path`, within `folder`, with a package.xml; else None."""
-    for parent in path.parents:
-        if (parent / MANIFEST).is_file():
-            return parent
-        if parent == folder:
-            return None
-    return None
-
-
-def name_in(manifest: Path) -> Tuple[str, str]:
-    """Returns (name in a package.xml, ''), or ('', reason) if there is no valid name."""
-    if not manifest.is_file():
-        return '', 'The package has no package.xml: one was made.'
-    try:
-        text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
-        if '<!ENTITY' in text:      # an entity may expand to millions of others
-            raise ValueError('it has entities')
-        name = (ElementTree.fromstring(text).findtext('name') or '').strip()
-    except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
-        return '', f'package.xml cannot be read ({error}): one was made.'
-    if NAME.fullmatch(name.replace('-', '_')):
-        return name, ''
-    return '', f'The package is called {name[:60]!r}: it got another name.'
-
-
-def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """Returns name -> folder of all packages below `folder` whose names a program can import.
-
-    A package has a package.xml, or at least message files. If several packages have one name, the
-    package nearest to `node` is taken.
-    """
-    files = files_in(folder)
-    places = {path.parent for path in files if path.name == MANIFEST} | {
-        path.parent.parent for path in files
-        if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
-
-    def near(place: Path) -> Tuple[int, bool, int, str]:
-        common = set(place.parents) & set(node.parents)
-        return (-len(common), is_aside(str(place.relative_to(folder))), len(place.parts),
-                str(place))
-    # the nearest comes last, and replaces the earlier ones
-    named = [(name_in(place / MANIFEST)[0] or place.name, place)
-             for place in sorted(places, key=near, reverse=True)]
-    return {name: place for name, place in named if is_name(name)}
-
-
-def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of the files of this kind, in a package; the names may be invalid."""
-    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
-            for kind in INTERFACES}
-
-
-# -- the node
-
-class NotJudged(Exception):
-    """A submission, or an archive, cannot be judged; the text is the reason, a sentence."""
 
 
 class Choice(NamedTuple):
@@ -184,20 +81,6 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
                        found[0].path, shortened([each.path for each in alike[1:]]),
                        shlex.quote(other))]
     return Choice(found[0].path, _remarks(found, packages, names), look_at)
-
-
-def is_aside(path: str) -> bool:
-    """Does a path lead through a folder of hidden, old or copied files?"""
-    return any(map(ASIDE.search, Path(path).parts))
-
-
-def source_of(node: Path, folder: Path) -> Path:
-    """Returns the folder of a node's package; a guess if there is no package.xml."""
-    found = package_folder(node, folder)
-    if found is not None:
-        return found
-    in_usual = node.parent.name in FOLDERS and node.parent != folder
-    return node.parent.parent if in_usual else node.parent
 
 
 def _is_program(path):
@@ -262,12 +145,6 @@ def _remarks(found, packages, names):
         why += f" (there is no package {' or '.join(packages)})"
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
         len(found), best.path, why, shortened([other.path for other in others]))]
-
-
-def shortened(names: Sequence[str], most: int = 6) -> str:
-    """The names in one line: at most so many, and how many are left out."""
-    more = f' and {len(names) - most} more' if len(names) > most else ''
-    return ', '.join(names[:most]) + more
 
 
 def _what_was_found(programs, handed_in):

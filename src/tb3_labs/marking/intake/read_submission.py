@@ -1,5 +1,5 @@
-"""Reads a submission: it is copied, its node is chosen, and the needs of the node are found: the
-packages of the submission that it imports, and the modules that it lacks.
+"""Reads a submission: copies it, chooses its node, and finds the needs of the node: the packages of
+the submission that it imports, and the modules that it lacks.
 
 All this happens in a process of its own within limits: a file of a stranger may be made so that
 reading it takes all memory, or hours. Then that process ends, not the marking.
@@ -13,15 +13,15 @@ import sys
 from contextlib import suppress
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Set, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 
-from tb3_labs.marking.intake.archives import CLASS, NEVER, UnpackLimits, unpack
-from tb3_labs.marking.intake.cmake_files import modules_of
-from tb3_labs.marking.intake.find_node import (
-    MANIFEST, Choice, NotJudged, digest, find_node, interface_files, is_name, is_typo_of, name_in,
-    packages_in, source_of)
+from tb3_labs.marking.intake.archives import (
+    CLASS, NEVER, NotJudged, UnpackLimits, digest, unpack)
+from tb3_labs.marking.intake.find_node import find_node
+from tb3_labs.marking.intake.packages import (
+    MANIFEST, interface_files, modules_of, name_in, packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, lay_out
-from tb3_labs.marking.lab_table import NodeNames
+from tb3_labs.marking.names import NodeNames, is_name, is_typo_of
 
 #: The most that a call may use: memory [bytes], processor time [s].
 MEMORY, COMPUTING = 10 ** 9, 120
@@ -62,9 +62,9 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
          name: str = '') -> ParsedSubmission:
     """The ParsedSubmission of a submission, copied into `folder`, which is made. `package`, `name`:
     of the node, if given. ``NotJudged`` if no file can be the node, or if it lacks modules."""
-    return ParsedSubmission(*_call('It cannot be read', _read, {
-        str(path): own_name for path, own_name in submission.files.items()}, str(folder), lab,
-                 package, name))
+    files = {str(path): own_name for path, own_name in submission.files.items()}
+    return ParsedSubmission(
+        *_call('It cannot be read', _read, files, str(folder), lab, package, name))
 
 
 def unpack_class(path: Path, folder: Path) -> List[str]:
@@ -106,58 +106,52 @@ def _unpack_class(path, folder):
 
 def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
           name: str) -> ParsedSubmission:
-    place = Path(folder)
-
-    def found() -> Choice:
-        return find_node(place, NodeNames(*lab), package, name)
+    place, names = Path(folder), NodeNames(*lab)
 
     def has_node() -> bool:
         with suppress(NotJudged):
-            return bool(found())
+            return bool(find_node(place, names, package, name))
         return False
     remarks, unread = lay_out({Path(path): own for path, own in files.items()}, place, has_node)
     unread = list(dict.fromkeys(unread))
     try:
-        path, why, look_at = found()
+        path, why, look_at = find_node(place, names, package, name)
     except NotJudged as problem:    # the node may be in what was not read
         raise NotJudged(' '.join((unread or [str(problem)]) + remarks)) from None
     node = place / path
     source, packages = source_of(node, place), packages_in(place, node)
-    needs = _needs_of(node, packages)
-    if 'rclpy' in needs.lacking:
+    needed, given, unused, lacking, slips = _needs_of(node, packages)
+    if 'rclpy' in lacking:
         raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')
-    if needs.lacking:
-        raise NotJudged('{} imports {}, which neither the submission nor the marking machine has.'
-                        .format(path, ' and '.join(needs.lacking)))
-    slips = ['{} imports {}, and there is no such module; near it: {}.'.format(path, *slip)
-             for slip in needs.slips]
+    if lacking:
+        raise NotJudged(f'{path} imports {" and ".join(lacking)}, which neither the submission nor '
+                        'the marking machine has.')
+    misspelt = [f'{path} imports {name}, and there is no such module; near it: {near}.'
+                for name, near in sorted(slips.items())]
     return ParsedSubmission(
-        digest(place), remarks + why + unread + slips, look_at + slips, path,
-        str(source.relative_to(place)),
-        *name_in(source / MANIFEST),
-        {each: str(packages[each].relative_to(place)) for each in needs.packages},
-        needs.given, needs.unused)
+        digest(place), remarks + why + unread + misspelt, look_at + misspelt, path,
+        str(source.relative_to(place)), *name_in(source / MANIFEST),
+        {name: str(packages[name].relative_to(place)) for name in needed}, given, unused)
 
 
 # -- the imports of a program
 
 class Import(NamedTuple):
-    """One import statement of a program."""
+    """The import of a module by a program."""
 
-    modules: Tuple[str, ...]    # with dots, as they are written
-    names: Tuple[str, ...]      # what it imports from the module; () for a plain import
+    module: str                 # with dots, as it is written
+    names: Tuple[str, ...]      # of the module's content; () if the module itself is imported
     used: bool                  # is an imported name used?
     guarded: bool               # does the program go on if the import fails?
 
     @property
-    def packages(self) -> Set[str]:
-        """The modules up to their first dot."""
-        return {module.split('.')[0] for module in self.modules}
+    def package(self) -> str:
+        """The module up to its first dot."""
+        return self.module.split('.')[0]
 
 
 def imports_of(text: bytes) -> List[Import]:
-    """Returns the import statements of a program, in any order; [] if it is not valid Python, or
-    too deep.
+    """Returns the imports of a program, in any order; [] if it is not valid Python, or too deep.
 
     Imports of the program's own package (``from . import x``) are left out.
     """
@@ -172,16 +166,12 @@ def imports_of(text: bytes) -> List[Import]:
     found = []
     for node in nodes:
         if isinstance(node, ast.Import):
-            modules = tuple(alias.name for alias in node.names)
-            names: Tuple[str, ...] = ()
-            bound = {alias.asname or alias.name.split('.')[0] for alias in node.names}
+            found += [Import(alias.name, (), (alias.asname or alias.name.split('.')[0]) in used,
+                             id(node) in guarded) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules, names = (node.module,), tuple(alias.name for alias in node.names)
             bound = {alias.asname or alias.name for alias in node.names}
-        else:
-            continue
-        found.append(Import(modules, names, '*' in bound or bool(bound & used),
-                            id(node) in guarded))
+            found.append(Import(node.module, tuple(alias.name for alias in node.names),
+                                bool(bound & {'*', *used}), id(node) in guarded))
     return found
 
 
@@ -190,26 +180,21 @@ def _catches(handler):
         isinstance(node, ast.Name) and node.id in CAUGHT for node in ast.walk(handler.type))
 
 
-class Needs(NamedTuple):
-    """The needs of a node besides the system's modules."""
-
-    packages: List[str]     # names
-    given: List[str]        # missing packages of which the node imports a GIVEN file
-    unused: List[str]       # modules that are not found, and not used, with dots
-    lacking: List[str]      # modules that are not found, up to their first dot
-    slips: List[Tuple[str, str]]    # such modules, and the modules that were probably meant
-
-
 def _needs_of(node, packages):
-    """The Needs of a node; `packages`: name -> folder of all packages of the submission. The
-    imports of the modules beside the node are read, too."""
+    """The needs of a node besides the system's modules; `packages`: name -> folder of all packages
+    of the submission. The imports of the modules beside the node are read, too.
+
+    Returns (names of the packages that it needs; missing packages of which it imports a GIVEN file;
+    modules that are not found and not used, with dots; modules that are not found, up to their
+    first dot; such a module -> the module that was probably meant).
+    """
     needed, programs, own = [], [node], []
     made = {folder.name: name for name, package in packages.items()
             for folder in modules_of(package, name)}
     for program in programs:        # the list grows meanwhile
         found = imports_of(program.read_bytes())
         own += [item for item in found if not item.guarded] if program == node else []
-        imported = sorted(set().union(*(item.packages for item in found)))
+        imported = sorted({item.package for item in found})
         for name in imported:       # this list too
             beside = node.parent / (name + '.py')
             if beside.is_file() and beside not in programs:
@@ -222,17 +207,17 @@ def _needs_of(node, packages):
                              for path in sorted(folder.rglob('*.py'))]
     offered = {name for name, folder in packages.items() if any(
         interface_files(folder).values()) or (folder / 'setup.py').exists()}.union(made)
-    missing = {name for name in set().union(*(item.packages for item in own)) - offered
+    missing = {name for name in {item.package for item in own} - offered
                if name not in sys.builtin_module_names
                and PathFinder.find_spec(name, [str(node.parent)] + sys.path) is None}
-    given = {name for item in own if GIVEN in item.names and item.modules[0].endswith('.msg')
-             for name in item.packages & missing if is_name(name) and name not in packages}
+    given = {item.package for item in own
+             if GIVEN in item.names and item.module.endswith('.msg') and item.package in missing
+             and is_name(item.package) and item.package not in packages}
     slips = _slips(missing - given)
     missing -= given.union(slips)
-    lacking = set().union(*(item.packages & missing for item in own if item.used), ())
-    return Needs(needed, sorted(given), sorted({
-        module for item in own for module in item.modules
-        if module.split('.')[0] in missing - lacking}), sorted(lacking), sorted(slips.items()))
+    lacking = {item.package for item in own if item.used and item.package in missing}
+    unused = {item.module for item in own if item.package in missing - lacking}
+    return needed, sorted(given), sorted(unused), sorted(lacking), slips
 
 
 def _slips(missing):

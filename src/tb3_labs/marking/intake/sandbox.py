@@ -24,28 +24,23 @@ from typing import Dict, Iterable, List, Mapping
 
 import rospkg
 
-#: The environment variable of the identity; each try of a submission has its own value.
-IDENTITY = 'TB3_LABS_SUBMISSION'
+from tb3_labs.marking.intake.launch import FILES_LIMITED, HOME, IDENTITY, OWN_FOLDERS, OWN_PACKAGE
+
 #: Variables that list the folders of workspaces, and of Python's modules.
 PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
-OWN_PACKAGE = 'tb3_labs'
 #: The parts of this package for a student's program: messages, services, and files to find them.
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
-USER = 'student'
-HOME = '/home/' + USER
 LOGS = HOME + '/.ros/log'
 #: The protection that is left without sandboxes.
 UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
-#: Folders that are a program's own.
-OWN_FOLDERS = ('/tmp', HOME, '/dev/shm')
-#: Size of each of these folders [bytes].
+#: Size of each of a program's own folders [bytes].
 ROOM = 100 * 10 ** 6
-#: Limits: the largest file [bytes], the address space of one process [bytes], the number of threads
-#: and processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
-LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
+#: Limits: the address space of one process [bytes], the number of threads and processes together.
+#: (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
+ADDRESS_SPACE, TASKS = 6 * 10 ** 9, 500
 #: Limits of each process of master, robot, check and node.
-LIMITED = ['prlimit', f'--as={ADDRESS_SPACE}', f'--fsize={LARGEST_FILE}']
+LIMITED = FILES_LIMITED + [f'--as={ADDRESS_SPACE}']
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)
 #: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
@@ -92,7 +87,7 @@ class NoSandbox:
 
     def command(self, command: List[str]) -> List[str]:
         """The command that starts a submission's program."""
-        return ['prlimit', f'--fsize={LARGEST_FILE}'] + command
+        return FILES_LIMITED + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         """The environment of a submission's program."""
@@ -165,7 +160,8 @@ class Sandbox(NoSandbox):
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         kept = {name: value for name, value in environment.items()
                 if name.startswith(KEPT_VARIABLES)}
-        return dict(kept, HOME=HOME, USER=USER, LOGNAME=USER,
+        user = os.path.basename(HOME)
+        return dict(kept, HOME=HOME, USER=user, LOGNAME=user,
                     ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=LOGS)
 
     def hand_over(self, folder: Path) -> None:

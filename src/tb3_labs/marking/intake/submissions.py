@@ -15,13 +15,12 @@ import stat
 import unicodedata
 from collections import Counter
 from pathlib import Path
-from typing import Callable, Dict, Iterable, List, NamedTuple, Tuple
+from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, UnpackLimits, budget_order, is_zip, left_out,
-    sort_out, unpack, write)
-from tb3_labs.marking.intake.find_node import MANIFEST, NotJudged, files_in, shortened
+    MADE, NEVER, NO_NAME, OTHER_ARCHIVES, ZIP, NotJudged, UnpackLimits, budget_order, is_zip,
+    left_out, shortened, sort_out, unpack, write)
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(
@@ -97,23 +96,22 @@ def by_student(names: Dict[str, HandedIn]) -> Dict[str, List[str]]:
     return students
 
 
-def students_named(students: Iterable[str], wanted: Iterable[str]) -> List[str]:
-    """The students that are wanted; letters of another case, or a Mac's u with two dots for one
-    letter, are accepted for a name that only one has. ``ValueError`` for an unknown name, with the
-    names that are similar."""
+def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
+    """The students of the wanted names. Letters of another case, and the two characters of which a
+    Mac makes a letter with dots, are accepted if only one student has such a name. ``ValueError``
+    for an unknown name, with similar names."""
     def folded(text: str) -> str:
         return unicodedata.normalize('NFC', text).casefold()
-    students, found = list(students), []
+    found = []
     for name in wanted:
-        same = [student for student in students if student == name] or [
+        same = [name] if name in students else [
             student for student in students if folded(student) == folded(name)]
         if len(same) != 1:
-            near = [student for student in students if folded(name) in folded(student)] or (
+            near = same or [student for student in students if folded(name) in folded(student)] or (
                 difflib.get_close_matches(name, students))
             raise ValueError('{} submission is called {}; {}: {}'.format(
                 'more than one' if same else 'no', name,
-                'these are' if same or not near else 'near it',
-                shortened(same or near or students, 10)))
+                'near it' if near and not same else 'these are', shortened(near or students, 10)))
         found += same
     return found
 
@@ -136,6 +134,7 @@ def lay_out(handed_in: Dict[Path, str], folder: Path,
     in one).
 
     Zip files are unpacked unless the node lies beside them: then they do not belong to the code.
+    Folders of the names MADE are copied if the node is nowhere else.
     """
     done = _lay_out(handed_in, folder, has_node, MADE)
     if not has_node():
@@ -166,44 +165,23 @@ def _lay_out(handed_in, folder, has_node, skipped):
     remarks += left_out(NO_NAME, lost)
     if zips and has_node():
         remarks += left_out('it is a zip file beside the node', zips)
-    else:
-        _unpack({place: files[place][0] for place in zips}, folder, limits, skipped, (
-            remarks, unread))
-    others = [path.name for path in sort_out(folder, NEVER)[0]
-              if path.suffix.lower() in OTHER_ARCHIVES]
-    unread += ['{} was not unpacked: only zip files are, and none in others.'.format(
-        printable(name)) for name in others[:1]]
-    return remarks, unread + ([limits.exceeded] if limits.exceeded else [])
-
-
-def _unpack(zips, folder, limits, skipped, notes):
-    """Unpack zip files, each into a folder of its own, unless they belong together: one has a
-    package.xml that another lacks, and no file is in two of them."""
-    remarks, unread = notes
-    roots = []
-    for place, file in zips.items():
+        zips = []
+    for place in zips:
         root = folder / place.parent / (place.stem + '.unpacked')
         while root.exists():        # two names may differ in their endings alone
             root = root.with_name(root.name + '_')
         try:
-            remarks += unpack(file, root, limits, skipped)
+            remarks += unpack(files[place][0], root, limits, skipped)
         except NotJudged as reason:
             unread.append(str(reason))
-        roots.append(root)
-    files = {root: [path.relative_to(root) for path in files_in(root)] for root in roots}
-    places = [place for each in files.values() for place in each]
-    folders = {above for place in places for above in place.parents}
-    if len({MANIFEST in {place.name for place in each} for each in files.values()}) == 2 and (
-            len(folders.union(places)) == len(folders) + len(places)):
-        for root in roots[1:]:
-            for place in files[root]:
-                target = roots[0] / place
-                target.parent.mkdir(parents=True, exist_ok=True)
-                (root / place).rename(target)
+    unread += [f'{printable(path.name)} was not unpacked: only zip files are, and none in others.'
+               for path in sort_out(folder, NEVER)[0]
+               if path.suffix.lower() in OTHER_ARCHIVES][:1]
+    return remarks, unread + ([limits.exceeded] if limits.exceeded else [])
 
 
 def _upload(name):
-    """A key by which the latest of several files of one student comes last: Canvas counts them."""
+    """A key by which the latest file of a student comes last: Canvas counts them."""
     canvas, again = CANVAS.fullmatch(name), AGAIN.search(name)
     return int(again.group(1)) if again else 0, int(canvas['upload']) if canvas else 0, name
 
@@ -234,8 +212,8 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def without_wrapping(folder: Path) -> Path:
-    """The only folder in `folder` if it holds only folders and zip files, else `folder`: many
-    programs that make zip files put such a folder around all others."""
+    """The only folder in `folder` if it holds only folders and zip files, else `folder`. Many
+    programs that make zip files put such a folder around all submissions."""
     inside = list(folder.iterdir())
     is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
         path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())

@@ -25,12 +25,13 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.cmake_files import RELAY, RELAYED_MODULE, has_relay, modules_of
-from tb3_labs.marking.intake.find_node import (
-    ACTIONS, MANIFEST, MESSAGES, NAME, SERVICES, interface_files, is_name)
-from tb3_labs.marking.intake.launch import ALWAYS, Launch
+from tb3_labs.marking.intake.launch import ALWAYS, OWN_PACKAGE, Launch
+from tb3_labs.marking.intake.packages import (
+    ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
+    modules_of)
 from tb3_labs.marking.intake.read_submission import GIVEN, ParsedSubmission
-from tb3_labs.marking.intake.sandbox import MODULES, OWN_PACKAGE, NoSandbox
+from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
+from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
 #: The package.xml of a package in the copy if its own name cannot be used.
@@ -40,7 +41,7 @@ SUBSTITUTE = '''<package format="2"><name>{}</name><version>0.0.0</version>
 '''
 #: A first line that names a Python.
 NAMES_PYTHON = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: The text of a module that stands in for one that is missing: each of its names is None.
+#: The text of a module in place of a missing module: each of its names is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
@@ -76,8 +77,8 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         packages[name] = _stand_in(name, workspace / 'given' / name, remarks)
     called = _name(reading, source, packages, remarks)
     if not NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
-        remarks.append('The file {} got another name, since ROS allows letters, digits and _ in it.'
-                       .format(printable(node.name)))
+        remarks.append(f'The file {printable(node.name)} got another name, since ROS allows '
+                       'letters, digits and _ in it.')
         target = node.with_name('node.py')
         while target.exists():
             target = target.with_name(target.stem + '_.py')
@@ -102,8 +103,8 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
             place.mkdir(parents=True, exist_ok=True)
             (place / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
-        remarks.append('{}: imported, but not used, and not found on the marking machine: left '
-                       'out.'.format(', '.join(reading.unused)))
+        remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and not found on the "
+                       'marking machine: left out.')
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
@@ -115,17 +116,17 @@ def _stand_in(name, folder, remarks):
     (folder / MESSAGES).mkdir(parents=True)
     shutil.copy(os.path.join(rospkg.RosPack().get_path(OWN_PACKAGE), MESSAGES, GIVEN + '.msg'),
                 str(folder / MESSAGES))
-    remarks.append('The package {} was not handed in: the message {} of the skeleton stands in for '
-                   'its own.'.format(name, GIVEN))
+    remarks.append(f'The package {name} was not handed in: the message {GIVEN} of the skeleton '
+                   'stands in for its own.')
     return folder
 
 
 def _name(reading, source, packages, remarks):
-    """Returns a usable name of the package; if it is a new one, writes a package.xml with it."""
+    """Returns a usable name of the package. A new name is written into a package.xml."""
     if reading.name and reading.name != OWN_PACKAGE:
         return reading.name
-    remarks.append(reading.bad_name or 'The package is called {}, as this one: it got another '
-                   'name.'.format(reading.name))
+    remarks.append(reading.bad_name or
+                   f'The package is called {reading.name}, as this one: it got another name.')
     # its node may import messages by the folder's name
     name = source.name if source.name in packages else 'submission'
     (source / MANIFEST).write_text(SUBSTITUTE.format(name), encoding='utf-8')
@@ -133,6 +134,7 @@ def _name(reading, source, packages, remarks):
 
 
 def _repair(node, remarks, look_at, relayed):
+    """Repair a node's file. `relayed`: its first line and its exec bit do not matter."""
     code, repairs = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
@@ -146,13 +148,11 @@ def _repair(node, remarks, look_at, relayed):
         repairs.append('is empty')
     elif b'\0' in code:
         repairs.append('is not text in UTF-8: save it as UTF-8')
-    elif relayed:       # its first line and its exec bit do not matter
-        pass
-    elif not code.startswith(b'#!'):
+    elif not (relayed or code.startswith(b'#!')):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
-    elif python and not shutil.which(os.fsdecode(python.group(1))):
-        look_at.append('It begins with {}, which this machine lacks: on another one it may '
-                       'run.'.format(printable(os.fsdecode(first[:80]))))
+    elif python and not relayed and not shutil.which(os.fsdecode(python.group(1))):
+        look_at.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
+                       'lacks: on another one it may run.')
     if not relayed and not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
     remarks += [f'{node.name} {each}.' for each in repairs]
@@ -163,8 +163,8 @@ def _repair(node, remarks, look_at, relayed):
 def elsewhere(printed: str, copy: Path) -> List[str]:
     """Sentences for the instructor on errors that a node printed, and that it may not have on
     another machine; `copy`: of the submission, whose own modules are the same on each."""
-    return ['It ended with "{}". With the versions of another machine, such as Noetic, it may '
-            'run.'.format(line) for line, module in dict.fromkeys(ELSEWHERE.findall(printed))
+    return [f'It ended with "{line}". With the versions of another machine, such as Noetic, it may '
+            'run.' for line, module in dict.fromkeys(ELSEWHERE.findall(printed))
             if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
 
 
@@ -187,8 +187,7 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
     if not files:
         return None
     try:
-        done = _examples_of({'search': system_messages(), 'definitions': files}, environment,
-                            sandbox)
+        done = _examples_of(files, environment, sandbox)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
@@ -218,18 +217,18 @@ def _definitions(name, package, remarks):
                 text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
                 yield [name, kind, stem, text]
             else:
-                remarks.append('{}/{} was not built: ROS allows letters, digits and _ in the name '
-                               'of a type.'.format(name, printable(file)))
+                remarks.append(f'{name}/{printable(file)} was not built: ROS allows letters, '
+                               'digits and _ in the name of a type.')
 
 
-def _examples_of(request, environment, sandbox):
+def _examples_of(definitions, environment, sandbox):
     # its answer comes in a file, since a program in a sandbox cannot write a large one
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
             sandbox.own_network(sandbox.command(LIMITED_PYTHON + [DESCRIBE])),
-            input=json.dumps(request), stdout=answer, stderr=subprocess.DEVNULL,
-            timeout=BUILD_TIME, env=sandbox.environment(environment), check=True, cwd='/',
-            universal_newlines=True)
+            input=json.dumps({'search': system_messages(), 'definitions': definitions}),
+            stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, check=True, cwd='/',
+            env=sandbox.environment(environment), universal_newlines=True)
         answer.seek(0)
         return json.load(answer)
 

@@ -10,12 +10,12 @@ import subprocess
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Tuple
+from typing import Any, Dict, Iterator, List, Tuple
 
 from pyflakes import checker, messages
 
-from tb3_labs.marking.intake.find_node import is_typo_of
-from tb3_labs.marking.text.source_analysis import LARGEST_TEXT, LIMITS
+from tb3_labs.marking.names import is_typo_of
+from tb3_labs.marking.text.source_analysis import LARGEST_TEXT, LIMITS, NOT_READ, nodes_of
 
 PROGRAM = '''import json, sys
 del sys.path[0]
@@ -23,7 +23,7 @@ from tb3_labs.marking.text.lint import assigned, faults
 text = sys.stdin.buffer.read()
 print(json.dumps([faults(text), assigned(text)]))
 '''
-#: At most so many variables, and lines of one, are kept.
+#: At most so many variables, and lines of a variable, are kept.
 MOST_NAMES, MOST_LINES = 200, 6
 #: At most so many faults are listed; so much of a name and of a line is quoted [characters].
 MOST, QUOTED = 4, 60
@@ -50,11 +50,7 @@ def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
 def assigned(text: bytes) -> Dict[str, List[int]]:
     """The lines that assign each variable, `self.NAME` or `NAME`; also a field's `FIELD.x`."""
     lines: Dict[str, List[int]] = {}
-    try:
-        nodes = list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return lines
-    for node in nodes:
+    for node in nodes_of(text):
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
             names = [node.id] if isinstance(node, ast.Name) else []
             if isinstance(node, ast.Attribute):
@@ -71,7 +67,7 @@ def faults(text: bytes) -> List[Fault]:
         tree = ast.parse(text)
         found = [*_without_effect(tree, text.decode(errors='replace').split('\n')),
                  *_always_true(tree), *_misspelt(tree), *_of_pyflakes(tree), *_unused(tree)]
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except NOT_READ:
         return []
     first = {words: line for line, words in sorted(found, reverse=True)}
     return sorted((line, words) for words, line in first.items())[:MOST]
@@ -99,28 +95,20 @@ def _always_true(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _misspelt(tree: ast.Module) -> Iterator[Fault]:
-    """An attribute that is assigned and never read, or a text that is assigned and never compared,
-    if a similar one is read or compared."""
+    """An attribute that is assigned and never read, if a similar one is read."""
     assigned: Dict[str, int] = {}
-    read, compared = set(), set()
+    read = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and _is_self(node):
             if isinstance(node.ctx, ast.Load):
                 read.add('self.' + node.attr)
             else:
                 assigned.setdefault('self.' + node.attr, node.lineno)
-        elif isinstance(node, ast.Compare):
-            compared |= set(map(repr, _texts(node)))
-    once = {text for text, number in Counter(map(repr, _texts(tree))).items() if number == 1}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant) and isinstance(
-                node.value.value, str) and repr(node.value.value) in once:
-            assigned[repr(node.value.value)] = node.lineno
-    for name, line in assigned.items():
-        for near in sorted((read if name.startswith('self.') else compared) - {name}):
-            if name not in read and name[-2:] == near[-2:] and is_typo_of(name, near):
-                yield line, '{} is assigned here, and never {}; near it: {}'.format(
-                    name[:QUOTED], 'read' if near in read else 'compared', near[:QUOTED])
+    for name in assigned.keys() - read:
+        for near in sorted(read):
+            if name[-2:] == near[-2:] and is_typo_of(name, near):
+                yield assigned[name], (f'{name[:QUOTED]} is assigned here, and never read; near '
+                                       f'it: {near[:QUOTED]}')
 
 
 def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
@@ -172,12 +160,8 @@ def _names(tree: ast.AST) -> Iterator[str]:
     for node in ast.walk(tree):
         if isinstance(getattr(node, 'ctx', None), ast.Load):
             yield getattr(node, 'id', getattr(node, 'attr', ''))
-    yield from _texts(tree)
-
-
-def _texts(tree: ast.AST) -> Iterable[str]:
-    return (node.value for node in ast.walk(tree)
-            if isinstance(node, ast.Constant) and isinstance(node.value, str))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
 
 
 def _is_self(node: Any) -> bool:

@@ -14,6 +14,8 @@ from typing import Any, Dict, Iterable, List, Optional
 
 #: The most that it may use: memory [bytes], processor time [s]; the largest file [bytes].
 LIMITS, LARGEST_TEXT = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
+#: The errors of a program that is not valid Python, or too deep.
+NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
 #: The names of y, and the names of a mouse's pixel, whose y counts down.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 PIXEL = re.compile('pos|event|mo[vt]|scroll|click')
@@ -38,10 +40,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     """The same for these texts."""
     downs, remarks = set(), []
     for text in texts:
-        try:
-            nodes = list(ast.walk(ast.parse(text)))
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
-            continue
+        nodes = nodes_of(text)
         if any(isinstance(part, ast.Constant) and part.value in ('mouse_info', '/mouse_info')
                for node in nodes if isinstance(node, ast.Call) and _last(node.func) == 'Publisher'
                for part in (*node.args, *(word.value for word in node.keywords))):
@@ -49,6 +48,14 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
         remarks += [THETA.format(node.name) for node in nodes if isinstance(
             node, ast.FunctionDef) and node.args.args and _gives_angle(node)]
     return {'up': -downs.pop() if len(downs) == 1 else 0, 'remarks': remarks}
+
+
+def nodes_of(text: bytes) -> List[Any]:
+    """The syntax tree's nodes of a program; [] if it cannot be read."""
+    try:
+        return list(ast.walk(ast.parse(text)))
+    except NOT_READ:
+        return []
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:

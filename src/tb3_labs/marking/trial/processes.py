@@ -1,8 +1,7 @@
-"""The processes of one submission: their output, their end, the resources that they use.
+"""The processes of one submission: their output, and the resources that they use.
 
-Each process of a submission has the submission's identity in its environment, so that a process
-that left its group is found too. Linux limits the memory of single processes only, and old versions
-of bubblewrap cannot limit the size of a folder: this module adds up memory and sizes.
+Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
+size of a folder: this module adds up memory and sizes.
 """
 import os
 import pty
@@ -12,9 +11,7 @@ import threading
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import Iterable, Set
-
-from tb3_labs.marking.intake.sandbox import IDENTITY
+from typing import Iterable
 
 #: The most that the programs of a sandbox may use together: memory [bytes], files in their own
 #: folders [bytes], processes.
@@ -85,53 +82,6 @@ class Program:
         """End it at once (SIGKILL)."""
         self.send(signal.SIGKILL)
         self._process.wait()
-
-
-# -- the end
-
-def sweep(identity: str) -> None:
-    """Kill every process that has this identity in its environment, until none is left.
-
-    Programs that start others faster than they are found are stopped first, by whole groups: what
-    is stopped starts nothing, and its places among the processes stay taken.
-    """
-    mark = f'{IDENTITY}={identity}'.encode()
-    looks = 0
-    while looks < 2:        # a process that starts a program has no environment for a moment
-        stopped: Set[int] = set()
-        while _stop_others(mark, stopped):
-            pass
-        looks = 0 if stopped else looks + 1
-        for pid in stopped:
-            if _has(pid, mark):     # else its number may be another process's by now
-                _kill(pid)
-
-
-def _stop_others(mark, stopped):
-    """Stop the processes with this mark that are not among `stopped`, the newest first, and add
-    them. Were there any?"""
-    before = len(stopped)
-    for pid in sorted((int(name) for name in os.listdir('/proc') if name.isdigit()), reverse=True):
-        if pid not in stopped and _has(pid, mark):
-            with suppress(ProcessLookupError):      # it has ended already
-                group = os.getpgid(pid)
-                os.kill(pid, signal.SIGSTOP)
-                if group != os.getpgrp():
-                    os.killpg(group, signal.SIGSTOP)
-            stopped.add(pid)
-    return len(stopped) > before
-
-
-def _has(pid, mark):
-    try:
-        return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
-    except OSError:
-        return False
-
-
-def _kill(pid):
-    with suppress(ProcessLookupError):      # it has ended already
-        os.kill(pid, signal.SIGKILL)
 
 
 # -- the resources

@@ -11,8 +11,8 @@ from typing import Any, BinaryIO, Dict, List, Optional
 
 import genpy
 
-from tb3_labs.marking.intake.find_node import is_name
 from tb3_labs.marking.intake.message_examples import FORMS, example_of
+from tb3_labs.marking.names import is_name
 
 #: The packages of the services that the handout, its skeletons and the sheets call. A service of a
 #: student with the checksum of one of these is the same.
