@@ -11,7 +11,6 @@ from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.trial.ros_recording import Recording
 from tb3_labs.report.bag.messages import LEVELS
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
@@ -65,7 +64,7 @@ def _additions(recording, seen, log):
         yield event(end, 'own move', seconds=end - begin)
     for texts, kind in ((seen.remarks, 'remark'), (seen.findings, 'finding')):
         for text in texts:
-            yield event(0.0, kind, text=text[:LONGEST])
+            yield event(0.0, kind, text=text)
     for name, why in seen.missing.items():
         yield event(0.0, 'not offered', names=[name], reason=why)
     if seen.broken:
@@ -74,7 +73,7 @@ def _additions(recording, seen, log):
         yield message(at, 'cmd_vel', to_twist(linear, angular))
     for at, x, y, yaw in seen.truth:
         yield message(at, 'ground_truth', to_pose_stamped(Pose2(x, y, yaw), 'world', BEGIN + at))
-    for at, x, y, yaw in seen.truth or [[0.0] * 4]:
+    for at, x, y, yaw in seen.truth if len(seen.truth) else [[0.0] * 4]:
         header = Header(stamp=rospy.Time.from_sec(BEGIN + at), frame_id='odom')
         odometry, imu = Odometry(header=header), Imu(header=header, orientation=to_quaternion(yaw))
         odometry.pose.pose = to_pose_stamped(Pose2(x, y, yaw), 'odom', 0.0).pose

@@ -2,13 +2,14 @@
 import copy
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from made_run import made
 from pages import ROOT
-from test_marking import observation, stimulus
+from test_marking import observation, recording, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import gamepad, move2goal
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
@@ -48,9 +49,8 @@ def stopped(second, linear=0.2, angular=0.0, **more):
 def turn(degrees, rate=1.5, forward=0.0, moved=True, rested=True, **more):
     angle = math.radians(degrees)
     return scene((0.1, forward, math.copysign(rate, degrees)), (2.0, 0.0, 0.0),
-                 truth=[(0.0, 0.0, 0.0, 3.0), (1.0, 0.0, 0.0, 3.0 + 0.3 * angle),
-                        (2.0, 0.0, 0.0, 3.0 + angle)], moved=moved, rested=rested,
-                 **more)
+                 truth=[(0.2 * k, 0.0, 0.0, 3.0 + 0.1 * k * angle) for k in range(11)],
+                 moved=moved, rested=rested, **more)
 
 
 def drive(x=-0.61, y=0.61, degrees=0.0, linear=0.2, angular=0.0, moved=True, rested=True):
@@ -127,13 +127,14 @@ GOOD = {
 
 def observed(lab, **parts):
     """An observation of a node that was ready and did `parts`."""
-    seen = Observation(lab, 'lab/node.py', runs=[Run(0.0, ready=0.5)])
+    seen, commands, truth = observation(lab), [], []
     for number, (name, said) in enumerate(parts.items()):
         begin, said = SLOT * (number + 1), copy.deepcopy(said)
-        for mine, rows in ((seen.commands, said['commands']), (seen.truth, said['truth'])):
-            mine.extend([begin + row[0], *row[1:]] for row in rows)
+        for rows, mine in ((said['commands'], commands), (said['truth'], truth)):
+            mine += [[begin + row[0], *row[1:]] for row in rows]
         seen.stimuli.append(Stimulus(name, begin, begin + LASTS, said['printed'], said['lines'],
                                      said['died'], said['facts']))
+    seen.run = recording(commands, truth)
     return seen
 
 
@@ -577,7 +578,7 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
     seen.runs[0].publishes, seen.runs[0].printed = publishes, printed
-    seen.commands, seen.odd = commands, odd
+    seen.run, seen.odd = recording(commands), odd
     assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
     assert words in missed_of('turn', 'left', seen)
 
@@ -594,7 +595,8 @@ def test_a_speed_that_no_wheel_follows_is_told():
 
 def test_nothing_is_said_that_the_truth_contradicts():
     seen = observed('turn', l=turn(424.0, moved=False))
-    seen.commands, seen.odd = [], [[11.0, 'nan m/s and 1.5 rad/s']]
+    seen.run = replace(seen.run, commands=Twists.none())
+    seen.odd = [[11.0, 'nan m/s and 1.5 rad/s']]
     seen.lost = {'commands that are not finite numbers': 1}
     assert 'after l it turned 424.0 degrees to the left: 1 of its commands' in missed_of('turn', 'left', seen)
     assert remarks_on(seen) == [

@@ -76,7 +76,6 @@ ANOTHER = NAMES + ' = 1, 1.5, 90'
 #: A process with the edited handout prints what the rooms do.
 EDITED = r'''
 import json, re, sys, types
-from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 import tb3_labs
@@ -96,14 +95,9 @@ from tb3_labs.watch.variables import Series
 
 given = []
 
-@contextmanager
-def record(name, facts):
-    given.append(facts)
-    yield SimpleNamespace(facts=dict(facts))
-
-# the stimulus of a drive; the node does not move
-stage = SimpleNamespace(node=None, recorder=SimpleNamespace(pose=Pose2()), stimulus=record,
-                        moves_after=lambda act, within: False)
+# the stimulus of a drive
+stage = SimpleNamespace(recorder=SimpleNamespace(pose=Pose2()),
+                        motion=lambda name, act, reaction, quiet, seconds, facts, is_astray: given.append(facts))
 ros_move2goal.Control.drive(SimpleNamespace(_trial=stage, give=None), move2goal.FIRST_DRIVE)
 facts = dict(given[0], moved=True, rested=True)
 

@@ -26,8 +26,10 @@ from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
-from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial, changed
+from tb3_labs.marking.trial.ros_stimuli import changed
+from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.report.run_data import Commands, Poses
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 
@@ -37,9 +39,16 @@ def stimulus(name, begin=0.0, end=2.0, **more):
     return Stimulus(name, begin, end, **more)
 
 
-def observation(lab='turn', **parts):
+def recording(commands=(), truth=()):
+    """The run with these rows: time, linear, angular; time, x, y, yaw."""
+    time, linear, angular = np.array(commands, dtype=float).reshape(-1, 3).T
+    at, *true = np.array(truth, dtype=float).reshape(-1, 4).T
+    return made(commands=Commands(time, time, linear, angular), ground_truth=Poses(at, at, *true))
+
+
+def observation(lab='turn', commands=(), truth=(), **parts):
     """The observation of a node that ran all the time."""
-    return Observation(lab, 'lab2/node.py', runs=[Run(0.0, ready=0.5)], **parts)
+    return Observation(lab, 'lab2/node.py', recording(commands, truth), runs=[Run(0.0, ready=0.5)], **parts)
 
 
 def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
@@ -132,14 +141,14 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
     trial = Trial.__new__(Trial)
     vars(trial).update(
         node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
-        recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts)))
+        recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
     trial.ctrl_c(was_moving=was_moving)
     assert (events[-1]['facts'][TOOK] is not None) is took
 
 
 def test_settings_that_the_marker_did_not_change():
     before = {'slip': 0.1, 'imu_silent': False, 'seed': 1}
-    assert changed(before, dict(before, imu_silent=True)) == []
+    assert changed(before, dict(before)) == []
     assert changed(before, {'slip': 0.0, 'imu_silent': False, 'more': 2}) == [
         'A setting of the robot was changed: more from none to 2.',
         'A setting of the robot was changed: seed from 1 to none.',
@@ -240,7 +249,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     seen = marks_of('', seen).observation
     data = timeline_of(as_run(seen), Marks('', observation=seen))
     time, heading = numbers(data['heading'])
-    true = np.array(seen.truth)
+    true = seen.truth
     assert np.interp(true[:, 0], time, heading) == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
     assert [row for row in data['commands'] if None not in row] == [
         pytest.approx(row, abs=0.001) for row in seen.commands]
@@ -295,7 +304,6 @@ def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
     """A link that fails costs nothing, and the instructor reads why."""
     monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
     seen = turned(45.0)
-    seen.run = made()
     given = judged(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
     assert given.link is None and given.verdicts and [
         finding for finding in given.findings if 'inside' in finding] == [

@@ -70,8 +70,6 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
             output.add('and this comes after it')
             output.flush()
             recording.event('begin', name='r')      # it has no end: the trial was interrupted
-    for name, process in ('/controller', 'a'), ('/other', 'b'), ('/controller', 'a'):
-        recording.event('sender', name=name, process=process)
     recording.event('odd', text='nan m/s and 0 rad/s')
     recording.event('not offered', names=['mouse up'], reason='it does not listen to mouse_info')
     for _ in range(2):
@@ -95,8 +93,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert not seen.has('r') and seen.missing == {
         'mouse up': 'it does not listen to mouse_info'}
     assert (seen.remarks, seen.findings) == (['Once.'], ['For the instructor.'])
-    assert seen.drivers == ['/controller'] and [words for _, words in seen.odd] == [
-        'nan m/s and 0 rad/s']
+    assert [words for _, words in seen.odd] == ['nan m/s and 0 rad/s']
     marks = judged(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
     assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.worth
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:     # others can read it, too

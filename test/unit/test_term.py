@@ -490,7 +490,8 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark
 
 def test_full_marks_are_never_unfair():
     held_up = turned(90.0)
-    held_up.truth[50:] = [[row[0] + 0.5, *row[1:]] for row in held_up.truth[50:]]
+    times = held_up.run.ground_truth.arrival
+    times[50:] += 0.5
     marks = marks_of('Ann', held_up)
     assert marks.observation.unfair and marks.delayed
     marks.verdicts = [replace(each, outcome=criteria.Outcome.MET) for each in marks.verdicts]

@@ -22,9 +22,8 @@ from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.remarks import (
-    faults_in, remarks_on, tracebacks_before_the_end, without_quoted)
-from tb3_labs.marking.trial.observation import LONGEST, Observation
+from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
+from tb3_labs.marking.trial.observation import LONGEST, NO_RUN, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
 
@@ -197,16 +196,14 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
         marks.unjudged = f'The marker itself failed ({observation.broken}).'
     marks.verdicts = judge(LABS[lab].criteria, observation, worth, parts)
     verdict_text = ' '.join(each.observed for each in marks.verdicts)
-    marks.remarks = ([] if marks.is_full
-                     else faults_in(observation, verdict_text)) + without_quoted(
-                         marks.remarks + remarks_on(observation)
-                         + LABS[lab].remarks(observation, parts),
-                         verdict_text)
+    marks.remarks = (([] if marks.is_full else faults_in(observation, verdict_text))
+                     + marks.remarks + remarks_on(observation, verdict_text)
+                     + LABS[lab].remarks(observation, parts))
     inside: List[str] = []
     try:
         if not marks.is_full:
             marks.link = _broken_link(observation, marks.graded)
-        elif observation.run is not None:
+        else:
             marks.remarks += chains.remarks(observation.run, lab)
     except Exception as problem:        # a node's variables may hold anything
         inside = ['The marker could not look inside the node '
@@ -225,7 +222,7 @@ def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
     """The first broken link in the parts of the lab that lost points; None if it is not known. An
     exception, or a sensor's topic that nobody publishes, is the mistake itself."""
-    if observation.run is None or observation.deaf or observation.odd or (
+    if observation.run is NO_RUN or observation.deaf or observation.odd or (
             tracebacks_before_the_end(observation)):
         return None
     missed = {verdict.criterion.part for verdict in verdicts

@@ -39,7 +39,7 @@ HANDED_IN = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudg
 PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
 MARKING = Path(__file__).resolve().parent
 #: The files of trial/ that only read a recording.
-JUDGING = 'from_bag.py', 'remarks.py', 'tracebacks.py'
+JUDGING = 'from_bag.py', 'remarks.py'
 
 
 class Options(NamedTuple):

@@ -4,16 +4,16 @@ The function `judge` of a criterion looks at an Observation, and returns a Reaso
 together with `meaning` (the requirement) and `where` (a place in a lab sheet). None of the three
 contains the solution.
 """
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
 from tb3_labs.marking.trial.observation import (
-    WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
-from tb3_labs.marking.trial.remarks import CTRL_C, STOPPED, idle, other_fields
-from tb3_labs.marking.trial.tracebacks import NOT_THEIRS
+    CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
+from tb3_labs.marking.trial.remarks import (
+    NOT_THEIRS, STOPPED, exceptions_in, idle, other_fields, reason_of, why_missing)
 
 
 #: Why a criterion is not met: a clause on the behaviour that was seen; '' if it is met.
@@ -60,7 +60,7 @@ class Criterion:
     part: str                # part of the lab in which it is tried
     meaning: str             # what is asked
     where: Place             # where to look
-    judge: Callable[['JudgedObservation'], Reason]
+    judge: Callable[[Observation], Reason]
     extra: bool = False      # beyond what the handout asks for
     limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
     also: str = ''           # another part in which it is tried
@@ -83,8 +83,7 @@ class Verdict:
     outcome: Outcome
     observed: str            # '' if it is met
     worth: float             # points for a criterion that is met
-    #: The start of the stimulus by which the node was judged [s]; not kept in a record.
-    moment: Optional[float] = field(default=None, compare=False)
+    moment: Optional[float] = None      # the start of the stimulus that was judged [s]
 
     @property
     def points(self) -> float:
@@ -101,31 +100,13 @@ class Verdict:
     @property
     def line(self) -> str:
         """The verdict in one line: outcome, points, what is asked, and the sentence."""
-        points = 'extra' if self.criterion.extra and not self.worth else '{:g} of {:g}'.format(
-            self.points, self.worth)
+        points = 'extra' if self.criterion.extra and not self.worth else \
+            f'{self.points:g} of {self.worth:g}'
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value.upper()    # capitals, which one finds among many lines
+        outcome = self.outcome.value.upper()    # capitals are found among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
         return f'  {outcome:11}  {points:8}  {words}'
-
-
-@dataclass
-class JudgedObservation(Observation):
-    """An observation as one criterion looks at it. Its clause is about the stimulus that it looks
-    at last."""
-
-    moment: Optional[float] = None      # the start of this stimulus [s]; None: it was not tried
-
-    def during(self, name: str, may_die: bool = False) -> Scene:
-        self.moment = next((each.begin for each in self.stimuli if each.name == name), None)
-        return super().during(name, may_die)
-
-    def fastest(self, commands: np.ndarray, column: int) -> float:
-        """The greatest speed of a column of commands; `moment`: its stimulus's begin."""
-        at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
-        self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
-        return float(speed)
 
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
@@ -137,18 +118,17 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
     for criterion in criteria:
         if not criterion.is_tried(parts):
             continue
-        judged_observation = JudgedObservation(**vars(observation))
+        observation.moment = None
         try:
-            clause = _once(criterion.judge(judged_observation), quoted)
+            clause = _once(criterion.judge(observation), quoted)
             outcome = Outcome.MISSED if clause else Outcome.MET
         except NotObserved as reason:
             outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
-            clause = _once(str(reason), quoted)
-            if isinstance(reason, NotTried) and clause in {verdict.observed
-                                                           for verdict in verdicts}:
+            clause = _once(reason_of(reason, observation), quoted)
+            if isinstance(reason, NotTried) and any(clause == each.observed for each in verdicts):
                 clause = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
         verdicts.append(Verdict(criterion, outcome, clause, worth[criterion.name],
-                                judged_observation.moment))
+                                observation.moment))
     return verdicts
 
 
@@ -181,26 +161,21 @@ IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(AT_ONCE)
 
 def starts(observed: Observation) -> Reason:
     """Does the node run, and listen to the robot?"""
-    return observed.why_missing() if not observed.runs or observed.runs[0].ready is None else ''
-
-
-def _ends(observed):
-    tried = [name for name in CTRL_C if observed.has(name)] or CTRL_C[:1]
-    return (observed.during(name, may_die=True) for name in tried)    # as far as they are asked for
+    return why_missing(observed) if not observed.runs or observed.runs[0].ready is None else ''
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
     """The criterion that the node ends properly at each Ctrl+C."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
-        lambda observed: next(filter(None, map(_clean_exit, _ends(observed))), ''),
+        lambda observed: next(filter(None, map(_clean_exit, observed.each(CTRL_C, True))), ''),
         limits=f'{within(ENDING)}; "{NOT_THEIRS}", which rospy raises, does not count')
 
 
 def _clean_exit(scene: Scene) -> Reason:
     if scene.facts[TOOK] is None:
         return f'it was still running {ENDING:g} s after Ctrl+C and had to be killed'
-    errors = scene.exceptions
+    errors = exceptions_in(scene)
     if errors:
         return 'it ended with a traceback' + (errors[-1] and f': {errors[-1]!r}')
     if scene.facts[SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM
@@ -210,11 +185,11 @@ def _clean_exit(scene: Scene) -> Reason:
 
 def stops_robot(observed: Observation) -> Reason:
     """Did the node send a zero velocity at one of its Ctrl+C?"""
-    scenes = [scene for scene in _ends(observed) if scene.facts[WAS_MOVING]]
+    scenes = [scene for scene in observed.each(CTRL_C, may_die=True) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
-        soon = scene.commands[scene.commands[:, 0] <= scene.begin + AT_ONCE]
+        soon, _ = scene.split(AT_ONCE)
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
     observed.during(scenes[-1].name, may_die=True)
@@ -238,9 +213,9 @@ NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own ti
 def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
     """Did the node stop the robot by a zero velocity within `limit` [s] after the `event` by which
     the scene begins?"""
-    if len(scene.moving_after(limit)):
+    soon, late = scene.split(limit)
+    if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
-    soon = scene.commands[scene.commands[:, 0] <= scene.begin + limit]
     return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
 
 

@@ -11,8 +11,7 @@ from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
-from tb3_labs.marking.trial.remarks import other_topics
-from tb3_labs.marking.trial.tracebacks import last_line
+from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
@@ -128,10 +127,10 @@ def _resets(observation: Observation) -> Reason:
     scene = observation.during(RESET_BUTTON)
     facts = scene.facts
     if not facts[CALLS]:
-        return 'after Y no reset service was called (reset_pose, set_pose, reset, ... were ' \
-            'there), and it printed {}'.format(
-                last_line(scene.printed) + ': has its client one of these names?'
-                if scene.printed.strip() else 'nothing: does it read the button of Y?')
+        printed = last_line(scene.printed) + ': has its client one of these names?' if (
+            scene.printed.strip()) else 'nothing: does it read the button of Y?'
+        return ('after Y no reset service was called (reset_pose, set_pose, reset, ... were '
+                f'there), and it printed {printed}')
     if facts[NAME] != SET_POSE:
         return f'after Y it called {facts[NAME]}, not /{SET_POSE}, which move2goal_tf.py offers'
     if not facts[ORIGIN]:
@@ -151,14 +150,16 @@ def _not_blocked(observation: Observation) -> Reason:
 
 def _says_why_not(observation: Observation) -> Reason:
     scene = observation.during(RESET_WITHOUT_SERVICE)
-    if scene.exceptions:
+    if exceptions_in(scene):
         return 'after Y without a reset service there was a traceback'
     if PRINTED_RESET.lower() in scene.printed.lower():
         return f'after Y without a reset service it said "{PRINTED_RESET}"'
-    return '' if scene.printed.strip() else \
-        'after Y without a reset service nothing was printed within {:.1f} s{}'.format(
-            scene.end - scene.begin, '' if len(scene.moving) else
-            ', and the stick did not drive: does it wait for the service without a timeout?')
+    if scene.printed.strip():
+        return ''
+    blocked = '' if len(scene.moving) else \
+        ', and the stick did not drive: does it wait for the service without a timeout?'
+    return ('after Y without a reset service nothing was printed within '
+            f'{scene.end - scene.begin:.1f} s{blocked}')
 
 
 def _once(observation: Observation) -> Reason:

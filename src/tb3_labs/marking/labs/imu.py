@@ -8,7 +8,7 @@ from tb3_labs.marking.labs.criteria import (
     CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,
     ends_cleanly, prints, starts)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
-from tb3_labs.marking.trial.remarks import unprinted
+from tb3_labs.marking.trial.remarks import exceptions_in, unprinted
 
 #: The parts of the lab.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
@@ -83,7 +83,7 @@ def _never_360(observation: Observation) -> Reason:
 
 def _survives_nonsense(observation: Observation) -> Reason:
     scene = observation.during(ZERO_QUATERNION)
-    if scene.exceptions:
+    if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
     if not any(abs(number - AFTERWARDS) < HEADING_TOLERANCE for number in headings(scene.printed)):
         return 'after a quaternion of zeros the heading was not printed any more'

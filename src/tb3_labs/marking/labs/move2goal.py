@@ -13,7 +13,7 @@ from tb3_labs.handout import (
     MAX_TURN, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
-    TRANSFORMATION_SHEET, Criterion, JudgedObservation, Place, Reason, ends_cleanly, not_stopped,
+    TRANSFORMATION_SHEET, Criterion, Place, Reason, ends_cleanly, not_stopped,
     starts, stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
@@ -127,14 +127,13 @@ def _silent_at_goal(observation: Observation) -> Reason:
         return 'it never arrived'
     if drive.commands[-1, 1:].any():
         return NO_ZERO.format('its arrival')
-    scene = observation.during(AT_GOAL)
-    late = scene.commands[scene.commands[:, 0] > scene.begin + LAST_WORD]
+    _, late = observation.during(AT_GOAL).split(LAST_WORD)
     return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
 
 
-def _within_limits(observation: JudgedObservation) -> Reason:
-    commands = np.vstack([observation.during(name).commands for name in (FIRST_DRIVE, SECOND_DRIVE)
-                          if observation.has(name)] or [observation.during(FIRST_DRIVE).commands])
+def _within_limits(observation: Observation) -> Reason:
+    commands = np.vstack([
+        drive.commands for drive in observation.each((FIRST_DRIVE, SECOND_DRIVE))])
     if not len(commands):
         return 'it commanded nothing'
     turn, forward = observation.fastest(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
@@ -161,7 +160,7 @@ def _resets(observation: Observation) -> Reason:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
     return _reset(observation, RESET_IN_DRIVE) or (
         'after a reset in the middle of a drive it did not turn to the goal of the new frame, but '
-        'by {:.0f} degrees in {:g} s'.format(scene.turned_deg, IN_DRIVE)
+        f'by {scene.turned_deg:.0f} degrees in {IN_DRIVE:g} s'
         if scene.facts[WAS_MOVING] and abs(scene.turned_deg) < ANEW else '')
 
 

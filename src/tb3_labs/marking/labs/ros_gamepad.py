@@ -15,9 +15,8 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Empty
 
 from tb3_labs.handout import CTRL_RELINQ, JOY, SET_POSE
-from tb3_labs.marking.labs import gamepad as gamepad_lab
+from tb3_labs.marking.labs import gamepad as lab
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
 from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
@@ -68,7 +67,7 @@ class HeldPad(Repeater):
 
 
 def _stick_up(trial, pad, name):
-    trial.watch(name, gamepad_lab.HELD, lambda: pad.sticks(1.0))
+    trial.watch(name, lab.HELD, lambda: pad.sticks(1.0))
     pad.sticks()
     time.sleep(UNDER_WAY)
 
@@ -78,9 +77,9 @@ def sticks(trial):
     with ResetServices(trial):
         trial.node.start()
         with HeldPad(trial.option) as pad:
-            for name, place in gamepad_lab.PLACES.items():
-                trial.watch(name, gamepad_lab.HELD, lambda: pad.sticks(*place))
-            with trial.stimulus(gamepad_lab.OTHER_AXES):
+            for name, place in lab.PLACES.items():
+                trial.watch(name, lab.HELD, lambda: pad.sticks(*place))
+            with trial.stimulus(lab.OTHER_AXES):
                 pad.others()
 
 
@@ -92,20 +91,20 @@ def buttons(trial):
             trial.node.start()
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
-            with trial.stimulus(gamepad_lab.RESET_BUTTON) as record:
+            with trial.stimulus(lab.RESET_BUTTON) as record:
                 for names in ((SET_POSE,), NAMES):    # then a wrong name is seen
                     if calls:
                         break
                     services.offer(names)
                     pad.press(pad.numbers.reset_button, HOLD)
-                    wait_until(lambda: calls, gamepad_lab.RESET_TIME - HOLD)
+                    wait_until(lambda: calls, lab.RESET_TIME - HOLD)
                     time.sleep(UNDER_WAY)
                 requests = [request for _, request in calls]
-                record.facts.update({gamepad_lab.CALLS: len(calls),
-                                     gamepad_lab.NAME: (calls or [['']])[0][0],
-                                     gamepad_lab.ORIGIN: all(map(is_origin, requests)),
-                                     gamepad_lab.UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{received} See {gamepad_lab.Y_STEP}.'
+                record.facts.update({
+                    lab.CALLS: len(calls), lab.NAME: calls[0][0] if calls else '',
+                    lab.ORIGIN: all(map(is_origin, requests)),
+                    lab.UNIT: all(map(is_unit, requests))})
+            trial.remark(f'{received} See {lab.Y_STEP}.'
                          for received in trial.text()['remarks'])
             if not all(map(has_covariance, requests)):
                 trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
@@ -124,44 +123,41 @@ def _start_driving(trial, pad):
 def _hand_over(trial, pad):
     received, late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: received.append(message.data))
-    with trial.stimulus(gamepad_lab.HAND_OVER) as record:
+    with trial.stimulus(lab.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
-        wait_until(lambda: True in received, gamepad_lab.PUBLISH_TIME)
+        wait_until(lambda: True in received, lab.PUBLISH_TIME)
         time.sleep(UNDER_WAY)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
-        record.facts.update({gamepad_lab.LATCHED: wait_until(lambda: late,
-                                                             gamepad_lab.PUBLISH_TIME),
-                             gamepad_lab.RELINQUISHED: received[-1] if received else None})
+        record.facts[lab.LATCHED] = wait_until(lambda: late, lab.PUBLISH_TIME)
+        record.facts[lab.RELINQUISHED] = received[-1] if received else None
         latecomer.unregister()
-    _stick_up(trial, pad, gamepad_lab.UP_HANDED_OVER)
+    _stick_up(trial, pad, lab.UP_HANDED_OVER)
     received.clear()
-    with trial.stimulus(gamepad_lab.TAKE_BACK) as record:
+    with trial.stimulus(lab.TAKE_BACK) as record:
         pad.press(pad.numbers.regain_button)
-        wait_until(lambda: received and not received[-1], gamepad_lab.PUBLISH_TIME)
-        record.facts[gamepad_lab.RELINQUISHED] = received[-1] if received else None
+        wait_until(lambda: received and not received[-1], lab.PUBLISH_TIME)
+        record.facts[lab.RELINQUISHED] = received[-1] if received else None
     listener.unregister()
     time.sleep(UNDER_WAY)
-    _stick_up(trial, pad, gamepad_lab.UP_TAKEN_BACK)
+    _stick_up(trial, pad, lab.UP_TAKEN_BACK)
 
 
 def no_service(trial):
     """Press Y while nobody offers a reset, and push a stick right after it."""
     trial.node.start()
-    with HeldPad(trial.option) as pad, trial.stimulus(gamepad_lab.RESET_WITHOUT_SERVICE):
+    with HeldPad(trial.option) as pad, trial.stimulus(lab.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
-        time.sleep(gamepad_lab.RESET_TIME)
+        time.sleep(lab.RESET_TIME)
 
 
 def lost(trial):
     """The pad falls silent while it drives."""
     with HeldPad(trial.option) as pad:
-        trial.falls_silent(gamepad_lab.PAD_SILENT, _start_driving(trial, pad),
-                           lambda: pad.hold(None))
+        trial.falls_silent(lab.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
 
-PARTS = {gamepad_lab.STICKS: sticks, gamepad_lab.BUTTONS: buttons,
-         gamepad_lab.NO_SERVICE: no_service, LOST: lost}
+PARTS = {lab.STICKS: sticks, lab.BUTTONS: buttons, lab.NO_SERVICE: no_service, LOST: lost}
 
 
 # -- a reset service of any type
@@ -190,13 +186,9 @@ class _AnySum(str):
         return False
 
 
-class _AnyType:
-    """Given to rospy in place of the class of a service."""
-
-    _type = '*'
-    _md5sum = _AnySum('*')
-    _request_class = AnyMsg
-    _response_class = AnyMsg
+#: Given to rospy in place of the class of a service.
+ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
+                           _response_class=AnyMsg)
 
 
 class ResetServices:
@@ -226,7 +218,7 @@ class ResetServices:
         for name in set(self._services) - set(names):
             self._services.pop(name).shutdown()
         for name in set(names) - set(self._services):
-            self._services[name] = rospy.Service(name, _AnyType, partial(self._on_call, name))
+            self._services[name] = rospy.Service(name, ANY_TYPE, partial(self._on_call, name))
 
     def _on_call(self, name, raw):
         kind = self._types.get(connection_of(raw)['md5sum'])
@@ -235,7 +227,7 @@ class ResetServices:
             raise rospy.ServiceException('the type of this request is not known here')
         request = kind._request_class().deserialize(raw._buff)
         self.calls.append((name, request))
-        self._recording.event('call', service=name, of=kind._type, request=str(request)[:LONGEST])
+        self._recording.event('call', service=name, of=kind._type, request=str(request))
         response, buffer = kind._response_class(), BytesIO()
         for name, value in (('success', True), ('message', 'reset')):
             if name in response.__slots__:

@@ -12,17 +12,17 @@ from std_msgs.msg import Bool, Empty
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CTRL_RELINQ, SET_POSE
-from tb3_labs.marking.labs import move2goal as move2goal_lab
+from tb3_labs.marking.labs import move2goal as lab
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, LOCAL_T_WORLD, LONGEST, MOVED, RESTED, WAS_MOVING)
-from tb3_labs.marking.trial.observation import RESET as ROBOTS_RESET
+from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, LONGEST, WAS_MOVING
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, RESTS, WELL_UNDER_WAY
 from tb3_labs.marking.trial.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
 
+#: The robot's own reset, a topic.
+ROBOTS_RESET = 'reset'
 #: A robot has arrived if it rests and had no command to move for this time [s].
 ARRIVAL = 1.5
 #: The pose for the reset of a node that takes any pose.
@@ -89,8 +89,8 @@ class ResetCaller:
             except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
                 answers.append(str(problem)[:200])
         threading.Thread(target=ask, daemon=True).start()
-        if not wait_until(lambda: answers, move2goal_lab.ANSWER_TIME):
-            return f'{self.found} did not answer within {move2goal_lab.ANSWER_TIME:g} s'
+        if not wait_until(lambda: answers, lab.ANSWER_TIME):
+            return f'{self.found} did not answer within {lab.ANSWER_TIME:g} s'
         return answers[0]
 
 
@@ -112,27 +112,21 @@ class Control:
 
         `local_T_base`: the robot's pose in the local frame when its true pose was `start`, or now.
         """
-        node, recorder = self._trial.node, self._trial.recorder
+        recorder = self._trial.recorder
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
-        facts = {GOAL_POSE: move2goal_lab.GOAL, MOVED: False, RESTED: False,
-                 LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]}
-        with self._trial.stimulus(name, facts) as record:
-            record.facts[MOVED] = self._trial.moves_after(lambda: self.give(True),
-                                                          move2goal_lab.REACTION)
-            if record.facts[MOVED]:
-                wait_until(lambda: not node.alive or recorder.rests(ARRIVAL)
-                           or recorder.pose.distance_to(start) > move2goal_lab.ASTRAY,
-                           move2goal_lab.DRIVE_TIME)
-                record.facts[RESTED] = recorder.rests(ARRIVAL)
+        self._trial.motion(
+            name, lambda: self.give(True), lab.REACTION, ARRIVAL, lab.DRIVE_TIME,
+            {GOAL_POSE: lab.GOAL,
+             LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
+            lambda: recorder.pose.distance_to(start) > lab.ASTRAY)
 
     def start_driving(self):
-        """Have the node drive. Returns the same values as Stage.set_in_motion().
+        """Have the node drive. Returns the same values as Trial.set_in_motion().
 
         A node that runs and can be reset drives again after a reset. Any other is started again.
         """
-        return self._trial.set_in_motion(self._is_ready, lambda: self.give(True),
-                                         move2goal_lab.REACTION)
+        return self._trial.set_in_motion(self._is_ready, lambda: self.give(True), lab.REACTION)
 
     def _is_ready(self):
         self.give(False)
@@ -154,9 +148,9 @@ def drive(trial):
     control = Control(trial)
     start = trial.recorder.pose
     trial.node.start()
-    trial.watch(move2goal_lab.WITHOUT_CONTROL, move2goal_lab.WATCHED)
-    control.drive(move2goal_lab.FIRST_DRIVE, start=start)
-    trial.watch(move2goal_lab.AT_GOAL, move2goal_lab.WATCHED)
+    trial.watch(lab.WITHOUT_CONTROL, lab.WATCHED)
+    control.drive(lab.FIRST_DRIVE, start=start)
+    trial.watch(lab.AT_GOAL, lab.WATCHED)
 
 
 def reset(trial):
@@ -166,25 +160,25 @@ def reset(trial):
         trial.node.start()
         trial.robot.leave_origin()
     time.sleep(0.3)
-    trial.robot.face(trial.recorder.heading_deg + move2goal_lab.TURNED)
+    trial.robot.face(trial.recorder.heading_deg + lab.TURNED)
     caller = ResetCaller(trial.node.graph)
     if not caller.found:
-        trial.not_offered([move2goal_lab.RESET_TO_ORIGIN, move2goal_lab.SECOND_DRIVE], OFFERS_NONE)
-    if _reset(trial, move2goal_lab.RESET_TO_ORIGIN, caller, Pose2()):
-        control.drive(move2goal_lab.SECOND_DRIVE)
+        trial.not_offered([lab.RESET_TO_ORIGIN, lab.SECOND_DRIVE], OFFERS_NONE)
+    if _reset(trial, lab.RESET_TO_ORIGIN, caller):
+        control.drive(lab.SECOND_DRIVE)
         _reset_in_drive(trial, control, caller)
 
 
-def _reset(trial, name, caller, pose, seconds=move2goal_lab.TAKES_EFFECT, straight=True):
+def _reset(trial, name, caller, pose=Pose2(), seconds=lab.TAKES_EFFECT, straight=True):
+    """Record the reset to a pose as the stimulus `name`. Did it succeed?"""
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - WELL_UNDER_WAY),
-             move2goal_lab.STRAIGHT: straight}
+             lab.STRAIGHT: straight, lab.NAME: caller.astray}
     with trial.stimulus(name, facts) as record:
-        record.facts.update({move2goal_lab.PROBLEM: caller.call(pose)[:LONGEST],
-                             move2goal_lab.NAME: caller.astray})
+        problem = record.facts[lab.PROBLEM] = caller.call(pose)[:LONGEST]
         trial.recording.event('call', service=caller.found, pose=[pose.x, pose.y, pose.yaw],
-                              problem=record.facts[move2goal_lab.PROBLEM])
+                              problem=problem)
         time.sleep(seconds)
-    return not record.facts[move2goal_lab.PROBLEM]
+    return not problem
 
 
 def _reset_in_drive(trial, control, caller):
@@ -192,14 +186,14 @@ def _reset_in_drive(trial, control, caller):
     is reset again."""
     control.give(False)
     caller.call(Pose2())
-    x, y, _ = move2goal_lab.GOAL
+    x, y, _ = lab.GOAL
     trial.robot.face(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
     begun = trial.recorder.now
     control.give(True)
     straight = wait_until(
-        lambda: any(row[1] for row in trial.recorder.commands_since(begun)), move2goal_lab.REACTION)
+        lambda: any(row[1] for row in trial.recorder.commands_since(begun)), lab.REACTION)
     time.sleep(WELL_UNDER_WAY)
-    _reset(trial, move2goal_lab.RESET_IN_DRIVE, caller, Pose2(), move2goal_lab.IN_DRIVE, straight)
+    _reset(trial, lab.RESET_IN_DRIVE, caller, seconds=lab.IN_DRIVE, straight=straight)
     control.give(False)
 
 
@@ -207,8 +201,7 @@ def control_taken(trial):
     """Control is taken in the middle of a drive; then Ctrl+C in another."""
     control = Control(trial)
     facts = {WAS_MOVING: control.start_driving()}
-    trial.watch(move2goal_lab.CONTROL_TAKEN, move2goal_lab.WATCHED, lambda: control.give(False),
-                facts)
+    trial.watch(lab.CONTROL_TAKEN, lab.WATCHED, lambda: control.give(False), facts)
     trial.ctrl_c_in_motion(control.start_driving)
     control.give(False)
 
@@ -219,10 +212,10 @@ def declared(trial):
     trial.node.start()
     caller = ResetCaller(trial.node.graph)
     if not caller.takes_pose:
-        trial.not_offered([move2goal_lab.RESET_ELSEWHERE, move2goal_lab.DECLARED_DRIVE],
+        trial.not_offered([lab.RESET_ELSEWHERE, lab.DECLARED_DRIVE],
                           'its reset takes no pose' if caller.found else OFFERS_NONE)
-    if _reset(trial, move2goal_lab.RESET_ELSEWHERE, caller, DECLARED_POSE):
-        control.drive(move2goal_lab.DECLARED_DRIVE, DECLARED_POSE)
+    if _reset(trial, lab.RESET_ELSEWHERE, caller, DECLARED_POSE):
+        control.drive(lab.DECLARED_DRIVE, DECLARED_POSE)
 
 
 def offset(trial):
@@ -232,23 +225,22 @@ def offset(trial):
     board = rospy.Publisher(ROBOTS_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
     if not trial.robot.face(100.0):     # [deg]: both zeros differ clearly after the reset
-        trial.not_offered([move2goal_lab.OFFSET_DRIVE],
+        trial.not_offered([lab.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()
     time.sleep(3.2)     # it recalibrates for less
     trial.node.start()
     reset_to_origin(trial.node)
-    control.drive(move2goal_lab.OFFSET_DRIVE)
+    control.drive(lab.OFFSET_DRIVE)
     control.give(False)
 
 
 def lost(trial):
     """The odometry falls silent in the middle of a drive."""
     control = Control(trial)
-    trial.sensor_falls_silent(move2goal_lab.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
+    trial.sensor_falls_silent(lab.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
     control.give(False)
 
 
-PARTS = {move2goal_lab.DRIVE: drive, move2goal_lab.RESET: reset,
-         move2goal_lab.CONTROL: control_taken,
-         move2goal_lab.DECLARED: declared, move2goal_lab.OFFSET: offset, LOST: lost}
+PARTS = {lab.DRIVE: drive, lab.RESET: reset, lab.CONTROL: control_taken, lab.DECLARED: declared,
+         lab.OFFSET: offset, LOST: lost}

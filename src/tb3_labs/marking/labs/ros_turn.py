@@ -14,7 +14,7 @@ from tb3_labs.handout import LEFT, MOUSE_INFO
 from tb3_labs.marking.labs import imu as imu_lab
 from tb3_labs.marking.labs import turn as turn_lab
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.trial.observation import MOVED, REQUESTED_DEG, RESTED, WAS_MOVING, NotOffered
+from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, WELL_UNDER_WAY, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
 from tb3_labs.msg import MouseController
@@ -90,12 +90,11 @@ class HeldMouse(Repeater):
     def send(self, message):
         # a driver that repeats a stamp hangs
         now = rospy.Time.now()
-        for name, of, _ in message.fields if message is not None else ():
+        for name, of, _ in message.fields:
             if of == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
-        if message is not None:
-            self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
+        self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
 
 
 #: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.
@@ -113,8 +112,8 @@ def mouse_fields(fields):
     flags = [name for name, of, *_ in fields if of in FLAGS]
     numbers = [name for name, of, *_ in fields if of in NUMBERS]
     if not flags or len(numbers) < 2:
-        raise ValueError('its message has no flag and two numbers, but {}'.format(', '.join(
-            '{} {}'.format(of, name) for name, of, *_ in fields) or 'no field'))
+        known = ', '.join(f'{of} {name}' for name, of, *_ in fields)
+        raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
     places = [_named(X, numbers), _named(Y, numbers)]
     chosen = [_named(STATUS, flags) or flags[0]] + (places if all(places) else numbers[:2])
     return chosen, [f'Your {name} was taken for {usual}.'
@@ -171,12 +170,8 @@ def _begin_at(trial, heading):
 
 def _try_turn(trial, name, typed, facts=()):
     """Try a turn by the letter `typed`, and record it as the stimulus `name` with these `facts`."""
-    with trial.stimulus(name, {MOVED: False, RESTED: False, **dict(facts)}) as record:
-        moved = trial.moves_after(lambda: trial.node.type(typed), turn_lab.TURN_REACTION)
-        record.facts[MOVED] = moved
-        record.facts[RESTED] = wait_until(
-            lambda: not trial.node.alive or trial.recorder.rests(QUIET_AFTER),
-            turn_lab.TURN_TIME if moved else 0.0)
+    trial.motion(name, lambda: trial.node.type(typed), turn_lab.TURN_REACTION, QUIET_AFTER,
+                 turn_lab.TURN_TIME, facts)
 
 
 def mouse(trial):

@@ -9,7 +9,7 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
-    STOPS_AT_ONCE, TURN_LAB, Criterion, JudgedObservation, Place, Reason, ends_cleanly, not_stopped,
+    STOPS_AT_ONCE, TURN_LAB, Criterion, Place, Reason, ends_cleanly, not_stopped,
     prints, starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, idle
@@ -83,7 +83,6 @@ DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {
         MOUSE_HELD, *AT_EDGE, NEAR, *AT_HALF, *MOUSE_PLACES[HALF_WAY])
 TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
     '{:g} s, by a zero velocity'.format(HDG_TOL, AFTER_STOP, TURN_REACTION, TURN_TIME)
-AS_LEFT = 'as left'
 ON_A_CARPET = f'as left, also if the wheels slip by {SLIPPERY:.0%}'
 
 
@@ -91,24 +90,21 @@ def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + AFT
     """Did the robot do a turn, the stimulus `name`, within `tolerance` [deg]?"""
     scene, turn = observation.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
     after = f'after {turn.typed} ({name[2:]})' if name in ACROSS else f'after {turn.typed}'
-    observed_deg = scene.turned_deg
+    observed_deg, it_turned = scene.turned_deg, f'it turned {_degrees(scene.turned_deg)}'
     if not scene.facts[MOVED]:
-        return '{} {}: {}'.format(after,
-                                  'the robot did not turn' if abs(observed_deg) < STILL_DEG else
-                                  'it turned {}'.format(_degrees(observed_deg)), idle(scene))
+        seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else it_turned
+        return f'{after} {seen}: {idle(scene)}'
     if not scene.facts[RESTED]:
-        return (f'{after} it turned {_degrees(observed_deg)}, and was still moving after '
-                f'{TURN_TIME:g} s')
-    if abs(observed_deg - turn.requested_deg) <= tolerance:
+        return f'{after} {it_turned}, and was still moving after {TURN_TIME:g} s'
+    error = abs(observed_deg - turn.requested_deg)
+    if error <= tolerance:
         return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
-    missed = '{}{} it turned {}, then stopped'.format(
-        after, ', where the wheels slip,' if turn.slip else '', _degrees(observed_deg))
+    missed = f"{after}{', where the wheels slip,' if turn.slip else ''} {it_turned}, then stopped"
     if observed_deg * turn.requested_deg <= 0.0:
         return missed
-    return '{}: {:.1f} degrees {} the goal, where {:g} are allowed'.format(
-        missed, abs(observed_deg - turn.requested_deg),
-        'short of' if abs(observed_deg) < abs(turn.requested_deg) else 'beyond',
-        min(tolerance, HDG_TOL))
+    side = 'short of' if abs(observed_deg) < abs(turn.requested_deg) else 'beyond'
+    return (f'{missed}: {error:.1f} degrees {side} the goal, where '
+            f'{min(tolerance, HDG_TOL):g} are allowed')
 
 
 def _degrees(observed_deg):
@@ -124,15 +120,13 @@ def _turned_each(observation: Observation, names: Iterable[str], *tolerance: flo
 
 def _turning(observation):
     """The commands of all turns that were tried; NotObserved if there are none."""
-    scenes = [observation.during(name) for name in EACH_TURN
-              if observation.has(name)] or [observation.during(LEFT)]
-    commands = np.vstack([scene.moving for scene in scenes])
+    commands = np.vstack([turn.moving for turn in observation.each(list(EACH_TURN))])
     if not len(commands):
         raise NotObserved('the robot was never turned')
     return commands
 
 
-def _clamped(observation: JudgedObservation) -> Reason:
+def _clamped(observation: Observation) -> Reason:
     commands = _turning(observation)
     observation.fastest(commands, ANGULAR)
     rates = commands[:, ANGULAR]
@@ -141,7 +135,7 @@ def _clamped(observation: JudgedObservation) -> Reason:
     return '' if not fast else f"while turning it commanded up to {' and '.join(fast)}"
 
 
-def _on_the_spot(observation: JudgedObservation) -> Reason:
+def _on_the_spot(observation: Observation) -> Reason:
     fastest = observation.fastest(_turning(observation), LINEAR)
     return '' if fastest < ROUNDING else \
         f'it commanded up to {fastest:.2f} m/s forward while turning'
@@ -152,8 +146,8 @@ def _answers_nonsense(observation: Observation) -> Reason:
     if len(scene.moving):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
     if scene.lines > LEGIBLE:
-        return 'an answer to "{}" could not be read: {} lines were printed in {:.1f} s'.format(
-            TYPED_NONSENSE, scene.lines, scene.end - scene.begin)
+        return (f'an answer to "{TYPED_NONSENSE}" could not be read: {scene.lines} lines were '
+                f'printed in {scene.end - scene.begin:.1f} s')
     words = set(re.findall(r'[a-z]+', scene.printed.lower()))
     if not (words & {LEFT, 'left'} and words & {RIGHT, 'right'}):
         return f'the answer to "{TYPED_NONSENSE}" did not name both valid inputs, l and r'
@@ -254,7 +248,7 @@ CRITERIA = [
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               AT_MOUSE, _can_be_off, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              AT_MOUSE, partial(turned, name=TURN_BESIDE), limits=AS_LEFT),
+              AT_MOUSE, partial(turned, name=TURN_BESIDE), limits='as left'),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
               _drives_after_turn,
               limits=f'more than {AT_EDGE[0]:.2f} m/s within {MOUSE_HELD:g} s'),

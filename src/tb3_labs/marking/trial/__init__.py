@@ -1,1 +1,1 @@
-"""One prepared node in a trial: what was done to it, and what was seen, as one Observation."""
+"""One prepared node in a trial: what was done to it, what it did, and the bag of both."""

@@ -1,6 +1,7 @@
 """The Observation in the bag of a trial, which ros_recording.py wrote."""
 import json
 import math
+import re
 from dataclasses import replace
 from typing import Any, Dict, Sequence, Type
 
@@ -8,7 +9,6 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MOST_FINDINGS, REQUESTED_DEG, Observation, Run, Stimulus)
-from tb3_labs.marking.trial.tracebacks import COLOUR
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 
@@ -16,29 +16,25 @@ from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 SAME_RESET = 1.0
 #: The number of characters that are kept of a run's output, from its begin and from its end.
 KEPT = 20000
+#: The colours of a text on a terminal.
+COLOUR = re.compile(r'\x1b\[[\d;]*m')
+#: A command that is not recorded.
 NOT_FINITE = 'commands that are not finite numbers'
+#: Kinds of events that have a sentence -> the sentences of the Observation.
+SENTENCES = {'remark': 'remarks', 'finding': 'findings', 'fault': 'faults'}
 
 
 def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
-    """The Observation in the bag of a trial, without these `places`. ``ValueError`` if it has
-    none."""
-    return observed(read_run(str(path)), places)
-
-
-def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
-    """The Observation of a trial; `places`: beginnings of paths on the marking machine, which are
-    left out of all texts. ``ValueError`` if the recording is not of a trial."""
+    """The Observation in the bag of a trial. `places`: beginnings of paths on the marking machine,
+    which are left out of all texts. ``ValueError`` if the recording is not of a trial."""
     def cleaned(text: str) -> str:
         for place in places:
             text = text.replace(place, '')
         return text
+    run = read_run(str(path))
     run = replace(run, log=replace(run.log, texts=np.array(
         list(map(cleaned, run.log.texts)), dtype=object)))
-    truth = run.ground_truth
-    observation = Observation('', '', run=run, commands=np.column_stack(
-        [run.commands.arrival, run.commands.linear, run.commands.angular]).tolist(),
-               truth=np.column_stack([truth.arrival, truth.x, truth.y,
-                                      np.unwrap(truth.yaw)]).tolist())
+    observation = Observation('', '', run)
     texts = [(at, None, words) for at, words in zip(run.printed.arrival, run.printed.words)]
     events = [(at, json.loads(cleaned(words)), '') for at, words in zip(
         run.events.arrival, run.events.words)]
@@ -49,13 +45,12 @@ def observed(run: RunData, places: Sequence[str] = ()) -> Observation:
             _add_event(observation, event.pop('kind'), float(at), event)
     if not observation.lab:
         raise ValueError('the recording has no trial')
-    for each in observation.runs:
-        text = each.printed = COLOUR.sub('', cleaned(each.printed))
-        if len(text) > 2 * KEPT:
-            each.printed = f'{text[:KEPT]}\n...\n{text[-KEPT:]}'
     observation.stimuli = [each for each in observation.stimuli if not math.isnan(each.end)]
-    for stimulus in observation.stimuli:
-        stimulus.printed = COLOUR.sub('', cleaned(stimulus.printed))
+    for each in observation.runs + observation.stimuli:
+        each.printed = COLOUR.sub('', cleaned(each.printed))
+    for start in observation.runs:
+        if len(start.printed) > 2 * KEPT:
+            start.printed = f'{start.printed[:KEPT]}\n...\n{start.printed[-KEPT:]}'
     observation.run = with_stimuli(run, observation)
     return observation
 
@@ -103,25 +98,23 @@ def _printed(observation: Observation, text: str, lines: int) -> None:
 
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
     """Add an event of a trial to its Observation."""
-    if kind == 'trial':
-        observation.lab, observation.node = facts['lab'], facts['node']
+    if kind in ('trial', 'program'):
+        vars(observation).update(facts)
     elif kind == 'begin':
-        observation.stimuli.append(Stimulus(facts['name'], at))
+        observation.stimuli.append(Stimulus(begin=at, **facts))
     elif kind == 'end':
         vars(observation.stimuli[-1]).update(facts, end=at)
     elif kind == 'start':
-        observation.runs.append(Run(at, needed=facts['needed']))
+        observation.runs.append(Run(at, **facts))
     elif kind == 'ready':
         observation.runs[-1].ready = at
     elif kind == 'run':
         vars(observation.runs[-1]).update(facts)
     elif kind == 'stop':
-        vars(observation.runs[-1]).update(facts, end=at)
+        observation.runs[-1].end = at
     elif kind == 'unprinted':
         _printed(observation, f"\n... {facts['characters']} characters are left out here ...\n",
                  facts['lines'])
-    elif kind == 'sender':
-        observation.senders.append([facts['name'], facts['process']])
     elif kind == 'odd':
         observation.lost[NOT_FINITE] = observation.lost.get(NOT_FINITE, 0) + 1
         observation.odd.append([at, facts['text']])
@@ -131,17 +124,13 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         observation.own_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
         observation.missing.update(dict.fromkeys(facts['names'], facts['reason']))
-    elif kind == 'program':
-        observation.assigned = facts['assigned']
     elif kind == 'call' and 'pose' in facts:
         observation.calls.append([at, facts['pose'], facts['problem']])
     elif kind == 'mouse client':
         observation.mouse_up = facts['up']
-    elif kind == 'fault':
-        observation.faults.append(facts['text'])
     elif kind == 'broken':
         observation.broken = facts['text']
-    elif kind in ('remark', 'finding'):
-        known = observation.remarks if kind == 'remark' else observation.findings
+    elif kind in SENTENCES:
+        known = getattr(observation, SENTENCES[kind])
         if facts['text'] not in known and len(known) < MOST_FINDINGS:
             known.append(facts['text'])

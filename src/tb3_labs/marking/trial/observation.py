@@ -8,21 +8,14 @@ commands are left out.
 """
 import math
 from dataclasses import dataclass, field
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.handout import CMD_VEL
-from tb3_labs.marking.trial.tracebacks import counted, exceptions, last_line
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
-#: The robot's own reset; all names of topics are relative.
-RESET = 'reset'
-#: The true pose of the simulated robot; the events of a trial; the output of its node.
-TRUTH, EVENTS, PRINTED = 'ground_truth', 'trial', 'printed'
-#: The node's own variables; see tb3_labs.watch.
-VARIABLES = 'variables'
-
+#: The stimuli at the end. A node gets up to three Ctrl+C, since rospy may lose its last message.
+CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Keys of `facts` that several labs use. MOVED: did the node command a movement after its stimulus?
 #: RESTED: did the robot come to rest? WAS_MOVING: did the robot move when the stimulus began?
 MOVED, RESTED, WAS_MOVING = 'moved', 'rested', 'was_moving'
@@ -36,6 +29,8 @@ HELD_UP = 0.15
 #: At most MOST_FINDINGS findings are kept of a node, and as many remarks; each has at most LONGEST
 #: characters.
 MOST_FINDINGS, LONGEST = 20, 2000
+#: The recording of a node that was never tried.
+NO_RUN = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
 
 
 class NotObserved(Exception):
@@ -48,6 +43,10 @@ class NotOffered(NotObserved):
 
 class NotTried(NotObserved):
     """The node did not run when a criterion should have been tried."""
+
+
+class Ended(NotObserved):
+    """The node ended in the middle of a stimulus; the text is what it printed meanwhile."""
 
 
 @dataclass
@@ -72,35 +71,14 @@ class Run:
     end: Optional[float] = None     # None: it still runs
     ended_by_itself: bool = False
     printed: str = ''               # head and tail
-    unheard: List[str] = field(default_factory=list)    # a sensor's place; nobody published them
+    #: Topics without a publisher, to which it listens in place of a sensor's.
+    unheard: List[str] = field(default_factory=list)
     needed: str = ''                # the topic to which it must listen
     nodes: List[str] = field(default_factory=list)      # their names at the master
     listens: List[str] = field(default_factory=list)
     publishes: Dict[str, str] = field(default_factory=dict)     # topic -> type
     unconnected: List[str] = field(default_factory=list)    # asked for, yet not heard
-    interrupted: bool = False       # did the marker send Ctrl+C?
     status: Optional[int] = None    # exit status, if it ended by itself; -N: by signal N
-
-    def ending(self, file: str = '') -> str:
-        """A clause on its end; `file`: the node's file."""
-        errors = exceptions(self.printed, file)
-        if errors:
-            return counted(errors[-1:])[0]
-        if self.status == 0:
-            return 'its main program was over, and nothing kept the node running'
-        return last_line(self.printed)
-
-    @property
-    def never_ready(self) -> str:
-        """A clause on a run that did not listen to the topic that it needs."""
-        if self.needed and not self.nodes:
-            return 'it ran, but never came to rospy.init_node()'
-        if '/' + self.needed in self.listens:
-            return f'it was not ready in time, though it listened to {self.needed}'
-        others = [topic for topic in self.listens if topic not in self.unheard]
-        return 'it ran, but never listened to {}{}'.format(
-            self.needed or 'the robot',
-            '; it listened to {}'.format(' and '.join(others)) if others else '')
 
 
 @dataclass
@@ -109,24 +87,23 @@ class Observation:
 
     lab: str
     node: str                                                    # package/file
-    commands: List[List[float]] = field(default_factory=list)    # [time, linear, angular]
-    truth: List[List[float]] = field(default_factory=list)       # [time, x, y, yaw]
+    run: RunData = NO_RUN                                        # the recording
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none
     remarks: List[str] = field(default_factory=list)             # sentences for the student
-    faults: List[str] = field(default_factory=list)              # on its text, if it loses points
+    faults: List[str] = field(default_factory=list)      # of its text; shown if it loses points
     broken: str = ''                                             # the error that ended the trial
     findings: List[str] = field(default_factory=list)            # sentences for the instructor
     lost: Dict[str, int] = field(default_factory=dict)           # what is not in here, how often
     #: [time, in words] of commands that are not finite numbers
     odd: List[List[Any]] = field(default_factory=list)
-    senders: List[List[str]] = field(default_factory=list)  # [name, process], at each change
     own_moves: List[List[float]] = field(default_factory=list)   # [begin, end] of the marker's
     mouse_up: int = 0       # the sign of y above the middle, by its own mouse client; 0: unknown
     assigned: Dict[str, List[int]] = field(default_factory=dict)    # variable -> lines of its file
     calls: List[List[Any]] = field(default_factory=list)    # of its reset: [time, pose, problem]
-    run: Optional[RunData] = None                                # the recording
+    #: The start of the stimulus that was looked at last [s]; None: no stimulus that was tried.
+    moment: Optional[float] = None
 
     @property
     def file(self) -> str:
@@ -134,26 +111,21 @@ class Observation:
         return self.node.rpartition('/')[2]
 
     @property
-    def drivers(self) -> List[str]:
-        """The programs that commanded the robot by turns."""
-        processes = [process for _, process in self.senders]
-        return sorted({name for number, (name, process) in enumerate(self.senders)
-                       if process in processes[:number]})
+    def commands(self) -> np.ndarray:
+        """Rows of time, linear, angular."""
+        sent = self.run.commands
+        return np.column_stack([sent.arrival, sent.linear, sent.angular])
 
     @property
-    def gaps(self) -> List[str]:
-        """Sentences on what is missing in this record, and on what must not be in it."""
-        texts = ['{} {} came on {}: they are not recorded, and not judged.'.format(
-            number, what, CMD_VEL) for what, number in sorted(self.lost.items())]
-        if self.drivers:
-            texts.append('{} sent commands by turns with another program.'.format(
-                ' and '.join(self.drivers)))
-        return texts
+    def truth(self) -> np.ndarray:
+        """Rows of time, x, y, yaw: the true poses."""
+        true = self.run.ground_truth
+        return np.column_stack([true.arrival, true.x, true.y, np.unwrap(true.yaw)])
 
     @property
     def longest_gap(self) -> float:
         """The longest time without a true pose of the robot [s]: the machine was busy then."""
-        return float(np.diff([row[0] for row in self.truth]).max(initial=0.0))
+        return float(np.diff(self.truth[:, 0]).max(initial=0.0))
 
     @property
     def unfair(self) -> str:
@@ -165,8 +137,8 @@ class Observation:
 
     @property
     def deaf(self) -> str:
-        """A clause if the node listens to a topic that nobody publishes in place of a sensor, or
-        ''."""
+        """A clause on a topic without a publisher to which the node listens in place of a sensor's
+        topic; '' if there is none."""
         topics = sorted({topic for run in self.runs for topic in run.unheard})
         return f"it listens to {' and '.join(topics)}, which nobody publishes" if topics else ''
 
@@ -177,31 +149,27 @@ class Observation:
     def during(self, name: str, may_die: bool = False) -> 'Scene':
         """The :class:`Scene` of a stimulus.
 
-        ``NotOffered`` if the node does not offer what it needs. ``NotObserved`` if it is missing
-        for another reason, or if the node ended during it, unless it `may_die`.
+        ``NotOffered`` if the node does not offer what it needs, ``NotTried`` if it is missing for
+        another reason, ``Ended`` if the node ended during it, unless it `may_die`.
         """
-        for stimulus in self.stimuli:
-            if stimulus.name == name:
-                if stimulus.died and not may_die:
-                    errors = exceptions(stimulus.printed, self.file)
-                    raise NotObserved('it ended in the middle of this: {}'.format(
-                        counted(errors[-1:])[0] if errors else last_line(stimulus.printed)))
-                return Scene(self, stimulus)
-        if name in self.missing:
-            raise NotOffered(self.missing[name])
-        raise NotTried(self.why_missing())
+        stimulus = next((each for each in self.stimuli if each.name == name), None)
+        self.moment = None if stimulus is None else stimulus.begin
+        if stimulus is None:
+            raise NotOffered(self.missing[name]) if name in self.missing else NotTried()
+        if stimulus.died and not may_die:
+            raise Ended(stimulus.printed)
+        return Scene(self, stimulus)
 
-    def why_missing(self) -> str:
-        """Why a stimulus is missing: the node ended, was never ready, or the time was over."""
-        if not self.runs:
-            return 'it was never started'
-        run = self.runs[-1]
-        if run.ended_by_itself:
-            return 'it {}: {}'.format('ended at once' if run.ready is None else 'had ended',
-                                      run.ending(self.file))
-        if run.ready is None:
-            return ': '.join(filter(None, [run.never_ready, self.deaf]))
-        return 'the time was up before this was tried' if run.end is None else 'this was not tried'
+    def each(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
+        """The Scene of each of these stimuli that was tried; if none was, as `during` the first."""
+        tried = [name for name in names if self.has(name)] or names[:1]
+        return (self.during(name, may_die) for name in tried)
+
+    def fastest(self, commands: np.ndarray, column: int) -> float:
+        """The greatest speed of a column of commands; `moment`: its stimulus's begin."""
+        at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
+        self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
+        return float(speed)
 
 
 class Scene(Stimulus):
@@ -214,8 +182,9 @@ class Scene(Stimulus):
         super().__init__(**vars(stimulus))
         self.observed = observation
         self.odd = [words for time, words in observation.odd if self.begin <= time <= self.end]
-        self.commands = _between(observation.commands, 3, self.begin, self.end)
-        self.truth = _between(observation.truth, 4, self.begin, self.end)
+        self.commands, self.truth = (
+            rows[(rows[:, 0] >= self.begin) & (rows[:, 0] <= self.end)]
+            for rows in (observation.commands, observation.truth))
 
     @property
     def run(self) -> Run:
@@ -224,25 +193,16 @@ class Scene(Stimulus):
         return (before or self.observed.runs or [Run(self.begin)])[-1]
 
     @property
-    def exceptions(self) -> List[str]:
-        """The exceptions that the node printed in it."""
-        return exceptions(self.printed, self.observed.file)
-
-    @property
     def moving(self) -> np.ndarray:
         """The commands that are not zero, rows as in `commands`."""
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
-    def moving_after(self, seconds: float) -> np.ndarray:
-        """Returns the commands that are not zero, more than `seconds` [s] after the start."""
-        return self.moving[self.moving[:, 0] > self.begin + seconds]
+    def split(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
+        """Returns the commands in the first `seconds` [s], and the later ones."""
+        is_late = self.commands[:, 0] > self.begin + seconds
+        return self.commands[~is_late], self.commands[is_late]
 
     @property
     def turned_deg(self) -> float:
         """The angle by which the robot truly turned, left positive [deg]; 0 without a pose."""
         return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
-
-
-def _between(rows, columns, begin, end):
-    rows = np.array(rows, dtype=float).reshape(-1, columns)
-    return rows[(rows[:, 0] >= begin) & (rows[:, 0] <= end)]

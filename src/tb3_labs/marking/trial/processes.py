@@ -115,8 +115,7 @@ class ResourceWatch:
             return f'more than {MEMORY / 1e9:g} GB of memory'
         others = {self._others, *_below(self._others)} - {self._pid, *processes}
         if sum(map(_memory, others)) > OF_OTHERS:
-            return 'more than {:g} MB of the memory of master, robot and check'.format(
-                OF_OTHERS / 1e6)
+            return f'more than {OF_OTHERS / 1e6:g} MB of the memory of master, robot and check'
         if processes and sum(_used(processes[-1], own) for own in self._own) > OWN_DISK:
             return f'files of more than {OWN_DISK / 1e6:g} MB'
         return ''

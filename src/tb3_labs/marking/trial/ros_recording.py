@@ -30,12 +30,14 @@ from std_msgs.msg import Bool, Header, String
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
-from tb3_labs.marking.trial.observation import EVENTS, PRINTED, TRUTH, VARIABLES
+from tb3_labs.marking.trial.observation import LONGEST
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
-from tb3_labs.ros.rospy_internals import connection_of, note_connections, sender_of
-from tb3_labs.ros.topics import subscribe
+from tb3_labs.ros.node import guarded
+from tb3_labs.ros.rospy_internals import connection_of, note_connections
 
+#: Topics: the robot's true pose, the events of the trial, the node's output, its own variables.
+TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 #: The robot's name, by which its settings are found.
 ROBOT = 'turtlebot3'
 #: At most this many commands, odd commands, log lines, events and other messages of a topic are
@@ -79,11 +81,14 @@ class Recording:
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, one of the first MOST_EVENTS; returns its time [s]."""
+        """Record an event of the trial, one of the first MOST_EVENTS; returns its time [s]. Of a
+        text at most LONGEST characters are recorded."""
         self._events += 1
         if self._events > MOST_EVENTS:      # a node may do something for ever
             return ros_time()
-        return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
+        short = {name: fact[:LONGEST] if isinstance(fact, str) else fact
+                 for name, fact in facts.items()}
+        return self.add(EVENTS, String(json.dumps(dict(short, kind=kind))), at)
 
     def close(self):
         """Write what is left, and close the bag. If it could not be written, it is removed, since a
@@ -156,18 +161,18 @@ class Recorder:
         self.recording, self._lock = recording, threading.Lock()
         #: [time, x, y, yaw] of the robot, the yaw continuous; [time, linear, angular] of the node.
         self._truth, self._commands = [], []
-        self._number, self._process = {}, None
+        self._number = {}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
-        subscribe(CMD_VEL, Twist, self._on_command, queue_size=None)
-        for topic, kind in ((IMU_TOPIC, Imu), (ODOM, Odometry),     # they need not be unpacked
-                            (VARIABLES, DiagnosticArray)):
-            rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, (topic, kind),
-                             tcp_nodelay=True)
-        for topic, kind in ((JOY, Joy), (CTRL_RELINQ, Bool)):
-            rospy.Subscriber(topic, kind, self._on_message, (topic, kind), tcp_nodelay=True)
-        subscribe('/rosout', Log, self._on_log, queue_size=None)
+        rospy.Subscriber(CMD_VEL, Twist, guarded(self._on_command), tcp_nodelay=True)
+        # AnyMsg is not unpacked; ros_gamepad.py reads Bool, and a process has one class a topic
+        for topic, kind, received in (
+                (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM, Odometry, rospy.AnyMsg),
+                (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),
+                (CTRL_RELINQ, Bool, Bool)):
+            rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
+        rospy.Subscriber('/rosout', Log, guarded(self._on_log))
         if not wait_until(lambda: self._truth, 60.0):     # also on a busy computer
             raise RuntimeError('the simulated robot does not run')
 
@@ -189,14 +194,10 @@ class Recorder:
         return self._number[what] <= most
 
     def _on_command(self, message):
-        at, header = self.now, connection_of(message)
+        at = self.now
         entry = [at, message.linear.x, message.angular.z]
-        if header['process'] == rospy.get_node_uri():
+        if connection_of(message)['process'] == rospy.get_node_uri():
             return      # the marker's own
-        if header['process'] != self._process:
-            self._process = header['process']
-            self.recording.event('sender', name=sender_of(header)[:LINE_LENGTH],
-                                 process=self._process[:LINE_LENGTH])
         if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
             if self._is_within('odd commands', MOST_ODD):
                 self.recording.event('odd', text='{:g} m/s and {:g} rad/s'.format(*entry[1:]))

@@ -2,17 +2,23 @@
 import math
 import threading
 import time
+from contextlib import suppress
 
 import rospy
+from dynamic_reconfigure.encoding import decode_config, encode_config
+from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import Twist
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.handout import CMD_VEL
+from tb3_labs.marking.trial.ros_recording import ROBOT
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
+from tb3_labs.ros.node import guarded
 
-#: The robot's settings that the marker itself switches.
-SWITCHES = IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
+#: The robot's settings that make a sensor silent.
+IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
 #: A movement has lasted this long before something happens to it [s].
@@ -21,12 +27,18 @@ WELL_UNDER_WAY = 0.5
 UNDER_WAY = 0.3
 
 
-class RobotHand:
-    """Turns the robot by commands of the marker, which are not recorded as the node's."""
+class Robot:
+    """The simulated robot: the marker drives it, and changes its settings.
+
+    The commands of the marker are not recorded as the node's. Changes of settings that the marker
+    did not make are recorded, and set back.
+    """
 
     def __init__(self, recorder):
-        self._recorder = recorder
+        self._recorder, self._settings = recorder, {}
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
+        self._service = rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)
+        rospy.Subscriber(f'/{ROBOT}/parameter_updates', Values, guarded(self._on_settings))
 
     def _move(self, command, seconds):
         """Move the robot by ``command()``, (linear, angular), until this is None, for `seconds` [s]
@@ -56,6 +68,29 @@ class RobotHand:
         """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
         self._move(lambda: (0.2, 0.0), 2.5)     # 0.2 m/s for 2.5 s
 
+    def change(self, **settings):
+        """Change these settings of the robot."""
+        if self._settings:
+            self._settings.update(settings)
+        self._service(encode_config(settings))
+
+    def _on_settings(self, message):
+        now = decode_config(message)
+        self._settings = self._settings or now
+        findings = changed(self._settings, now)
+        for finding in findings:
+            self._recorder.recording.event('finding', text=finding)
+        if findings:
+            with suppress(rospy.ServiceException):      # the robot is gone: its truth ends
+                self._service(encode_config(self._settings))
+
+
+def changed(before, now):
+    """The findings on changed settings of the robot."""
+    return ['A setting of the robot was changed: {} from {} to {}.'.format(
+        name, before.get(name, 'none'), now.get(name, 'none'))
+        for name in sorted(set(before) | set(now)) if before.get(name) != now.get(name)]
+
 
 class Repeater:
     """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does; until the
@@ -75,7 +110,7 @@ class Repeater:
     def hold(self, message):
         """Send this message from now on. None: send nothing, like a device that is unplugged."""
         self._message = message
-        self.send(message)
+        self._send_held()
 
     def wait_for_subscriber(self):
         """Wait until a node is connected and has heard the message that is held.
@@ -87,10 +122,15 @@ class Repeater:
         time.sleep(0.45)
 
     def send(self, message):
+        """Publish a message; a subclass may stamp it before."""
+        self._publisher.publish(message)
+
+    def _send_held(self):
+        message = self._message
         if message is not None:
-            self._publisher.publish(message)
+            self.send(message)
 
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
-            self.send(self._message)
+            self._send_held()
             time.sleep(0.05)    # 20 messages in a second

@@ -18,9 +18,9 @@ import rosservice
 
 from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
 from tb3_labs.marking.labs.criteria import START_TIME
-from tb3_labs.marking.trial.observation import VARIABLES, NotTried
+from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
-from tb3_labs.marking.trial.ros_recording import ROBOT, NodeOutput
+from tb3_labs.marking.trial.ros_recording import ROBOT, VARIABLES, NodeOutput
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.launch import OWN_FOLDERS, Launch
 from tb3_labs.ros.clocks import wait_until
@@ -41,11 +41,12 @@ class StudentNode:
         """`node`: package/file; `sensors`: topics that it needs, the first of them before it is
         ready; `recording`: the Recording of the trial."""
         self._sensors, self._recording, self._launch = sensors, recording, Launch.from_environment()
-        self._needed, self._noted = [], None
+        self._needed = []
         self._what = [self._launch.program] if self._launch.program else [
             'rosrun', *node.split('/', 1)]
         self._process = self._watch = self._output = None
-        self._starts, self._was_ready, self._interrupted = 0, False, False
+        #: Was a run ready? None before the first one.
+        self._was_ready, self._interrupted = None, False
         self.graph = Graph(Types(self._launch.types))
 
     @property
@@ -68,10 +69,10 @@ class StudentNode:
         """
         needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
         self.stop()
-        if self._starts and not self._was_ready:
+        if self._was_ready is False:
             raise NotTried
         known = set(self.graph.nodes())
-        self._starts, self._interrupted, self._noted = self._starts + 1, False, None
+        self._interrupted = False
         self._recording.event('start', needed=needed[0].strip('/'))
         self._output = NodeOutput(self._recording)
         environment = dict(self._launch.environment or watched(os.environ))
@@ -81,10 +82,11 @@ class StudentNode:
         if self._launch.program:        # of a submission
             self._watch = ResourceWatch(
                 self._process.pid, OWN_FOLDERS if self._launch.isolated else (), os.getppid())
-        if not self._is_ready_in_time(needed, known):
+        is_ready = self._is_ready_in_time(needed, known)
+        self._was_ready = self._was_ready or is_ready
+        if not is_ready:
             self.stop()
             raise NotTried
-        self._was_ready = True
         self._recording.event('ready')
 
     def _is_ready_in_time(self, needed, known):
@@ -92,10 +94,10 @@ class StudentNode:
 
         def is_ready():     # it listens to its topic, and has registered nothing new for 0.5 s
             nonlocal new, since
-            observation = {name: registered for name, registered in self.graph.nodes().items()
-                           if name not in known}
-            if observation != new:
-                new, since = observation, time.monotonic()
+            present = {name: registered for name, registered in self.graph.nodes().items()
+                       if name not in known}
+            if present != new:
+                new, since = present, time.monotonic()
             return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
                 time.monotonic() - since >= 0.5)
         # a busy computer, with several processes that wait for each processor, is slower
@@ -150,17 +152,13 @@ class StudentNode:
         if self._process is None:
             return
         self._output.flush()
-        observation = {}
         if self.alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
                 listens, publishes = self.graph.topics()
-                observation = dict(listens=listens, publishes=publishes,
-                                   unconnected=self.graph.unconnected(self._needed))
+                self._recording.event('run', listens=listens, publishes=publishes,
+                                      unconnected=self.graph.unconnected(self._needed))
         elif not self._interrupted:
-            observation = dict(ended_by_itself=True, status=self.status)
-        if observation and observation != self._noted:
-            self._noted = observation
-            self._recording.event('run', **observation)
+            self._recording.event('run', ended_by_itself=True, status=self.status)
 
 
 class Graph:

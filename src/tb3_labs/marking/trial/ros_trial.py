@@ -12,26 +12,20 @@ from types import SimpleNamespace
 
 import rospkg
 import rospy
-from dynamic_reconfigure.encoding import decode_config, encode_config
-from dynamic_reconfigure.msg import Config as Values
-from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.marking.intake.launch import OWN_PACKAGE, Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
-from tb3_labs.marking.trial.remarks import CTRL_C
 from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.observation import LONGEST, WAS_MOVING, NotOffered, NotTried
+from tb3_labs.marking.trial.observation import (
+    CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.text import lint
 from tb3_labs.marking.text.source_analysis import text_of
-from tb3_labs.marking.trial.ros_recording import ROBOT, Recorder, Recording
-from tb3_labs.marking.trial.ros_stimuli import SWITCHES, UNDER_WAY, WELL_UNDER_WAY, RobotHand
+from tb3_labs.marking.trial.ros_recording import Recorder, Recording
+from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, WELL_UNDER_WAY, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.topics import subscribe
 
-#: The robot's settings are set back this often.
-MOST_REPAIRS = 20
 #: A node's file lies in so many folders of its package, at most.
 DEPTH = 4
 #: lab -> part -> its script, given a Trial
@@ -49,9 +43,8 @@ class Trial:
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
-        self.robot, self.option, self.part = RobotHand(self.recorder), option, ''
+        self.robot, self.option, self.part = Robot(self.recorder), option, ''
         self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
-        self.settings = RobotSettings(self.recording)
         self._name, self._print_line, self._slip = node, print_line, 0.0
 
     @contextmanager
@@ -91,18 +84,18 @@ class Trial:
             for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
         faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
         for fault in faults:
-            self.recording.event('fault', text=fault[:LONGEST])
+            self.recording.event('fault', text=fault)
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
         """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
-        self.recording.event('not offered', names=list(names), reason=reason[:LONGEST])
+        self.recording.event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
     def remark(self, sentences):
         """Record these sentences for the student."""
         for sentence in sentences:
-            self.recording.event('remark', text=sentence[:LONGEST])
+            self.recording.event('remark', text=sentence)
 
     # -- patterns that several labs use
 
@@ -112,6 +105,17 @@ class Trial:
         act()
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
+
+    def motion(self, name, act, reaction, quiet, seconds, facts=(), is_astray=lambda: False):
+        """Record a motion as the stimulus `name`: `act()` should make the node move the robot
+        within `reaction` [s]. It is over if the robot rests without a command for `quiet` [s], or
+        is astray, and after `seconds` [s] at the latest."""
+        with self.stimulus(name, facts) as record:
+            record.facts[MOVED] = self.moves_after(act, reaction)
+            if record.facts[MOVED]:
+                wait_until(lambda: not self.node.alive or self.recorder.rests(quiet)
+                           or is_astray(), seconds)
+            record.facts[RESTED] = self.recorder.rests(quiet)
 
     def set_in_motion(self, is_ready, act, reaction):
         """Have the node move the robot. Returns True in the middle of the motion, False if the
@@ -136,15 +140,15 @@ class Trial:
 
     def sensor_falls_silent(self, name, was_moving, switch):
         """Record the stimulus of a silent sensor; the robot's setting `switch` makes it silent."""
-        self.falls_silent(name, was_moving, lambda: configure_robot({switch: True}))
-        configure_robot({switch: False})
+        self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
+        self.robot.change(**{switch: False})
 
     def set_slip(self, share):
         """From now on the wheels lose this share of their travel. A node may take a sudden change
         for a fault of its sensors: it is ended before."""
         if share != self._slip:
             self.node.stop()
-            self.settings.change(slip=share)
+            self.robot.change(slip=share)
             self._slip = share
 
     def ctrl_c_in_motion(self, set_in_motion):
@@ -162,56 +166,14 @@ class Trial:
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
         """Send Ctrl+C and wait; afterwards the node has ended in any case."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
-            begin = self.recorder.now
             ended = self.node.interrupt(ENDING)
             if not (ended or was_moving):   # Python 3.13 ends when input() does, which awaits Enter
                 self.node.type('')
                 ended = wait_until(lambda: not self.node.alive, AT_ONCE)
-            record.facts[TOOK] = self.recorder.now - begin if ended else None
+            record.facts[TOOK] = self.recorder.now - record.begin if ended else None
             record.facts[SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(UNDER_WAY)
         self.node.stop()
-
-
-def configure_robot(settings):
-    """Change these settings of the robot: name -> value."""
-    rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)(encode_config(settings))
-
-
-def changed(before, now):
-    """The findings on changed settings of the robot, except SWITCHES."""
-    return ['A setting of the robot was changed: {} from {} to {}.'.format(
-        name, before.get(name, 'none'), now.get(name, 'none'))
-        for name in sorted(set(before) | set(now))
-        if name not in SWITCHES and before.get(name) != now.get(name)]
-
-
-class RobotSettings:
-    """The settings of the robot. Changes that the marker did not make are recorded, and set
-    back."""
-
-    def __init__(self, recording):
-        self._recording, self._right, self._repairs = recording, {}, 0
-        subscribe(f'/{ROBOT}/parameter_updates', Values, self._on_settings, queue_size=None)
-
-    def change(self, **settings):
-        """Change these settings."""
-        if self._right:
-            self._right.update(settings)
-        configure_robot(settings)
-
-    def _on_settings(self, message):
-        now = decode_config(message)
-        if not self._right:
-            self._right = now
-        findings = changed(self._right, now)
-        for finding in findings:
-            self._recording.event('finding', text=finding[:LONGEST])
-        if findings and self._repairs < MOST_REPAIRS:       # not against a program without end
-            self._repairs += 1
-            with suppress(rospy.ServiceException):      # the robot is gone: its truth ends
-                configure_robot({name: value for name, value in self._right.items()
-                                 if name not in SWITCHES})
 
 
 def end_with_the_marker(recording):
@@ -227,7 +189,7 @@ def end_with_the_marker(recording):
 def try_out(lab, package, executable, parts, path, option, print_line):
     """Start a node, try `parts` of its lab, [] for all of them, and record it.
 
-    Stage explains the other arguments.
+    Trial explains the other arguments.
     """
     trial = Trial(lab, package, executable, path, option, print_line)
     end_with_the_marker(trial.recording)
@@ -242,7 +204,7 @@ def try_out(lab, package, executable, parts, path, option, print_line):
                     act(trial)
     except Exception as problem:
         # a stimulus that was not tried must not look like a failure of the node
-        trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}'[:LONGEST])
+        trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}')
         raise
     finally:
         trial.node.stop()
