@@ -59,10 +59,11 @@ def fill_pose(message, pose):
 
 
 class ResetCaller:
-    """The reset service of the node of a Graph; `found`: its name, or ''; `astray`: its name if it
+    """The reset service of the node of a Trial; `found`: its name, or ''; `astray`: its name if it
     is not SET_POSE, or ''."""
 
-    def __init__(self, graph):
+    def __init__(self, trial):
+        graph, self._recording = trial.node.graph, trial.recording
         bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
         likely = sorted(name for name, base in bases.items() if any(word in base for word in WORDS))
         usual = [name for wanted in NAMES for name in likely if bases[name] == wanted]
@@ -73,7 +74,14 @@ class ResetCaller:
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
-        """Call the reset with a Pose2. Returns the reason why it failed, else ''."""
+        """Call the reset with a Pose2, and record the call. Returns the reason why it failed, else
+        ''."""
+        problem = self._ask(pose)[:LONGEST]
+        self._recording.event('call', service=self.found, pose=[pose.x, pose.y, pose.yaw],
+                              problem=problem)
+        return problem
+
+    def _ask(self, pose):
         if self._kind is None:
             return f'the type of {self.found} cannot be loaded'
         request = self._kind._request_class()
@@ -132,14 +140,14 @@ class Control:
         self.give(False)
         node = self._trial.node
         if not (node.alive and wait_until(self._trial.recorder.rests, RESTS)
-                and reset_to_origin(node)):
+                and reset_to_origin(self._trial)):
             node.stop()
         return node.alive
 
 
-def reset_to_origin(node):
+def reset_to_origin(trial):
     """Reset the node's frame, if the node offers it. Returns True if that succeeded."""
-    caller = ResetCaller(node.graph)
+    caller = ResetCaller(trial)
     return bool(caller.found) and not caller.call(Pose2())
 
 
@@ -161,7 +169,7 @@ def reset(trial):
         trial.robot.leave_origin()
     time.sleep(0.3)
     trial.robot.face(trial.recorder.heading_deg + lab.TURNED)
-    caller = ResetCaller(trial.node.graph)
+    caller = ResetCaller(trial)
     if not caller.found:
         trial.not_offered([lab.RESET_TO_ORIGIN, lab.SECOND_DRIVE], OFFERS_NONE)
     if _reset(trial, lab.RESET_TO_ORIGIN, caller):
@@ -174,9 +182,7 @@ def _reset(trial, name, caller, pose=Pose2(), seconds=lab.TAKES_EFFECT, straight
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - WELL_UNDER_WAY),
              lab.STRAIGHT: straight, lab.NAME: caller.astray}
     with trial.stimulus(name, facts) as record:
-        problem = record.facts[lab.PROBLEM] = caller.call(pose)[:LONGEST]
-        trial.recording.event('call', service=caller.found, pose=[pose.x, pose.y, pose.yaw],
-                              problem=problem)
+        problem = record.facts[lab.PROBLEM] = caller.call(pose)
         time.sleep(seconds)
     return not problem
 
@@ -210,7 +216,7 @@ def declared(trial):
     """The frame is reset to a pose that is not the origin; then the node drives."""
     control = Control(trial)
     trial.node.start()
-    caller = ResetCaller(trial.node.graph)
+    caller = ResetCaller(trial)
     if not caller.takes_pose:
         trial.not_offered([lab.RESET_ELSEWHERE, lab.DECLARED_DRIVE],
                           'its reset takes no pose' if caller.found else OFFERS_NONE)
@@ -230,7 +236,7 @@ def offset(trial):
     board.publish()
     time.sleep(3.2)     # it recalibrates for less
     trial.node.start()
-    reset_to_origin(trial.node)
+    reset_to_origin(trial)
     control.drive(lab.OFFSET_DRIVE)
     control.give(False)
 

@@ -168,10 +168,10 @@ def _begin_at(trial, heading):
         trial.node.start()
 
 
-def _try_turn(trial, name, typed, facts=()):
+def _try_turn(trial, name, typed, facts=(), seconds=turn_lab.TURN_TIME):
     """Try a turn by the letter `typed`, and record it as the stimulus `name` with these `facts`."""
     trial.motion(name, lambda: trial.node.type(typed), turn_lab.TURN_REACTION, QUIET_AFTER,
-                 turn_lab.TURN_TIME, facts)
+                 seconds, facts)
 
 
 def mouse(trial):
@@ -193,7 +193,7 @@ def both(trial):
         trial.node.start()
     with mouse_of(trial, turn_lab.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        _try_turn(trial, turn_lab.TURN_BESIDE, LEFT)
+        _try_turn(trial, turn_lab.TURN_BESIDE, LEFT, seconds=turn_lab.BESIDE_TIME)
         trial.watch(turn_lab.AFTER_TURN, turn_lab.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)

@@ -67,12 +67,15 @@ class Trial:
 
     @lru_cache(maxsize=None)
     def text(self, *packages):
-        """What the text of the submission shows, or of these packages; see source_analysis."""
+        """What the text of the submission shows, or of these packages; see source_analysis. The
+        mouse client of the node's own package comes first."""
         known = rospkg.RosPack()
-        folders = [known.get_path(name) for name in {self._name.split('/')[0], *packages}
-                   if name != OWN_PACKAGE and name in known.list()]
+        own, *others = [
+            [known.get_path(name)] if name != OWN_PACKAGE and name in known.list() else []
+            for name in (self._name.split('/')[0], *packages)]
         copy = Launch.from_environment().copy
-        return text_of([copy] if copy else folders)
+        found = text_of([copy] if copy else sum(others, own))
+        return dict(found, up=text_of(own)['up'] or found['up'])
 
     def read(self):
         """Record what the text of the node's file shows, before it runs; see lint. A file whose
