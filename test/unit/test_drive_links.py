@@ -9,6 +9,9 @@ from hypothesis import strategies as st
 
 from simulated_student_node import played
 from tb3_labs.handout import MAX_SPEED
+from tb3_labs.marking.labs.criteria import Outcome, Verdict
+from tb3_labs.marking.labs.move2goal import CRITERIA
+from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Values, Variables
@@ -238,3 +241,13 @@ def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame
     assert shown.resets.points.tolist() == [[0.0, 0.0], [0.2, 0.3]]
     assert len(shown.control) == len(run.control)
     assert not len(shown.variables.between(60.0, 70.0)) and len(shown.variables.between(70.0, 71.0))
+
+
+@pytest.mark.parametrize('parts, is_told', [
+    ([], True), ([('drive', 0.0)], True), ([('offset', 0.0)], False), ([('drive', 0.0), ('offset', 900.0)], True),
+    ([('offset', 0.0), ('drive', 900.0)], False), ([('offset', 0.0), ('drive', 1.0)], True)])
+def test_the_mistake_is_looked_for_where_points_can_be_lost(parts, is_told):
+    changes, words, _ = WRONG['never arrives']
+    verdicts = [Verdict(criterion, Outcome.MISSED, 'so', 1.0) for criterion in CRITERIA if not criterion.extra]
+    found = _broken_link(Observation('move2goal', 'lab7_tf/a.py', played(*changes), parts), verdicts)
+    assert bool(found and re.search(words, found[1].words)) is is_told

@@ -187,8 +187,8 @@ def mouse_run(react, up):
     (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), 1, 'linear.x follows -0.5 times y'),
     (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), 0, None),
     (lambda x, y, on: (on * -0.5 * y, on * -0.5 * far(x)), 0, '-0.5 times y; it should be -0.5 times y outside'),
-    (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), -1, None),
-    (lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x)), -1, 'linear.x follows 0.5 times y')])
+    (lambda x, y, on: (on * 0.5 * far(y), on * -0.5 * far(x)), -1, None),
+    (lambda x, y, on: (on * -0.5 * far(y), on * -0.5 * far(x)), -1, 'linear.x follows -0.5 times y')])
 def test_the_mistake_of_a_mouse_is_named(react, up, said):
     """The y of a client that is not known may count down."""
     found = told(mouse_run(react, up), 'turn')

@@ -221,13 +221,21 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
     """The first broken link in the parts of the lab that lost points; None if it is not known. An
-    exception, or a sensor's topic that nobody publishes, is the mistake itself."""
+    exception, or a sensor's topic that nobody publishes, is the mistake itself. The parts in which
+    no point can be lost are left out: they ask for more than the handout."""
     if observation.run is NO_RUN or observation.deaf or observation.odd or (
             tracebacks_before_the_end(observation)):
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
-    return first_broken(NodeRun(observation.run), chains.CHAINS[observation.lab], missed)
+    tried = {part for verdict in verdicts
+             for part in (verdict.criterion.part, verdict.criterion.also)}
+    run, begins = observation.run, [begin for _, begin in observation.parts]
+    for (part, begin), end in zip(observation.parts, begins[1:] + [math.inf]):
+        if part not in tried:
+            time = run.variables.arrival
+            run = replace(run, variables=run.variables.take((time < begin) | (time >= end)))
+    return first_broken(NodeRun(run), chains.CHAINS[observation.lab], missed)
 
 
 def _clean(sentences: Sequence[str]) -> List[str]:

@@ -125,9 +125,9 @@ def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
              for axis, place, far in (('x', received.x, x), ('y', received.y, y))}
     mouse = heard_mouse(node_run)
     last = mouse.sample(commands.arrival)
-    known = [event['up'] for _, event in events_of(node_run, 'mouse client') if event['up']]
-    # a client whose sign is not known may count up or down
-    up = known[0] if known else np.sign(
+    # the marker records y as up for a client whose sign it knows; another one may count down
+    is_known = any(event['up'] for _, event in events_of(node_run, 'mouse client'))
+    up = 1.0 if is_known else np.sign(
         np.dot(commands.linear, np.append(received.y, 0.0)[last])) or 1.0
     return [wrong_factor(node_run, mouse, commands, field, forms[axis] + forms[other], factor)
             for field, axis, other, factor in (('linear.x', 'y', 'x', up * MOUSE_FULL),

@@ -104,6 +104,8 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         observation.stimuli.append(Stimulus(begin=at, **facts))
     elif kind == 'end':
         vars(observation.stimuli[-1]).update(facts, end=at)
+    elif kind == 'part':
+        observation.parts.append((facts['name'], at))
     elif kind == 'start':
         observation.runs.append(Run(at, **facts))
     elif kind == 'ready':

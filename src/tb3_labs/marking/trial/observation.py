@@ -88,6 +88,8 @@ class Observation:
     lab: str
     node: str                                                    # package/file
     run: RunData = NO_RUN                                        # the recording
+    #: (part of the lab, its begin [s]), in their order
+    parts: List[Tuple[str, float]] = field(default_factory=list)
     stimuli: List[Stimulus] = field(default_factory=list)
     runs: List[Run] = field(default_factory=list)
     missing: Dict[str, str] = field(default_factory=dict)        # stimulus -> why there is none

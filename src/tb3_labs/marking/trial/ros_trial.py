@@ -201,6 +201,7 @@ def try_out(lab, package, executable, parts, path, option, print_line):
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 trial.part = name
+                trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
                 with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
