@@ -17,7 +17,7 @@ from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Values, Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken
 from tb3_labs.watch.chains import CHAINS
-from tb3_labs.watch.drive_links import state_kept
+from tb3_labs.watch.drive_links import not_silent, state_kept
 from tb3_labs.watch.drive_pose import APART, Frame, places, wrong_pose
 from tb3_labs.watch.quantities import RECENT
 
@@ -184,6 +184,41 @@ def test_the_commands_of_another_node_are_not_those_of_this_node():
     sender = Values(mixed.commands.arrival, mixed.commands.arrival, 1.0 * (order >= len(sent)))
     known = replace(mixed, senders=(node, '/gamepad'), sender_index=sender)
     assert first_broken(NodeRun(known, node), CHAINS['move2goal']) is None
+
+
+def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
+    """Only a gamepad drives: the node had no control."""
+    run = played()
+    node = str(run.variables.node[0])
+    taken = replace(run, senders=('/gamepad',), control=Values(*np.array([[0.5], [0.5], [0.0]])),
+                    sender_index=Values(run.commands.arrival, run.commands.arrival, 0.0 * run.commands.arrival))
+    assert not_silent(NodeRun(taken)) is not None
+    assert not_silent(NodeRun(taken, node)) is None
+
+
+@pytest.mark.parametrize('changes', [
+    [], [('self.initial_global_', 'self.first_'), ('self.initial_odom_yaw', 'self.first_theta')]])
+def test_a_reset_that_is_not_in_the_log_begins_a_frame_that_is_not_known(changes):
+    run = replace(played(*changes), starts=())
+    assert len(run.resets) and broken(replace(run, resets=run.resets.take(slice(0, 0)))) is None
+
+
+def test_a_node_that_was_not_there_has_not_heard_that_it_has_control():
+    """It is started after a True, and waits for another one."""
+    run = played()
+    end = float(run.control.arrival[run.control.value == 1.0][0]) - 0.1
+    early = replace(run, starts=(), commands=run.commands.between(0.0, end), control=Values(
+        *np.array([[0.001], [0.001], [1.0]])), variables=run.variables.between(0.01, end), duration=end)
+    assert end > 1.0 and broken(early) is None
+    silent = replace(early, control=Values.none())      # nobody has published on ctrl_relinq
+    assert broken(silent) is None
+
+
+@pytest.mark.parametrize('changes', [
+    [('self.goal_x = -0.61', 'self.target_x = 0.5'), ('self.goal_x', 'self.target_x')],
+    [('self.goal_yaw = 0.0', 'self.goal_yaw = 90.0'), ('(self.goal_yaw', '(math.radians(self.goal_yaw)')]])
+def test_a_goal_of_another_name_or_in_degrees_is_no_mistake(changes):
+    assert broken(replace(played(*changes), starts=(), goals=played().goals.take(slice(0, 0)))) is None
 
 
 #: The frame of all samples of a run.

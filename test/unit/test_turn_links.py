@@ -147,7 +147,7 @@ WRONG = {
         (lambda self: self.curr_yaw - self.goal_yaw, 'For an error of +90 degrees the command was -1.50')],
     'command': [
         (lambda self, error: 0.1 * error, 'the command was +9.00 rad/s, at most 1.5'),
-        (lambda self, error: 0.0, 'after l, for an error of -90 degrees, angular.z stayed 0'),
+        (lambda self, error: 0.0, 'after l, for an error of 90 degrees, angular.z stayed 0'),
         (lambda self, error: 1.5 if error < -15.0 else min(1.5, 0.1 * error),
          'for errors to the left it was right'),
         (lambda self, error: math.copysign(0.5, error), 'by the handout it is +1.50')],
@@ -207,6 +207,68 @@ def test_a_zero_after_the_end_of_the_node_is_none_of_the_turn(is_typed, is_over)
         vars(run), commands=both.take(np.argsort(both.arrival)), letters=run.letters if is_typed else values([], []),
         variables=run.variables.take((read < 1.405) | (read > 6.5)) if is_over else run.variables)))
     assert ('ended at an error of' in seen) is not is_over and bool(seen) is not is_over
+
+
+class Queue(HandoutNode):
+    """Each letter asks for three turns: the next one begins in the tick in which one ends."""
+
+    todo = ()
+
+    def letter(self, letter):
+        self.todo = [letter, letter]
+        super().letter(letter)
+
+    def control(self):
+        command = super().control()
+        if command == 0.0 and self.todo:
+            super().letter(self.todo.pop())
+        return command
+
+
+class Renewed(HandoutNode):
+    """Each letter is typed again, and then the other one, while it turns."""
+
+    ticks, last = 0, 'l'
+
+    def letter(self, letter):
+        self.ticks, self.last = 0, letter
+        super().letter(letter)
+
+    def control(self):
+        self.ticks += 1
+        if self.turning and self.ticks in (3, 6):
+            super().letter({3: self.last, 6: 'l' if self.last == 'r' else 'r'}[self.ticks])
+        return super().control()
+
+
+class Sided(HandoutNode):
+    """`turning` is the side of the turn: 1 or -1, 0 at its end."""
+
+    def letter(self, letter):
+        super().letter(letter)
+        self.turning = 1 if letter == 'l' else -1
+
+    def control(self):
+        side, command = self.turning, super().control()
+        self.turning = side if self.turning else 0
+        return command
+
+
+@pytest.mark.parametrize('kind', [Queue, Renewed, Sided])
+def test_a_right_node_with_a_queue_or_with_sides_is_not_accused(kind):
+    run = played(kind())
+    assert len(set(run.commands.angular)) > 5
+    assert told(made(**dict(vars(run), letters=values([], []), starts=()))) == ''
+
+
+@pytest.mark.parametrize('runs, accused', [(True, True), (False, False)])
+def test_the_mouse_is_not_answered_by_a_node_that_does_not_run(runs, accused):
+    run, at = played(HandoutNode()), np.arange(0.05, 0.95, 0.1)
+    rows = run.variables
+    seen = told(made(**dict(
+        vars(run), variables=rows if runs else rows.take(rows.arrival > 0.97), letters=values([], []), starts=(),
+        mouse=MouseSamples(at, at, 0.0 * at, 0.8 + 0.0 * at, 1.0 + 0.0 * at))))
+    assert ('nothing came on cmd_vel' in seen) is accused and bool(seen) is accused
 
 
 # -- what a variable follows

@@ -42,10 +42,11 @@ class NodeRun:
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
-        if node in run.senders and len(run.sender_index):
+        if node is not None and len(run.sender_index):
             newest = np.searchsorted(run.sender_index.arrival, run.commands.arrival, 'right') - 1
-            self.commands = run.commands.take(
-                run.sender_index.value[newest.clip(0)] == run.senders.index(node))
+            # a node that sent nothing is not among the senders
+            self.commands = run.commands.take(run.sender_index.value[newest.clip(0)] == (
+                run.senders.index(node) if node in run.senders else -1.0))
         self.cached = lru_cache(maxsize=None)(lambda function: function(self))
 
     def find(self, name: str) -> Optional[Series]:
@@ -84,6 +85,10 @@ class NodeRun:
         read = self.readings[int(np.searchsorted(self.readings, time)):]
         return float(read[np.diff(read, append=np.inf) > LONGEST_READING_GAP][0]) if len(
             read) else np.inf
+
+    def runs_from(self, begin: float, end: float) -> bool:
+        """Does the node run all this time? Without variables it is not known: True."""
+        return not len(self.readings) or self.runs_at(begin) and self.end_after(begin) >= end
 
     def constant(self, name: str, value: float) -> str:
         """Words on a constant of the node that differs from the handout's `value`, else ''."""

@@ -35,8 +35,11 @@ def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
     for begin, end, value in control_intervals(node_run):
         if series is None:
             return None
-        part = series.between(begin + LATE, end)
-        if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
+        # a node that was started later has not heard it
+        part = series.between(begin + LATE, end if node_run.run.starts else min(
+            end, node_run.end_after(begin)))
+        is_heard = node_run.run.starts or node_run.runs_at(begin)
+        if is_heard and (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
             return BrokenLink('{:.1f} s after a {} on ctrl_relinq {} was {}'.format(
                 part.time[-1] - begin, bool(value), series.name, part.text[-1]),
                     float(part.time[0]), series.name)
@@ -89,14 +92,16 @@ class Pose(NamedTuple):
 
 
 def own_pose(node_run: NodeRun, time: np.ndarray) -> Pose:
-    """The Pose at each time."""
+    """The Pose at each time. A goal that is not shown is that of the lab, if a marker started the
+    node."""
+    known = GOAL if node_run.run.starts else {}
     yaw, x, y, goal_x, goal_y, goal = (
-        np.full(len(time), GOAL.get(name, np.nan)) if series is None else
+        np.full(len(time), known.get(name, np.nan)) if series is None else
         np.interp(time, series.time, series.value)
         for name in (*USED, *GOAL) for series in [node_run.find(name)])
-    series = node_run.find('local_yaw')
-    unit = 1.0 if series is None else unit_of(series)
-    return Pose(goal_x - x + 1j * (goal_y - y), yaw * unit, goal * unit)
+    unit, goal_unit = (1.0 if series is None else unit_of(series)
+                       for series in map(node_run.find, ('local_yaw', 'goal_yaw')))
+    return Pose(goal_x - x + 1j * (goal_y - y), yaw * unit, goal * min(unit, goal_unit))
 
 
 class Part(NamedTuple):

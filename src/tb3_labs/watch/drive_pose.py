@@ -10,7 +10,10 @@ from typing import Any, Iterator, List, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun
+from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.handout import MAX_SPEED, MAX_TURN
+from tb3_labs.report.run_data import Values
+from tb3_labs.watch.broken_link import LONGEST_READING_GAP, BrokenLink, NodeRun
 from tb3_labs.watch.quantities import RECENT, SAME, Quantity, ages, matching_quantities
 from tb3_labs.watch.variables import Series, short
 
@@ -20,9 +23,12 @@ APART, MOST, FEW = 0.03, 0.9, 10
 LATE, SOON = 0.4, 0.1
 #: A robot rests for this time after a node was started [s].
 RESTS = 1.5
+#: A reference stays for this time before and after a reset [s].
+STAYS = 1.0
 #: The variables of the pose, and the references that each of them uses.
 USED = {'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
         'local_y': ('initial_global_y', 'initial_odom_yaw')}
+REFERENCES = 'initial_global_x', 'initial_global_y', 'initial_odom_yaw', 'initial_global_yaw'
 
 
 class Frame(NamedTuple):
@@ -53,6 +59,8 @@ def frames(node_run: NodeRun) -> List[Frame]:
                0j, 0.0, False) for start in run.starts or times[:1]]
     begins = sorted(begins + [(at, complex(x, y), yaw, True) for at, x, y, yaw in zip(
         run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw) if at > times[0]])
+    unknown = [] if run.starts else unknown_begins(node_run, [each[0] for each in begins])
+    begins = sorted(begins + [(at, 0j, 0.0, False) for at in unknown])
     found = []
     for begin, end in zip(begins, [each[0] for each in begins[1:]] + [run.duration + 1.0]):
         odometry, imu = (samples.take(min(np.searchsorted(
@@ -60,11 +68,38 @@ def frames(node_run: NodeRun) -> List[Frame]:
         found.append(Frame(begin[0], end, *begin[1:], complex(odometry.x, odometry.y),
                            odometry.yaw, imu.yaw))
     if not run.starts:      # the node was started before the recording, perhaps: its own references
-        x, y, theta, yaw = (np.nan if each is None else each.value[0]
-                            for each in map(node_run.find, (
-                                'initial_global_x', 'initial_global_y', 'initial_odom_yaw',
-                                'initial_global_yaw')))
-        found[0] = found[0]._replace(place=complex(x, y), theta=theta, yaw=yaw)
+        for k in [0, *(k for k, each in enumerate(found) if each.begin in unknown)]:
+            x, y, theta, yaw = (
+                np.nan if each is None else each.value[0] if not k else each.at(
+                    found[k].begin + LATE) for each in map(node_run.find, REFERENCES))
+            found[k] = found[k]._replace(place=complex(x, y), theta=theta, yaw=yaw)
+    return found
+
+
+def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
+    """The times at which a frame began for a reason that is not recorded: the node was started
+    again, or a reset was not in the log. Then its references or its pose jumped."""
+    begins = list(node_run.readings[1:][np.diff(node_run.readings) > LONGEST_READING_GAP])
+    for name in REFERENCES:
+        series = node_run.find(name)
+        if series is not None:      # one that changes again and again is a mistake
+            at = np.concatenate([series.time[:1], series.changes, series.time[-1:]])
+            begins += list(at[1:-1][(np.diff(at) > STAYS)[:-1] & (np.diff(at) > STAYS)[1:]])
+            is_none = series.text == 'None'
+            begins += list(series.time[1:][is_none[1:] != is_none[:-1]])
+    for name in USED:
+        series = node_run.find(name)
+        if series is not None and len(series.time) > 1:
+            unit, speed = (1.0, MAX_SPEED) if 'yaw' not in name else (unit_of(series), MAX_TURN)
+            step = np.diff(series.value) * unit
+            step = np.abs(wrap_all(step) if 'yaw' in name else step)
+            begins += list(series.time[1:][step > 2.0 * APART + speed * (
+                LATE + np.diff(series.time))])
+    found: List[float] = []
+    for at in sorted(begins):
+        if (np.abs(np.subtract(known, at)) > 2.0 * LATE).all() and at - SOON > max(
+                found, default=-np.inf):
+            found.append(float(at) - SOON)
     return found
 
 
@@ -209,9 +244,11 @@ def unit_of(series: Series) -> float:
 
 
 def part_with_control(node_run: NodeRun, part: Series, late: float = LATE) -> Series:
-    """The part of a variable in which the node has had control for this time [s]; without
-    ctrl_relinq all of it."""
-    control = node_run.run.control
+    """The part of a variable in which the node has had control for this time [s], by its own
+    has_control, else by ctrl_relinq, which it may not have heard; without both all of it."""
+    control, own = node_run.run.control, node_run.find('has_control')
+    if own is not None and set(own.value) <= {0.0, 1.0}:
+        control = Values(own.time, own.time, own.value)
     if not len(control):
         return part
     now, before = (np.searchsorted(control.arrival, part.time - each, 'right') - 1

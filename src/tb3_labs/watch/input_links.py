@@ -139,7 +139,8 @@ def mouse_ignored(node_run: NodeRun) -> Optional[BrokenLink]:
     return unanswered(
         node_run.commands, heard_mouse(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
-        lambda begin, end: turning(node_run, np.arange(begin - READ, end, READ)).any())
+        lambda begin, end: not node_run.runs_from(begin, end) or turning(
+            node_run, np.arange(begin - READ, end, READ)).any())
 
 
 def mouse_in_turn(node_run: NodeRun) -> Optional[BrokenLink]:

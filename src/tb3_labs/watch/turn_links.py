@@ -6,7 +6,7 @@ import numpy as np
 from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, other_field_text, slow_rate_text)
-from tb3_labs.watch.typed_turns import READ, Turn, heading, turns
+from tb3_labs.watch.typed_turns import READ, Turn, heading, turning_flag, turns
 from tb3_labs.watch.variables import number, short
 
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
@@ -21,7 +21,7 @@ def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
 def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
     series, quantity, _ = node_run.cached(heading)
-    goal, turning = node_run.find('goal_yaw'), node_run.find('turning')
+    goal, turning = node_run.find('goal_yaw'), turning_flag(node_run)
     right: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
         return None
@@ -31,7 +31,10 @@ def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
             continue        # the letter is not read yet
         off = (number(turn.after) - turn.own) / unit - TURN_DEG * np.array(
             [turn.side] if turn.side else [1, -1])
-        if (np.abs(off - 360.0 * np.round(off / 360.0)) <= NEAR).any():
+        # a letter that is not recorded may be read at any moment until goal_yaw was
+        turned = 0.0 if turn.side else (series.at(turn.begin + 4.0 * READ) - turn.own) / unit
+        near = NEAR + abs(turned - 360.0 * round(turned / 360.0))
+        if (np.abs(off - 360.0 * np.round(off / 360.0)) <= near).any():
             right = right or turn
             moved = turn.goal[turn.moving][-1:] - number(turn.after)
             if len(moved) and len(set(turn.goal[turn.moving])) > 5 and abs(moved[0]) > NEAR * unit:
@@ -70,7 +73,7 @@ def flag_differences(node_run: NodeRun, turn: Turn, right: Turn) -> str:
 
 def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become True by a letter?"""
-    turning = node_run.find('turning')
+    turning = turning_flag(node_run)
     if turning is None:
         return None
     for turn in node_run.cached(turns):
@@ -86,7 +89,7 @@ def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
 
 def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
     """Do commands come ten times a second, none of them from elsewhere?"""
-    turning = node_run.find('turning')
+    turning = turning_flag(node_run)
     for turn in node_run.cached(turns):
         if not len(turn.time) and turning is not None and (turning.between(
                 turn.begin, min(turn.end, turn.begin + 1.0)).value == 1.0).sum() > 10:
@@ -177,7 +180,7 @@ def steering_source_text(node_run: NodeRun, found: Sequence[Turn]) -> str:
 
 def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does a turn end within the tolerance, by a zero?"""
-    turning, tolerance = node_run.find('turning'), node_run.constant('HDG_TOL', HDG_TOL)
+    turning, tolerance = turning_flag(node_run), node_run.constant('HDG_TOL', HDG_TOL)
     for turn in node_run.cached(turns):
         if not len(turn.moving):
             continue
@@ -210,7 +213,7 @@ def same_time(node_run: NodeRun) -> str:
 
 def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become False at the goal? Without typed letters it begins each turn."""
-    turning, found = node_run.find('turning'), node_run.cached(turns)
+    turning, found = turning_flag(node_run), node_run.cached(turns)
     if turning is None or not len(node_run.run.letters):
         return None
     for before, turn in zip(found[:1] + found, found):

@@ -76,14 +76,33 @@ def heading(node_run: NodeRun) -> Tuple[Optional[Series], Optional[Quantity], Op
     return (None, None, None) if series is None else (series, *belief(series, quantities))
 
 
+def turning_flag(node_run: NodeRun) -> Optional[Series]:
+    """The variable `turning`, if it is True or False, or 1 or 0. It may be a side or a state."""
+    series = node_run.find('turning')
+    return series if series is not None and set(series.value) <= {0.0, 1.0} else None
+
+
+def new_aims(turning: Series, goal: Optional[Series]) -> np.ndarray:
+    """The times at which goal_yaw had become another one at once, while `turning` stayed True: the
+    next letter of a queue, or one that was typed in a turn."""
+    if goal is None or not len(goal.time):
+        return np.empty(0)
+    is_new = goal.text[1:] != goal.text[:-1]
+    # a goal that goes on and on is a mistake
+    alone = is_new & ~np.append(False, is_new[:-1]) & ~np.append(is_new[1:], False)
+    return np.array([at for at in goal.time[1:][alone] if turning.at(at - 2.0 * READ) == 1.0
+                     and turning.at(at) == 1.0])
+
+
 def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
     """(begin, end, is_cut, side) of each letter, as it was typed, else as `turning` or `goal_yaw`
     tell."""
-    typed, turning, goal = node_run.run.letters, node_run.find('turning'), node_run.find('goal_yaw')
+    typed, turning, goal = node_run.run.letters, turning_flag(node_run), node_run.find('goal_yaw')
     if len(typed):
         times, sides = typed.arrival, typed.value
     elif turning is not None:
-        times = turning.time[1:][np.diff(turning.value) > 0.0] - 2.0 * READ
+        times = np.union1d(turning.time[1:][np.diff(turning.value) > 0.0] - 2.0 * READ,
+                           new_aims(turning, goal))
         sides = np.zeros(len(times))
     else:
         times = goal.changes - 2.0 * READ if goal is not None else np.empty(0)
@@ -108,6 +127,11 @@ def turns(node_run: NodeRun) -> List[Turn]:
     series, quantity, _ = node_run.cached(heading)
     used, goal, sent = quantity or node_run.heading, node_run.find('goal_yaw'), node_run.commands
     goal = goal if quantity is not None and goal is not None and len(goal.time) else None
+    flag = turning_flag(node_run)
+    if goal is not None and flag is not None and not len(node_run.run.letters):
+        for at in new_aims(flag, goal):     # between two readings the aim is not known
+            last = goal.time[np.searchsorted(goal.time, at) - 1]
+            sent = sent.take((sent.arrival <= last) | (sent.arrival > at))
     found = []
     for begin, end, is_cut, side in letters(node_run):
         newest = max(0, int(np.searchsorted(used.time, begin)) - 1)
@@ -120,7 +144,7 @@ def turns(node_run: NodeRun) -> List[Turn]:
         chosen = (sent.arrival > max(begin, read - 2.0 * READ)) & (sent.arrival < end)
         time = sent.arrival[chosen]
         aim = np.full(len(time), own + side * TURN_DEG * used.per_degree) if goal is None else (
-            np.array([goal.at(max(at, read) + READ) for at in time]))
+            np.array([goal.at(min(max(at, read) + READ, np.nextafter(end, 0.0))) for at in time]))
         now = used.value[(np.searchsorted(used.time, time) - 1).clip(0)]
         found.append(Turn(
             begin, end, is_cut, side, own, goal.text_at(begin) if goal is not None else '',
