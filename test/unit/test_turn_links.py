@@ -110,6 +110,13 @@ class Continuous(HandoutNode):
         return self.curr_yaw + (90.0 if letter == 'l' else -90.0)
 
 
+class FromItsStart(HandoutNode):
+    """Its heading is 0 at its start."""
+
+    def heading(self, yaw):
+        return (yaw - 40.0) % 360.0
+
+
 class Radians(HandoutNode):
     """All of it in radians."""
 
@@ -123,9 +130,26 @@ class Radians(HandoutNode):
         return math.degrees(math.remainder(self.goal_yaw - self.curr_yaw, math.tau))
 
 
-@pytest.mark.parametrize('kind', [Continuous, Radians])
+@pytest.mark.parametrize('kind', [Continuous, FromItsStart, Radians])
 def test_a_right_node_in_another_range_or_unit_is_not_accused(kind):
     assert told(played(kind())) == ''
+
+
+class Finer(HandoutNode):
+    """It slows down, and ends within half a degree."""
+
+    def command(self, error):
+        return max(-1.5, min(1.5, 0.03 * error))
+
+    def is_over(self, error):
+        return abs(error) < 0.5
+
+
+@pytest.mark.parametrize('is_typed', [True, False])
+def test_a_finer_tolerance_is_no_mistake(is_typed):
+    run = played(Finer())
+    run = run if is_typed else made(**dict(vars(run), letters=values([], []), starts=()))
+    assert first_broken(NodeRun(run), CHAINS['turn'], weak=False) is None
 
 
 WRONG = {
@@ -163,6 +187,14 @@ def test_the_first_broken_link_is_told_by_its_numbers(method, wrong, words):
     node = type('Wrong', (HandoutNode,), {method: wrong})()
     node.curr_yaw = node.heading(40.0)
     assert words.lower() in told(played(node)).lower()
+
+
+def test_a_turn_that_ends_before_it_begins_is_told_without_its_letters():
+    """The tolerance has no abs(), and `turning` is True until the next callback."""
+    node = type('Wrong', (HandoutNode,), {'is_over': lambda self, error: error < 10.0})()
+    run = played(node)
+    seen = told(made(**dict(vars(run), letters=values([], []), starts=())))
+    assert 'The turn after a letter was ended at once, at an error of -90 degrees; 10 are the' in seen
 
 
 def test_the_lines_that_assign_the_variable_are_told():

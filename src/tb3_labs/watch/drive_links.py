@@ -64,8 +64,9 @@ def state_kept(node_run: NodeRun) -> Optional[BrokenLink]:
 
 def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is the own goal the one that was asked for? A yaw may be in degrees."""
-    goals = node_run.run.goals
-    for name, requested in zip(GOAL, (goals.x, goals.y, goals.yaw)) if len(goals) else ():
+    goals = node_run.run.goals      # in a recording they may be another node's
+    is_asked = len(goals) and len(node_run.run.starts)
+    for name, requested in zip(GOAL, (goals.x, goals.y, goals.yaw)) if is_asked else ():
         series = node_run.find(name)
         rights = [requested[0], np.degrees(requested[0]) if 'yaw' in name else requested[0]]
         if series is not None and stays(series) and np.abs(series.value[-1] - rights).min() > 1e-3:
@@ -192,7 +193,10 @@ def wrong_command(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
     name = 'linear.x' if part.state == STATES[1] else 'angular.z'
     text = 'in {} {} was '.format(part.state, name)
     if not len(part.time):
-        return BrokenLink('in {} no command came for {:.1f} s'.format(
+        # a node waits for both sensors after a reset
+        first = [min(samples.between(part.begin, part.end).arrival, default=np.inf)
+                 for samples in (node_run.run.imu, node_run.run.odometry)]
+        return None if part.end - max(first) < 1.0 else BrokenLink('in {} no command came for {:.1f} s'.format(
             part.state, part.end - part.begin), part.begin)
     if part.state == STATES[1]:
         speed = float(np.median(part.linear))

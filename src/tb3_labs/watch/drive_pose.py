@@ -273,9 +273,11 @@ def wrong_variable(node_run: NodeRun, frame: Frame, name: str) -> Optional[Broke
     if series is None or np.isnan([frame.place, frame.theta, frame.yaw]).any():
         return None         # it is unknown
     value = comparable(name, series.value * (unit_of(series) if is_local else 1.0))
-    part = part_with_control(node_run, Series(name, series.time, series.text, value).between(
-        frame.begin + LATE, frame.end))
     rights = [each for _, each in islice(table(node_run, frame, name), 2)]
+    # a node knows nothing of the frame before its first message in it
+    first = rights[0].time[rights[0].time >= frame.begin][:1]
+    part = part_with_control(node_run, Series(name, series.time, series.text, value).between(
+        max(frame.begin, *first) + LATE, frame.end) if len(first) else series.take(slice(0, 0)))
     if np.isfinite(part.value).sum() < FEW or not len(rights[0].time) or matching_quantities(
             part, rights, MOST):
         return None

@@ -7,10 +7,12 @@ from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, other_field_text, slow_rate_text)
 from tb3_labs.watch.typed_turns import READ, Turn, heading, turning_flag, turns
-from tb3_labs.watch.variables import number, short
+from tb3_labs.watch.variables import Series, number, short
 
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
 NEAR, CLEAR = 3.0, 20.0
+#: A finer tolerance than the handout's is reached in this time [s].
+FINER = 2.5
 
 
 def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
@@ -32,7 +34,7 @@ def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
         off = (number(turn.after) - turn.own) / unit - TURN_DEG * np.array(
             [turn.side] if turn.side else [1, -1])
         # a letter that is not recorded may be read at any moment until goal_yaw was
-        turned = 0.0 if turn.side else (series.at(turn.begin + 4.0 * READ) - turn.own) / unit
+        turned = 0.0 if turn.side else (series.at(turn.begin + 2.0 * READ) - turn.own) / unit
         near = NEAR + abs(turned - 360.0 * round(turned / 360.0))
         if (np.abs(off - 360.0 * np.round(off / 360.0)) <= near).any():
             right = right or turn
@@ -183,6 +185,11 @@ def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
     turning, tolerance = turning_flag(node_run), node_run.constant('HDG_TOL', HDG_TOL)
     for turn in node_run.cached(turns):
         if not len(turn.moving):
+            if ended_at_once(turn, turning):
+                return BrokenLink(
+                    'the turn after {} was ended at once, at an error of {:+.0f} degrees; {:g} are '
+                    'the tolerance{}'.format(turn.letter, turn.error[0], HDG_TOL, tolerance),
+                    float(turn.time[0]), 'turning')
             continue
         last = int(turn.moving[-1])
         if last + 1 < len(turn.time) and abs(turn.error[last + 1]) > HDG_TOL + 4.0:
@@ -195,13 +202,27 @@ def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
             return BrokenLink('no zero followed the last command of the turn after {}: {}'.format(
                 turn.letter, turn.moment_text(last)), float(turn.time[last]), 'angular.z')
         inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
-        if len(inner) and turn.time[last] - turn.time[inner[0]] > 0.5:
+        # a node with a finer tolerance comes nearer, and ends by itself
+        is_finer = len(inner) > 0 and turn.time[last] - turn.time[inner[0]] < FINER and (
+            last + 1 < len(turn.time) or turn.is_cut) and (
+            np.abs(turn.error[inner[0]:last + 1]).max() < HDG_TOL)
+        if len(inner) and turn.time[last] - turn.time[inner[0]] > 0.5 and not is_finer:
             is_on = turning is not None and turning.at(turn.time[inner[0]] + 0.3) == 1.0
             return BrokenLink('{}, and the turn after {} went on{}{}'.format(
                 turn.moment_text(inner[0]), turn.letter,
                 ', with turning still True' if is_on else '',
                 tolerance), float(turn.time[inner[0]]), 'turning')
     return None
+
+
+def ended_at_once(turn: Turn, turning: Optional[Series]) -> bool:
+    """Was `turning` True, and False by the first command, far from the goal?"""
+    if turning is None or not len(turn.time) or turn.is_cut or not (
+            abs(turn.error[0]) > HDG_TOL + 4.0):
+        return False
+    over = turn.time[0] + 2.0 * READ
+    before, later = turning.between(turn.begin, over).value, turning.between(over, turn.end).value
+    return bool(before.any() and len(later) > 4 and not later.any())
 
 
 def same_time(node_run: NodeRun) -> str:

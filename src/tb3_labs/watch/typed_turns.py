@@ -73,7 +73,31 @@ def heading(node_run: NodeRun) -> Tuple[Optional[Series], Optional[Quantity], Op
                  and np.nanmax(each.value) - np.nanmin(each.value) > 0.5]
         found.sort(key=lambda each: not (each[1] and is_heading(each[1][0], quantities[0])))
         series = next((each for each, follows in found if follows), None)
-    return (None, None, None) if series is None else (series, *belief(series, quantities))
+    if series is None:
+        return None, None, None
+    found, broken = belief(series, quantities)
+    since = since_another_zero(series, node_run.heading) if broken and (
+        'does not follow' in broken.words) else None
+    return (series, since, None) if since else (series, found, broken)
+
+
+def since_another_zero(series: Series, right: Quantity) -> Optional[Quantity]:
+    """The heading from another zero, as from that at the node's start, if a variable follows it: a
+    turn needs no more."""
+    now = right.value[(np.searchsorted(right.time, series.time) - 1).clip(0)]
+    for unit in (1.0, np.pi / 180.0):
+        apart = np.exp(1j * np.radians(series.value / unit - now))
+        zero = np.degrees(np.angle(np.nanmedian(apart.real) + 1j * np.nanmedian(apart.imag)))
+        moved = right._replace(words='the heading from another zero', value=(
+            right.value + zero) % 360.0)
+        # an angle is compared on the unit circle
+        circle = Series(series.name, series.time, series.text, np.cos(
+            np.radians(series.value / unit - zero)) + 1j * np.sin(np.radians(
+                series.value / unit - zero)))
+        same = right._replace(value=np.exp(1j * np.radians(right.value)), scale=60.0)
+        if matching_quantities(circle, [same]):
+            return moved._replace(value=moved.value * unit, per_degree=unit)
+    return None
 
 
 def turning_flag(node_run: NodeRun) -> Optional[Series]:
@@ -94,6 +118,20 @@ def new_aims(turning: Series, goal: Optional[Series]) -> np.ndarray:
                      and turning.at(at) == 1.0])
 
 
+def aims_without_turn(node_run: NodeRun, turning: Series, goal: Optional[Series]) -> np.ndarray:
+    """The times at which goal_yaw had become TURN_DEG from curr_yaw, and `turning` was not seen to be
+    True."""
+    series, quantity, _ = node_run.cached(heading)
+    found = []
+    for at in goal.changes if goal is not None and series is not None and quantity else ():
+        off = abs((goal.at(at) - series.at(at)) / quantity.per_degree)
+        near = turning.between(at - 2.0 * READ, at + 8.0 * READ).value
+        if len(near) > 5 and not near.any() and min(
+                abs(off - TURN_DEG), abs(360.0 - off - TURN_DEG)) < 1.0:
+            found.append(float(at))
+    return np.array(found)
+
+
 def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
     """(begin, end, is_cut, side) of each letter, as it was typed, else as `turning` or `goal_yaw`
     tell."""
@@ -103,6 +141,7 @@ def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
     elif turning is not None:
         times = np.union1d(turning.time[1:][np.diff(turning.value) > 0.0] - 2.0 * READ,
                            new_aims(turning, goal))
+        times = np.union1d(times, aims_without_turn(node_run, turning, goal) - 2.0 * READ)
         sides = np.zeros(len(times))
     else:
         times = goal.changes - 2.0 * READ if goal is not None else np.empty(0)
