@@ -11,7 +11,6 @@ from typing import Any, Iterator, List, NamedTuple, Optional, Set, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.handout import MAX_SPEED, MAX_TURN
 from tb3_labs.report.run_data import Values
 from tb3_labs.watch.broken_link import LONGEST_READING_GAP, BrokenLink, NodeRun
 from tb3_labs.watch.quantities import RECENT, SAME, Quantity, ages, matching_quantities
@@ -23,7 +22,7 @@ APART, MOST, FEW = 0.03, 0.9, 10
 LATE, SOON = 0.4, 0.1
 #: A robot rests for this time after a node was started [s].
 RESTS = 1.5
-#: A reference stays for this time before and after a reset [s].
+#: A reset is one of at most three in this time [s] before and after it.
 STAYS = 1.0
 #: The variables of the pose, and the references that each of them uses.
 USED = {'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
@@ -83,24 +82,37 @@ def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
     for name in REFERENCES:
         series = node_run.find(name)
         if series is not None:      # one that changes again and again is a mistake
-            at = np.concatenate([series.time[:1], series.changes, series.time[-1:]])
-            begins += list(at[1:-1][(np.diff(at) > STAYS)[:-1] & (np.diff(at) > STAYS)[1:]])
+            begins += list(rare(series.changes))
             is_none = series.text == 'None'
             begins += list(series.time[1:][is_none[1:] != is_none[:-1]])
     for name in USED:
         series = node_run.find(name)
-        if series is not None and len(series.time) > 1:
-            unit, speed = (1.0, MAX_SPEED) if 'yaw' not in name else (unit_of(series), MAX_TURN)
-            step = np.diff(series.value) * unit
-            step = np.abs(wrap_all(step) if 'yaw' in name else step)
-            begins += list(series.time[1:][step > 2.0 * APART + speed * (
-                LATE + np.diff(series.time))])
+        if series is not None:
+            begins += list(rare(jumps_of(node_run, series)))
     found: List[float] = []
     for at in sorted(begins):
         if (np.abs(np.subtract(known, at)) > 2.0 * LATE).all() and at - SOON > max(
                 found, default=-np.inf):
             found.append(float(at) - SOON)
     return found
+
+
+def rare(times: np.ndarray) -> np.ndarray:
+    """Those of these times that have at most two others within STAYS."""
+    return times[np.searchsorted(times, times + STAYS) - np.searchsorted(times, times - STAYS) <= 3]
+
+
+def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
+    """The times at which a variable of the pose had changed by more than its sensor just before."""
+    is_yaw = 'yaw' in series.name
+    samples = node_run.run.imu if is_yaw else node_run.run.odometry
+    step = np.diff(series.value) * (unit_of(series) if is_yaw else 1.0)
+    went = wrap_all(np.diff(samples.yaw)) if is_yaw else np.hypot(
+        np.diff(samples.x), np.diff(samples.y))
+    way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(np.abs(went))))
+    before = np.interp(series.time - LATE, series.time, way) if len(way) else way
+    return series.time[1:][np.abs(wrap_all(step) if is_yaw else step) > 2.0 * APART + (
+        way[1:] - before[:-1])]
 
 
 def around(node_run: NodeRun, time: np.ndarray) -> Tuple[Frame, Frame]:
