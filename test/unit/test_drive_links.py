@@ -204,6 +204,27 @@ def test_a_reset_that_is_not_in_the_log_begins_a_frame_that_is_not_known(changes
     assert len(run.resets) and broken(replace(run, resets=run.resets.take(slice(0, 0)))) is None
 
 
+def test_a_node_that_waits_for_the_odometry_after_a_reset_is_not_accused():
+    """The odometry is silent from 0.3 s before a reset until 3 s after it: the node gives no command."""
+    run = played()
+    at = float(run.resets.arrival[0])
+    rows, odometry, sent = run.variables, run.odometry, run.commands
+    waits = (rows.arrival > at) & (rows.arrival < at + 3.0)
+    texts = rows.value.copy()
+    for name in ('local_x', 'local_y'):
+        texts[waits & (rows.name == name)] = '0.0'
+    quiet = replace(
+        run, odometry=odometry.take((odometry.arrival < at - 0.3) | (odometry.arrival > at + 3.0)),
+        commands=sent.take((sent.arrival < at) | (sent.arrival > at + 3.0)),
+        variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts), duration=at + 3.0)
+    end = at + 2.9
+    for starts in (run.starts, ()):
+        assert broken(replace(quiet, starts=starts, variables=quiet.variables.between(0.0, end),
+                              odometry=quiet.odometry.between(0.0, end), imu=run.imu.between(0.0, end),
+                              resets=run.resets.between(0.0, end), control=run.control.between(0.0, end),
+                              commands=quiet.commands.between(0.0, end))) is None
+
+
 def test_a_node_that_was_not_there_has_not_heard_that_it_has_control():
     """It is started after a True, and waits for another one."""
     run = played()

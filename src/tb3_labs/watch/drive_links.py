@@ -196,8 +196,9 @@ def wrong_command(node_run: NodeRun, part: Part) -> Optional[BrokenLink]:
         # a node waits for both sensors after a reset
         first = [min(samples.between(part.begin, part.end).arrival, default=np.inf)
                  for samples in (node_run.run.imu, node_run.run.odometry)]
-        return None if part.end - max(first) < 1.0 else BrokenLink('in {} no command came for {:.1f} s'.format(
-            part.state, part.end - part.begin), part.begin)
+        return None if part.end - max(first) < 1.0 else BrokenLink(
+            'in {} no command came for {:.1f} s'.format(part.state, part.end - part.begin),
+            part.begin)
     if part.state == STATES[1]:
         speed = float(np.median(part.linear))
         return None if 0.0 < speed <= MAX_SPEED + 0.01 else BrokenLink(

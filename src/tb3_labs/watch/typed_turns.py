@@ -119,8 +119,8 @@ def new_aims(turning: Series, goal: Optional[Series]) -> np.ndarray:
 
 
 def aims_without_turn(node_run: NodeRun, turning: Series, goal: Optional[Series]) -> np.ndarray:
-    """The times at which goal_yaw had become TURN_DEG from curr_yaw, and `turning` was not seen to be
-    True."""
+    """The times at which goal_yaw had become TURN_DEG from curr_yaw, and `turning` was not seen to
+    be True."""
     series, quantity, _ = node_run.cached(heading)
     found = []
     for at in goal.changes if goal is not None and series is not None and quantity else ():
