@@ -4,7 +4,6 @@ place in the sheet that it names.
     python3 test/benchmark/wrong_nodes.py                   all of them; two hours on two cores
     python3 test/benchmark/wrong_nodes.py turn abs spin     those with one of these words in their name
     python3 test/benchmark/wrong_nodes.py --again FOLDER    the sentences again, from the recordings
-    python3 test/benchmark/wrong_nodes.py --write           also writes them into wrong_nodes.yaml
 
 A mistake is named if its words and its place stand in the first two sentences: the first criterion
 that is not met, and the hint. A right node must not lose a point, and its report must not accuse it.
@@ -47,28 +46,6 @@ def changed(row):
 def is_named(row, said):
     """Are the words and the place of a wrong node in its line?"""
     return bool(re.search(row['words'], said, re.DOTALL)) and row['place'] in said
-
-
-def write_table(rows):
-    """Write the sentences of these rows into the table; its other lines stay."""
-    said = {(row['lab'], row['name']): row for row in rows}
-    lab, lines, row = '', [], {}
-    for line in TABLE.read_text(encoding='utf-8').splitlines():
-        if re.match(r'\w+:$', line):
-            lab = line[:-1]
-        elif line.startswith('- name: '):
-            row = said.get((lab, line[len('- name: '):]), {})
-        key = line.strip().split(':')[0]
-        if key not in ('check', 'report') or key not in row:
-            lines.append(line)
-        if key == 'place':
-            lines += ['  {}: {}'.format(key, quoted(row[key])) for key in ('check', 'report')
-                      if row.get(key)]
-    TABLE.write_text('\n'.join(lines) + '\n', encoding='utf-8')
-
-
-def quoted(text):
-    return '"{}"'.format(text.replace('\\', '\\\\').replace('"', '\\"').replace('\n', ' '))
 
 
 def observe(folder, rows, jobs):
@@ -117,7 +94,6 @@ def main():
     parser.add_argument('words', nargs='*', help='only nodes with one of these words in lab or name')
     parser.add_argument('--jobs', type=int, default=2, help='nodes at a time (2)')
     parser.add_argument('--again', type=Path, help='a folder of recordings')
-    parser.add_argument('--write', action='store_true', help='write the sentences into the table')
     given = parser.parse_args()
     rows = [row for row in read_table() if not given.words or any(
         word in row['lab'] + ' ' + row['name'] for word in given.words)]
@@ -137,8 +113,6 @@ def main():
             'ok  ' if found else 'MISS', row['lab'], row['name'], lost, row['check'], row['report']))
     print('{} of {} mistakes are named; {} right nodes are accused. The recordings: {}'.format(
         named, wrong, accused, folder))
-    if given.write:
-        write_table(rows)
     return int(named < BAR * wrong or accused > 0)
 
 
