@@ -242,12 +242,12 @@ def test_a_zero_after_the_end_of_the_node_is_none_of_the_turn(is_typed, is_over)
 
 
 class Queue(HandoutNode):
-    """Each letter asks for three turns: the next one begins in the tick in which one ends."""
+    """Each letter asks for many turns: the next one begins in the tick in which one ends."""
 
     todo = ()
 
     def letter(self, letter):
-        self.todo = [letter, letter]
+        self.todo = 9 * [letter]
         super().letter(letter)
 
     def control(self):
@@ -295,10 +295,10 @@ def test_a_right_node_with_a_queue_or_with_sides_is_not_accused(kind):
 
 @pytest.mark.parametrize('runs, accused', [(True, True), (False, False)])
 def test_the_mouse_is_not_answered_by_a_node_that_does_not_run(runs, accused):
-    run, at = played(HandoutNode()), np.arange(0.05, 0.95, 0.1)
+    run, at = played(HandoutNode()), np.arange(0.02, 0.7, 0.06)
     rows = run.variables
     seen = told(made(**dict(
-        vars(run), variables=rows if runs else rows.take(rows.arrival > 0.97), letters=values([], []), starts=(),
+        vars(run), variables=rows if runs else rows.take(rows.arrival > 0.9), letters=values([], []), starts=(),
         mouse=MouseSamples(at, at, 0.0 * at, 0.8 + 0.0 * at, 1.0 + 0.0 * at))))
     assert ('nothing came on cmd_vel' in seen) is accused and bool(seen) is accused
 
