@@ -244,6 +244,16 @@ def test_a_goal_of_another_name_or_in_degrees_is_no_mistake(changes):
     assert broken(replace(played(*changes), starts=(), goals=played().goals.take(slice(0, 0)))) is None
 
 
+def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
+    more = [("if self.state == 'ROTATE_TO_GOAL':", "if self.state == 'AIMED':\n            self.ticks += 1\n"
+             "            self.state = 'MOVE_FORWARD' if self.ticks % 15 == 0 else 'AIMED'\n"
+             "        elif self.state == 'ROTATE_TO_GOAL':"),
+            ("self.state = 'MOVE_FORWARD'\n        elif", "self.state = 'AIMED'\n        elif"),
+            ('self.has_control = False', 'self.has_control = False\n        self.ticks = 0')]
+    run = played(*more)
+    assert 'AIMED' in run.variables.value and broken(run) is None
+
+
 #: The frame of all samples of a run.
 WHOLE = Frame(-np.inf, np.inf, 0j, 0.0, False, 0j, 0.0, 0.0)
 
