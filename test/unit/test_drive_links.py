@@ -17,7 +17,7 @@ from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Values, Variables
 from tb3_labs.watch.broken_link import NodeRun, first_broken
 from tb3_labs.watch.chains import CHAINS
-from tb3_labs.watch.drive_links import not_silent, state_kept
+from tb3_labs.watch.drive_links import Part, not_silent, state_kept
 from tb3_labs.watch.drive_pose import APART, Frame, places, wrong_pose
 from tb3_labs.watch.quantities import RECENT
 
@@ -242,6 +242,16 @@ def test_a_node_that_was_not_there_has_not_heard_that_it_has_control():
     [('self.goal_yaw = 0.0', 'self.goal_yaw = 90.0'), ('(self.goal_yaw', '(math.radians(self.goal_yaw)')]])
 def test_a_goal_of_another_name_or_in_degrees_is_no_mistake(changes):
     assert broken(replace(played(*changes), starts=(), goals=played().goals.take(slice(0, 0)))) is None
+
+
+@pytest.mark.parametrize('seconds, accused', [(0.1, False), (2.0, True)])
+def test_a_reset_soon_after_the_goal_begins_the_next_drive(seconds, accused):
+    """The commands of a rotation come right after a GOAL_REACHED of these seconds."""
+    run = played()
+    at = float(run.commands.arrival[run.commands.angular != 0.0][5])
+    node_run = NodeRun(replace(run, control=Values.none()))
+    node_run.cached = lambda function: [Part('GOAL_REACHED', at, at + seconds, '', *3 * [np.empty(0)], None)]
+    assert (not_silent(node_run) is not None) is accused
 
 
 def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():

@@ -259,7 +259,8 @@ def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
     sent = node_run.commands
     moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     ends = [(part.begin, part.end, 'state became ' + STATES[3], moving | True)
-            for part in node_run.cached(parts) if part.state == STATES[3]]
+            for part in node_run.cached(parts)
+            if part.state == STATES[3] and part.end > part.begin + LATE]
     ends += [(begin, end, 'ctrl_relinq became False', moving)
              for begin, end, value in control_intervals(node_run)
              if not value and end > begin + LATE and node_run.runs_at(begin)]
