@@ -42,7 +42,8 @@ class NodeRun:
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
-        if node is not None and len(run.sender_index):
+        # the marker of a trial has recorded the commands of its node, as their sender
+        if node is not None and len(run.sender_index) and not len(run.events):
             newest = np.searchsorted(run.sender_index.arrival, run.commands.arrival, 'right') - 1
             # a node that sent nothing is not among the senders
             self.commands = run.commands.take(run.sender_index.value[newest.clip(0)] == (

@@ -11,7 +11,6 @@ from typing import Any, Iterator, List, NamedTuple, Optional, Set, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.report.run_data import Values
 from tb3_labs.watch.broken_link import LONGEST_READING_GAP, BrokenLink, NodeRun
 from tb3_labs.watch.quantities import RECENT, SAME, Quantity, ages, matching_quantities
 from tb3_labs.watch.variables import Series, short
@@ -259,13 +258,12 @@ def part_with_control(node_run: NodeRun, part: Series, late: float = LATE) -> Se
     """The part of a variable in which the node has had control for this time [s], by its own
     has_control, else by ctrl_relinq, which it may not have heard; without both all of it."""
     control, own = node_run.run.control, node_run.find('has_control')
-    if own is not None and set(own.value) <= {0.0, 1.0}:
-        control = Values(own.time, own.time, own.value)
-    if not len(control):
+    time, value = (own.time, own.value) if own is not None and set(own.value) <= {0.0, 1.0} else (
+        control.arrival, control.value)
+    if not len(time):
         return part
-    now, before = (np.searchsorted(control.arrival, part.time - each, 'right') - 1
-                   for each in (0.0, late))
-    return part.take((before >= 0) & (control.value[now] == 1.0) & (control.value[before] == 1.0))
+    now, before = (np.searchsorted(time, part.time - each, 'right') - 1 for each in (0.0, late))
+    return part.take((before >= 0) & (value[now] == 1.0) & (value[before] == 1.0))
 
 
 def wrong_pose(node_run: NodeRun) -> Optional[BrokenLink]:

@@ -72,13 +72,13 @@ def heading(node_run: NodeRun) -> Tuple[Optional[Series], Optional[Quantity], Op
                  if 'goal' not in each.name and np.isfinite(each.value).any()
                  and np.nanmax(each.value) - np.nanmin(each.value) > 0.5]
         found.sort(key=lambda each: not (each[1] and is_heading(each[1][0], quantities[0])))
-        series = next((each for each, follows in found if follows), None)
+        series = next((each for each, matching in found if matching), None)
     if series is None:
         return None, None, None
-    found, broken = belief(series, quantities)
+    follows, broken = belief(series, quantities)
     since = since_another_zero(series, node_run.heading) if broken and (
         'does not follow' in broken.words) else None
-    return (series, since, None) if since else (series, found, broken)
+    return (series, since, None) if since else (series, follows, broken)
 
 
 def since_another_zero(series: Series, right: Quantity) -> Optional[Quantity]:
@@ -122,8 +122,10 @@ def aims_without_turn(node_run: NodeRun, turning: Series, goal: Optional[Series]
     """The times at which goal_yaw had become TURN_DEG from curr_yaw, and `turning` was not seen to
     be True."""
     series, quantity, _ = node_run.cached(heading)
-    found = []
-    for at in goal.changes if goal is not None and series is not None and quantity else ():
+    found: List[float] = []
+    if goal is None or series is None or quantity is None:
+        return np.array(found)
+    for at in goal.changes:
         off = abs((goal.at(at) - series.at(at)) / quantity.per_degree)
         near = turning.between(at - 2.0 * READ, at + 8.0 * READ).value
         if len(near) > 5 and not near.any() and min(
