@@ -10,7 +10,7 @@ from typing import (
 
 import numpy as np
 
-from tb3_labs.watch.quantities import Quantity, matching_quantities, headings, pause
+from tb3_labs.watch.quantities import Quantity, headings, matching_quantities, pause
 from tb3_labs.watch.variables import Series, find, variables_of
 
 
@@ -53,6 +53,11 @@ class NodeRun:
     def find(self, name: str) -> Optional[Series]:
         """The first variable that has this name; None if there is none."""
         return find(self.variables, name)
+
+    def flag(self, name: str) -> Optional[Series]:
+        """The variable of this name, if all its values are True or False, or 1 or 0."""
+        series = self.find(name)
+        return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
     @cached_property
     def heading(self) -> Quantity:

@@ -284,8 +284,9 @@ def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
     for part in node_run.cached(parts):
         if len(part.time) < 4 or part.state not in TOLERANCES:
             continue
-        if slow_rate_text(part.time):
-            return BrokenLink(slow_rate_text(part.time), part.begin)
+        slow_rate = slow_rate_text(part.time)
+        if slow_rate:
+            return BrokenLink(slow_rate, part.begin)
         requested = GAINS.get(part.state, DRIVE_SPEED)
         own = fitted_formula(node_run, part)[1] if part.state in GAINS else float(
             np.median(part.linear))

@@ -257,9 +257,8 @@ def unit_of(series: Series) -> float:
 def part_with_control(node_run: NodeRun, part: Series, late: float = LATE) -> Series:
     """The part of a variable in which the node has had control for this time [s], by its own
     has_control, else by ctrl_relinq, which it may not have heard; without both all of it."""
-    control, own = node_run.run.control, node_run.find('has_control')
-    time, value = (own.time, own.value) if own is not None and set(own.value) <= {0.0, 1.0} else (
-        control.arrival, control.value)
+    control, own = node_run.run.control, node_run.flag('has_control')
+    time, value = (control.arrival, control.value) if own is None else (own.time, own.value)
     if not len(time):
         return part
     now, before = (np.searchsorted(time, part.time - each, 'right') - 1 for each in (0.0, late))

@@ -6,7 +6,7 @@ import numpy as np
 from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, other_field_text, slow_rate_text)
-from tb3_labs.watch.typed_turns import READ, Turn, heading, turning_flag, turns
+from tb3_labs.watch.typed_turns import READ, Turn, heading, turns
 from tb3_labs.watch.variables import Series, number, short
 
 #: An angle is right within NEAR [deg]; an error is clear from CLEAR to 180 - CLEAR [deg].
@@ -23,7 +23,7 @@ def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
 def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
     """Is goal_yaw 90 degrees from curr_yaw after a letter, to its side?"""
     series, quantity, _ = node_run.cached(heading)
-    goal, turning = node_run.find('goal_yaw'), turning_flag(node_run)
+    goal, turning = node_run.find('goal_yaw'), node_run.flag('turning')
     right: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
         return None
@@ -75,7 +75,7 @@ def flag_differences(node_run: NodeRun, turn: Turn, right: Turn) -> str:
 
 def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become True by a letter?"""
-    turning = turning_flag(node_run)
+    turning = node_run.flag('turning')
     if turning is None:
         return None
     for turn in node_run.cached(turns):
@@ -91,7 +91,7 @@ def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
 
 def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
     """Do commands come ten times a second, none of them from elsewhere?"""
-    turning = turning_flag(node_run)
+    turning = node_run.flag('turning')
     for turn in node_run.cached(turns):
         if not len(turn.time) and turning is not None and (turning.between(
                 turn.begin, min(turn.end, turn.begin + 1.0)).value == 1.0).sum() > 10:
@@ -105,8 +105,9 @@ def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
             continue
         span = slice(turn.moving[0], turn.moving[-1] + 1)
         is_zero = turn.command[span] == 0.0
-        if slow_rate_text(turn.time[span]):
-            return BrokenLink(slow_rate_text(turn.time[span]), turn.begin)
+        slow_rate = slow_rate_text(turn.time[span])
+        if slow_rate:
+            return BrokenLink(slow_rate, turn.begin)
         if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
             return BrokenLink('{} of {} commands in the turn after {} were zero: another callback '
                               'publishes, too'.format(is_zero.sum(), len(is_zero), turn.letter),
@@ -182,7 +183,7 @@ def steering_source_text(node_run: NodeRun, found: Sequence[Turn]) -> str:
 
 def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does a turn end within the tolerance, by a zero?"""
-    turning, tolerance = turning_flag(node_run), node_run.constant('HDG_TOL', HDG_TOL)
+    turning, tolerance = node_run.flag('turning'), node_run.constant('HDG_TOL', HDG_TOL)
     for turn in node_run.cached(turns):
         if not len(turn.moving):
             if ended_at_once(turn, turning):
@@ -234,7 +235,7 @@ def same_time(node_run: NodeRun) -> str:
 
 def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
     """Does `turning` become False at the goal? Without typed letters it begins each turn."""
-    turning, found = turning_flag(node_run), node_run.cached(turns)
+    turning, found = node_run.flag('turning'), node_run.cached(turns)
     if turning is None or not len(node_run.run.letters):
         return None
     for before, turn in zip(found[:1] + found, found):

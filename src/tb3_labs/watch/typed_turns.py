@@ -1,5 +1,5 @@
 """The turns of a run as its node had them: the letter, the goal, each command with its error."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import List, Optional, Tuple
 
 import numpy as np
@@ -88,22 +88,13 @@ def since_another_zero(series: Series, right: Quantity) -> Optional[Quantity]:
     for unit in (1.0, np.pi / 180.0):
         apart = np.exp(1j * np.radians(series.value / unit - now))
         zero = np.degrees(np.angle(np.nanmedian(apart.real) + 1j * np.nanmedian(apart.imag)))
-        moved = right._replace(words='the heading from another zero', value=(
-            right.value + zero) % 360.0)
         # an angle is compared on the unit circle
-        circle = Series(series.name, series.time, series.text, np.cos(
-            np.radians(series.value / unit - zero)) + 1j * np.sin(np.radians(
-                series.value / unit - zero)))
+        circle = replace(series, value=np.exp(1j * np.radians(series.value / unit - zero)))
         same = right._replace(value=np.exp(1j * np.radians(right.value)), scale=60.0)
         if matching_quantities(circle, [same]):
-            return moved._replace(value=moved.value * unit, per_degree=unit)
+            return right._replace(words='the heading from another zero', per_degree=unit,
+                                  value=(right.value + zero) % 360.0 * unit)
     return None
-
-
-def turning_flag(node_run: NodeRun) -> Optional[Series]:
-    """The variable `turning`, if it is True or False, or 1 or 0. It may be a side or a state."""
-    series = node_run.find('turning')
-    return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
 
 def new_aims(turning: Series, goal: Optional[Series]) -> np.ndarray:
@@ -137,7 +128,7 @@ def aims_without_turn(node_run: NodeRun, turning: Series, goal: Optional[Series]
 def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
     """(begin, end, is_cut, side) of each letter, as it was typed, else as `turning` or `goal_yaw`
     tell."""
-    typed, turning, goal = node_run.run.letters, turning_flag(node_run), node_run.find('goal_yaw')
+    typed, turning, goal = node_run.run.letters, node_run.flag('turning'), node_run.find('goal_yaw')
     if len(typed):
         times, sides = typed.arrival, typed.value
     elif turning is not None:
@@ -168,7 +159,7 @@ def turns(node_run: NodeRun) -> List[Turn]:
     series, quantity, _ = node_run.cached(heading)
     used, goal, sent = quantity or node_run.heading, node_run.find('goal_yaw'), node_run.commands
     goal = goal if quantity is not None and goal is not None and len(goal.time) else None
-    flag = turning_flag(node_run)
+    flag = node_run.flag('turning')
     if goal is not None and flag is not None and not len(node_run.run.letters):
         for at in new_aims(flag, goal):     # between two readings the aim is not known
             last = goal.time[np.searchsorted(goal.time, at) - 1]

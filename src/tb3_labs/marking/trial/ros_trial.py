@@ -72,7 +72,7 @@ class Trial:
         known = rospkg.RosPack()
         own, *others = [
             [known.get_path(name)] if name != OWN_PACKAGE and name in known.list() else []
-            for name in (self._name.split('/')[0], *packages)]
+            for name in dict.fromkeys((self._name.split('/')[0], *packages))]
         copy = Launch.from_environment().copy
         found = text_of([copy] if copy else sum(others, own))
         return dict(found, up=text_of(own)['up'] or found['up'])
