@@ -18,7 +18,7 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.clock import one_clock
+from tb3_labs.report.bag.clock import undo_clock_jumps
 from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.read_limits import ReadLimits, TooLarge
 from tb3_labs.report.bag.records import Bag, BagProblem, open_bag
@@ -113,7 +113,7 @@ def _read(bag, path, namespace, log):
         if not len(collectors[part].arrival):
             raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
                            problem, types)
-    duration, set_at = one_clock(collectors)
+    duration, set_at = undo_clock_jumps(collectors)
     notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
     notes += set_at + [
         '{} has more than {} messages: the later ones are left out'.format(
