@@ -25,8 +25,8 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag import read_limits
-from tb3_labs.report.bag.read_limits import LONGEST_LINE
+from tb3_labs.report.bag import messages, records
+from tb3_labs.report.bag.messages import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import BagProblem, read_run
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
@@ -261,9 +261,9 @@ def read_within(path, log=lambda line: None):
 @pytest.fixture
 def small(monkeypatch):
     """A budget of a thousandth."""
-    monkeypatch.setattr(read_limits, 'MOST_CHUNK', 2 ** 19)
-    for what, most in read_limits.MOST_READ.items():
-        monkeypatch.setitem(read_limits.MOST_READ, what, max(2, most // 1000))
+    monkeypatch.setattr(records, 'MOST_CHUNK', 2 ** 19)
+    for what, most in records.MOST_READ.items():
+        monkeypatch.setitem(records.MOST_READ, what, max(2, most // 1000))
 
 
 @pytest.mark.parametrize('content, said', [
@@ -300,12 +300,12 @@ SPARSE = 2 * 10 ** 9
 #: Reads the given files; each may take this much memory beyond Python's own [MiB].
 READER = """
 import resource, sys, time
-from tb3_labs.report.bag import read_limits
+from tb3_labs.report.bag import records
 from tb3_labs.report.bag.ros_bag import read_run
 pages = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (pages + {} * 2 ** 20,) * 2)
 for path in sys.argv[1:]:
-    read_limits.MOST_TIME = 8.0 if path.endswith('/6.bag') else 0.2     # its piece is unpacked in about 0.2 s
+    records.MOST_TIME = 8.0 if path.endswith('/6.bag') else 0.2     # its piece is unpacked in about 0.2 s
     begun = time.process_time()
     try:
         print(read_run(path).duration)
@@ -341,7 +341,7 @@ def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
         for time, topic, message in sorted(sensors(known_run()), key=lambda row: row[0]):
             bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
     assert read_run(path, log=told.append).duration == pytest.approx(12.0) and not told
-    monkeypatch.setitem(read_limits.MOST_READ, 'MiB', 0.2)
+    monkeypatch.setitem(records.MOST_READ, 'MiB', 0.2)
     run = read_run(path, log=told.append)
     line, = told
     assert 0.5 < run.duration < 6.0 and re.search(
@@ -366,14 +366,14 @@ def crowd(run):
 
 
 def test_an_array_in_a_message_takes_its_length_from_the_budget(tmp_path, monkeypatch):
-    monkeypatch.setitem(read_limits.MOST_READ, 'samples', 2000)
+    monkeypatch.setitem(records.MOST_READ, 'samples', 2000)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, crowd)))
     assert run.notes == ('it has more than 2,000 samples: the report ends at {:.1f} s'.format(
         run.duration),) and run.duration == pytest.approx(6.0, abs=0.1)
 
 
 def test_characters_that_take_four_bytes_count_with_their_lines(tmp_path, monkeypatch):
-    monkeypatch.setattr(read_limits, 'MOST_LETTERS', 10 * LONGEST_LINE)
+    monkeypatch.setattr(messages, 'MOST_LETTERS', 10 * LONGEST_LINE)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, lambda run: (
         (0.1 * k, '/rosout', Log(name='/x', msg='\U0001f916' * 60000)) for k in range(60)))))
     assert len(run.log) == 9 and 'the later ones are left out' in run.notes[0]
@@ -386,7 +386,7 @@ def chatty(run):
 
 
 def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(read_limits, 'MOST_LINES', 100)
+    monkeypatch.setattr(messages, 'MOST_LINES', 100)
     told = []
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), log=told.append)
     assert len(run.log) == 100 and run.dropped['log'] == 1 and len(run.notes) == 1
@@ -394,7 +394,7 @@ def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch)
 
 
 def test_a_bag_with_too_many_messages_is_read_up_to_the_budget(tmp_path, monkeypatch):
-    monkeypatch.setitem(read_limits.MOST_READ, 'samples', 700)
+    monkeypatch.setitem(records.MOST_READ, 'samples', 700)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors,)))
     assert len(run.imu) + len(run.odometry) == 700
     assert run.notes[0].endswith('the report ends at {:.1f} s'.format(run.duration))

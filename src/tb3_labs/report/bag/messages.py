@@ -18,7 +18,6 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import yaws_from_quaternions
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.bag import read_limits
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
     LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
@@ -36,6 +35,12 @@ RESET_LINE = re.compile(
 
 #: A reset is looked for in this many characters of a line; later resets are left out.
 LONGEST_RESET, MOST_RESETS = 500, 1000
+#: The most lines of a topic, characters of a line, and characters of all lines of a topic.
+MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
+#: The most values of nodes' variables: 15 minutes of a node with fifteen.
+MOST_VARIABLES = 300000
+#: A line about a trial, by the marker, has at most this many characters.
+LONGEST_EVENT = 200000
 #: No number of a robot is larger: m, rad, m/s, rad/s. The firmware's spikes are below 1000.
 LARGEST_NUMBER = 1e5
 #: The place of a yaw in a row.
@@ -83,8 +88,8 @@ def make_collectors(parts, prefix, limits):
         'commands': (Twists, lambda message: [
             (None, message.linear.x, message.angular.z, *map(_finite, (
                 message.linear.y, message.linear.z, message.angular.x, message.angular.y)))]),
-        'states': (States, _text), 'events': (States, _text, read_limits.LONGEST_EVENT),
-        'printed': (States, _text, read_limits.LONGEST_EVENT),
+        'states': (States, _text), 'events': (States, _text, LONGEST_EVENT),
+        'printed': (States, _text, LONGEST_EVENT),
         'turn_requests': (Values, lambda message: [(None, math.radians(message.data))]),
         'control': (Values, lambda message: [(None, float(message.data))]),
         'pad': (PadSamples, lambda message: [
@@ -99,7 +104,7 @@ def make_collectors(parts, prefix, limits):
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/'))),
         'log': (LogLines, _lines(prefix)),
         'variables': (
-            Variables, _variables, read_limits.LONGEST_LINE, read_limits.MOST_VARIABLES)}
+            Variables, _variables, LONGEST_LINE, MOST_VARIABLES)}
     return {part: Collector(limits, *special.get(part, (Poses, _pose))) for part in parts}
 
 
@@ -111,10 +116,10 @@ class Collector:
     quaternion's four numbers at its end.
     """
 
-    def __init__(self, limits, kind, rows_of, longest=read_limits.LONGEST_LINE, most=None):
+    def __init__(self, limits, kind, rows_of, longest=LONGEST_LINE, most=None):
         """`longest`: characters of a word; `most`: samples with words, None: MOST_LINES."""
         self._kind, self._rows_of, self._limits, self._letters = kind, rows_of, limits, 0
-        self._longest, self._most = longest, most or read_limits.MOST_LINES
+        self._longest, self._most = longest, most or MOST_LINES
         self._has_words, self._width = kind in (States, LogLines, Variables), len(fields(kind)) - 2
         self._values = [] if self._has_words else array('d')
         self.arrival, self.stamp, self.number, self.bad = array('d'), array('d'), array('q'), 0
@@ -135,7 +140,7 @@ class Collector:
             row = [word[:self._longest] for word in row]
             self._letters += sum(map(len, row))
             self.is_full = self.is_full or len(self.arrival) >= self._most or (
-                self._letters > read_limits.MOST_LETTERS)
+                self._letters > MOST_LETTERS)
             if self.is_full:
                 return
         self._values.extend(row)

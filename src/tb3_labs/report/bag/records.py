@@ -2,7 +2,8 @@
 
 A bag may come from a stranger. Its index is not used, so each byte is read once, and a recording
 that was cut off is read up to its last whole record. The definitions of its messages are not used.
-Memory and time are limited by a ReadLimits.
+Each read, each unpacked piece, each record and each sample is taken from the budget of a
+ReadLimits. So memory and time are bounded, whatever the file claims.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -10,22 +11,31 @@ import bz2
 import os
 import stat
 import struct
+import time
 from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
-from tb3_labs.report.bag import read_limits
-from tb3_labs.report.bag.read_limits import (
-    MIB, MOST_CONNECTION, MOST_HEADER, MOST_MESSAGE, ReadLimits, TooLarge)
-
+#: The budget of one reading; MiB are read or unpacked. An hour of record.launch has 1.4 million
+#: records, and takes 20 s.
+MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
+#: The most processor time of one reading [s].
+MOST_TIME = 30.0
+#: The processor time is read once in so many calls of `spend`, since to read it takes long.
+CLOCK_EVERY = 64
+MIB = 2.0 ** 20
+#: The largest header, connection and message, and the longest name [bytes].
+MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18, 200
+#: The most that a packed chunk holds; it is read in parts, and unpacked in pieces [bytes].
+MOST_CHUNK, PART, PIECE = 2 ** 26, 2 ** 12, 2 ** 20
 #: A bag begins with this.
 BAG_VERSION = b'#ROSBAG V2'
-#: The kinds of records.
+#: The kinds of records, by the field `op` of their headers.
 MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
 LENGTH, LONG, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
 CONVERT = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
-#: First bytes of other files that users take for bags: (the kind of file, the remedy).
-OTHERS = (
+#: Files that users take for bags: (first bytes, the kind of file, the remedy).
+OTHER_FILES = (
     (b'#ROSBAG V1', 'a bag of version 1',
      'convert it where it was recorded: rosbag fix {} run.bag'),
     (b'SQLite format 3', 'a bag of ROS 2', CONVERT), (b'\x89MCAP', 'a bag of ROS 2', CONVERT),
@@ -42,8 +52,29 @@ class BagProblem(ValueError):
     """A bag cannot be reported. The message is one line with the reason and the remedy."""
 
 
+class TooLarge(Exception):
+    """The budget is used up; the message names what is too much, and the limit."""
+
+
+class ReadLimits:
+    """The rest of the budget for one reading of a bag."""
+
+    def __init__(self) -> None:
+        self._left: Dict[str, float] = dict(MOST_READ)
+        self._end, self._calls = time.thread_time() + MOST_TIME, 0
+
+    def spend(self, what: str, amount: float = 1) -> None:
+        """Take `amount` of `what`, a key of MOST_READ. Raises TooLarge."""
+        self._left[what] -= amount
+        if self._left[what] < 0:
+            raise TooLarge(f'it has more than {MOST_READ[what]:,} {what}')
+        self._calls += 1
+        if self._calls % CLOCK_EVERY == 0 and time.thread_time() > self._end:
+            raise TooLarge(f'to read it takes longer than {MOST_TIME:g} s')
+
+
 class Connection(NamedTuple):
-    """A sender of messages of a type on a topic; `checksum` is of the type's definition."""
+    """A sender of messages on a topic: `kind` is their type, `checksum` that type's checksum."""
 
     topic: str
     kind: str
@@ -52,7 +83,8 @@ class Connection(NamedTuple):
 
 
 class Record(NamedTuple):
-    """A recorded message: `time` [s since 1970, ns], `data` b'' if too large or not wanted."""
+    """A recorded message: its time [s since 1970, ns], and its bytes. `data` is b'' if the message
+    is too large or not wanted."""
 
     connection: Connection
     time: Tuple[int, int]
@@ -60,7 +92,7 @@ class Record(NamedTuple):
 
 
 class Bag:
-    """An open bag file. `problem`: why not all of it was read; '' if it was."""
+    """An open bag file. `problem` is the reason why not all of it was read, or ''."""
 
     def __init__(self, file: BinaryIO, path: str) -> None:
         """Raises BagProblem if the file is not a bag of version 2."""
@@ -68,14 +100,14 @@ class Bag:
         self._size = os.fstat(file.fileno()).st_size
         first = file.read(100)
         if not first.startswith(BAG_VERSION):
-            raise BagProblem(_other(first, str(path)))
+            raise BagProblem(_kind_and_remedy(first, str(path)))
         self._begin = first.find(b'\n') + 1
 
     def messages(self, is_wanted: Callable[[Connection], bool],
                  limits: ReadLimits) -> Iterator[Record]:
-        """Yields the messages of all connections, with the data of those that are wanted."""
+        """Yields all messages. Only wanted ones have data: ``is_wanted(their connection)``."""
         self._file.seek(self._begin)
-        # by its number: the connection, and whether its messages are wanted
+        # number of the connection: (the connection, are its messages wanted?)
         self._connections: Dict[int, Tuple[Connection, bool]] = {}
         self._limits, self._is_whole, self.problem = limits, False, ''
         try:
@@ -91,36 +123,39 @@ class Bag:
 
     def _records(self, source: BinaryIO,
                  is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
+        """Yields the messages from here to the end of `source`: the file or an unpacked chunk."""
         while True:
             length = source.read(LENGTH.size)
             if not length:
                 return
             self._limits.spend('records')
-            # its header, and the size of its data
+            # the header of the record, and the size of its data
             head = self._read(source, LENGTH.unpack(length)[0] + LENGTH.size, MOST_HEADER)
             header, size = _fields(head[:-LENGTH.size]), LENGTH.unpack(head[-LENGTH.size:])[0]
             kind = header[b'op'][0]
             if kind == MESSAGE:
-                connection, wanted = self._connections[LENGTH.unpack(header[b'conn'])[0]]
-                data = self._read(source, size) if wanted and size <= MOST_MESSAGE else b''
-                seconds, nanoseconds = TIME.unpack(header[b'time'])
-                yield Record(connection, (seconds, nanoseconds), data)
-                if data:
-                    continue
+                yield self._message(source, header, size)
             elif kind == CONNECTION:
-                connection = _connection(header, self._read(source, size, MOST_CONNECTION))
                 self._limits.spend('connections')
+                connection = _connection(header, self._read(source, size, MOST_CONNECTION))
                 self._connections[LENGTH.unpack(header[b'conn'])[0]] = (
                     connection, is_wanted(connection))
-                continue
             elif kind == CHUNK and header[b'compression'] == b'none':
-                continue    # its records follow
+                pass    # the records of the chunk follow
             elif kind == CHUNK and source is self._file:
                 yield from self._records(self._unpacked(header[b'compression'], size), is_wanted)
-                continue
-            elif kind == FILE:
-                self._is_whole = 0 < LONG.unpack(header[b'index_pos'])[0] <= self._size
-            source.seek(size, os.SEEK_CUR)
+            else:
+                if kind == FILE:
+                    self._is_whole = 0 < LONG.unpack(header[b'index_pos'])[0] <= self._size
+                source.seek(size, os.SEEK_CUR)
+
+    def _message(self, source: BinaryIO, header: Dict[bytes, bytes], size: int) -> Record:
+        connection, is_wanted = self._connections[LENGTH.unpack(header[b'conn'])[0]]
+        seconds, nanoseconds = TIME.unpack(header[b'time'])
+        if is_wanted and size <= MOST_MESSAGE:
+            return Record(connection, (seconds, nanoseconds), self._read(source, size))
+        source.seek(size, os.SEEK_CUR)
+        return Record(connection, (seconds, nanoseconds), b'')
 
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
@@ -135,12 +170,11 @@ class Bag:
     def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
         """Returns the records of the packed chunk that begins here, `size` bytes long."""
         pieces_of, chunk = _unpacker(compression), BytesIO()
-        for at in range(0, size, read_limits.PART):
-            for piece in pieces_of(self._read(self._file, min(read_limits.PART, size - at))):
+        for at in range(0, size, PART):
+            for piece in pieces_of(self._read(self._file, min(PART, size - at))):
                 self._limits.spend('MiB', len(piece) / MIB)
-                if chunk.tell() + len(piece) > read_limits.MOST_CHUNK:
-                    raise TooLarge('a packed chunk holds more than {:g} MiB'.format(
-                        read_limits.MOST_CHUNK / MIB))
+                if chunk.tell() + len(piece) > MOST_CHUNK:
+                    raise TooLarge(f'a packed chunk holds more than {MOST_CHUNK / MIB:g} MiB')
                 chunk.write(piece)
         chunk.seek(0)
         return chunk
@@ -157,12 +191,12 @@ def open_bag(path: str) -> BinaryIO:
     return open(str(path), 'rb')
 
 
-def _other(first: bytes, path: str) -> str:
-    """Returns what the file is, since it is not a bag, and what to do."""
+def _kind_and_remedy(first: bytes, path: str) -> str:
+    """Returns what kind of file this is, which is not a bag, and what to do."""
     if not first:
         return 'the file is empty; copy or download it again, and look at its size: ls -l'
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
-    for known, words, remedy in OTHERS:
+    for known, words, remedy in OTHER_FILES:
         if begin.startswith(known):
             return f'not a bag of ROS 1, but {words}; {remedy.format(quote(path))}'
     return 'not a bag of version 2, since it does not begin with {}; give the file that rosbag ' \
@@ -175,9 +209,9 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
         unpacker = bz2.BZ2Decompressor()
 
         def pieces_of(part: bytes) -> Iterator[bytes]:
-            yield unpacker.decompress(part, read_limits.PIECE)
+            yield unpacker.decompress(part, PIECE)
             while not (unpacker.needs_input or unpacker.eof):
-                yield unpacker.decompress(b'', read_limits.PIECE)
+                yield unpacker.decompress(b'', PIECE)
         return pieces_of
     if compression == b'lz4':
         import roslz4    # only for the bags that need it
@@ -188,7 +222,7 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
 
 def _connection(header: Dict[bytes, bytes], data: bytes) -> Connection:
     known = _fields(data)
-    return Connection(*(value[:read_limits.MOST_NAME].decode(errors='replace') for value in (
+    return Connection(*(value[:MOST_NAME].decode(errors='replace') for value in (
         header[b'topic'], *(known.get(name, b'?') for name in (b'type', b'md5sum', b'callerid')))))
 
 

@@ -20,8 +20,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.msg import MouseController
 from tb3_labs.report.bag.clock import undo_clock_jumps
 from tb3_labs.report.bag.messages import make_collectors, samples_of
-from tb3_labs.report.bag.read_limits import ReadLimits, TooLarge
-from tb3_labs.report.bag.records import Bag, BagProblem, open_bag
+from tb3_labs.report.bag.records import Bag, BagProblem, ReadLimits, TooLarge, open_bag
 from tb3_labs.report.run_data import RunData
 
 #: RunData's field: (name of the topic, class), besides the IMU and the odometry.
