@@ -72,9 +72,7 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     assert (list(run.turn_requests.time), run.dropped['turn_requests']) == ([pytest.approx(2.0, abs=5e-3)], 1)
     assert math.degrees(run.turn_requests.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
-    # a button that is held is one press
-    assert list(run.presses.value) == [2.0, 0.0]
-    assert run.presses.time == pytest.approx([3.0, 3.2], abs=5e-3)
+    assert run.pad.time == pytest.approx([3.0, 3.1, 3.2], abs=5e-3)
 
 
 def devices(run):
@@ -89,7 +87,7 @@ def devices(run):
 def test_the_devices_and_all_fields_of_a_command(tmp_path):
     run = read_run(write_bag(tmp_path / 'devices.bag', sources=(sensors, devices)))
     assert run.pad.axes.tolist() == [[0.0, 0.5] + 6 * [0.25]]
-    assert run.pad.buttons.tolist() == [[0.0, 1.0] + 14 * [0.0]] and list(run.presses.value) == [1.0]
+    assert run.pad.buttons.tolist() == [[0.0, 1.0] + 14 * [0.0]]
     assert (run.mouse.x[0], run.mouse.y[0], run.mouse.active[0]) == (-1.0, 0.5, 1.0)
     sent = run.commands
     assert [part[0] for part in (sent.linear, sent.sideways, sent.upward, sent.rolling, sent.pitching,
@@ -185,7 +183,7 @@ def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
         assert getattr(read, part).time == pytest.approx(getattr(run, part).time, abs=0.02)
         assert getattr(read, part).arrival == pytest.approx(getattr(run, part).time, abs=0.02)
     assert read.odometry.length == pytest.approx(run.odometry.length)
-    assert read.presses.time == pytest.approx([3.0, 3.2], abs=0.02)
+    assert read.pad.time == pytest.approx([3.0, 3.1, 3.2], abs=0.02)
 
 
 def test_a_clock_that_is_set_forward_by_less_than_an_hour_looks_like_a_silence(run, tmp_path):

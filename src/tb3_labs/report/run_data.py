@@ -248,7 +248,6 @@ class RunData:
     resets: Poses = field(default_factory=Poses.none)          # of the robot in local, as declared
     turn_requests: Values = field(default_factory=Values.none)  # turns [rad], left positive
     control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
-    presses: Values = field(default_factory=Values.none)       # numbers of a pad's buttons
     pad: PadSamples = field(default_factory=PadSamples.none)
     mouse: MouseSamples = field(default_factory=MouseSamples.none)
     log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
