@@ -1,12 +1,11 @@
 """Reads a rosbag into a RunData: any bag with an Imu and an Odometry.
 
 A bag may come from a stranger, and it carries the definitions of its messages. rosbag makes Python
-code of these definitions and runs it. Here only installed message classes are used; other topics
-are not read.
+code of these definitions and runs it. This reader uses installed message classes only, and does not
+read topics of other types.
 """
 import struct
 from collections import Counter
-from functools import lru_cache
 
 import genpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -23,8 +22,8 @@ from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.records import Bag, BagProblem, ReadLimits, TooLarge, open_bag
 from tb3_labs.report.run_data import RunData
 
-#: RunData's field: (name of the topic, class), besides the IMU and the odometry.
-OPTIONAL = {
+#: Field of RunData: (name of the topic, class). A run may lack these topics.
+OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
     'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
@@ -32,13 +31,13 @@ OPTIONAL = {
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}
-#: (type, checksum) -> class of all topics of record.launch.
+#: {(type, checksum): class} of all topics of record.launch.
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
-    *(made for _, made in OPTIONAL.values()))}
-#: The records of a bag are kept from the first reading to the second, if they take less than
-#: MOST_KEPT [bytes], each RECORD and its data.
-MOST_KEPT, RECORD = 2 ** 26, 500
+    *(made for _, made in OPTIONAL_TOPICS.values()))}
+#: A bag is read twice: for its topics, then for its messages. The records are kept in between if
+#: they need less memory than MOST_KEPT [bytes]; each needs RECORD_SIZE besides its data.
+MOST_KEPT, RECORD_SIZE = 2 ** 26, 500
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'
 #: A line names at most this many topics that are not read.
@@ -46,9 +45,9 @@ NAMED_TOPICS = 5
 
 
 def read_run(path, namespace=None, log=lambda line: None):
-    """Returns the RunData of the bag file `path`; `namespace` chooses one robot of several.
+    """Returns the RunData of the bag file `path`. `namespace` chooses one robot of several.
 
-    ``log(line)`` gets a line on what is not read. Raises BagProblem.
+    ``log(line)`` is called with a line for each thing that is not read. Raises BagProblem.
     """
     try:
         with open_bag(path) as file:
@@ -62,59 +61,66 @@ def read_run(path, namespace=None, log=lambda line: None):
             path, ' '.join(str(getattr(problem, 'strerror', None) or problem).split()))) from None
 
 
-def _sorted_out(bag):
+def _contents(bag):
     """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
-    senders}, [topics of other types, with the types], the records if they are few and whole)."""
-    numbers, records, left = Counter(), [], MOST_KEPT
+    senders}, [topics that cannot be read, with their types], the records). The records are None if
+    they are too many, or not whole."""
+    numbers, records, memory = Counter(), [], 0
     for record in bag.messages(_is_known, ReadLimits()):
         numbers[record.connection] += 1
-        left -= RECORD + len(record.data)
-        if left > 0:
+        memory += RECORD_SIZE + len(record.data)
+        if memory < MOST_KEPT:
             records.append(record)
-    types, senders, others = {}, {}, set()
+    types, senders, unknown = {}, {}, set()
     for connection, number in numbers.items():
-        topic, kind, checksum, sender = connection
-        made = CLASSES.get((kind, checksum))
-        before, count = types.get(topic, (None, 0))
-        types[topic] = before or made, count + number
+        topic, made = connection.topic, _class_of(connection)
+        known, count = types.get(topic, (None, 0))
+        types[topic] = known or made, count + number
         if made is None:
-            others.add(f'{topic} ({kind})')
+            unknown.add(f'{topic} ({connection.kind})')
         else:
-            senders.setdefault(topic, set()).add(sender)
-    return types, senders, sorted(others), records if left > 0 and not bag.problem else None
+            senders.setdefault(topic, set()).add(connection.sender)
+    is_kept = memory < MOST_KEPT and not bag.problem
+    return types, senders, sorted(unknown), records if is_kept else None
+
+
+def _class_of(connection):
+    """Returns the installed class of the connection's messages, or None."""
+    return CLASSES.get((connection.kind, connection.checksum))
 
 
 def _is_known(connection):
-    return (connection.kind, connection.checksum) in CLASSES
+    return _class_of(connection) is not None
 
 
 def _read(bag, path, namespace, log):
-    types, senders, others, records = _sorted_out(bag)
+    types, senders, unknown, records = _contents(bag)
     try:
         topics = choose_topics(types, namespace)
     except BagProblem as problem:
         raise _missing(problem, bag.problem, types) from None
-    if others:
-        more = len(others) - NAMED_TOPICS
+    if unknown:
+        more = len(unknown) - NAMED_TOPICS
         log('{}: not read, since these types are not installed here, or not as they are in the '
-            'bag: {}{}'.format(path, ', '.join(others[:NAMED_TOPICS]),
-                               ', {} more'.format(more) if more > 0 else ''))
+            'bag: {}{}'.format(path, ', '.join(unknown[:NAMED_TOPICS]),
+                               f', {more} more' if more > 0 else ''))
     prefix = parent(topics['odometry'])
     limits = ReadLimits()
     collectors = make_collectors([*topics, 'sender_index'], prefix, limits)
     names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
-    of_topic = {topic: (collectors[part], types[topic][0]) for part, topic in topics.items()}
-    start, problem = _collect(
-        bag, records, of_topic, collectors['sender_index'], names, limits)
+    start, problem = _collect(bag.messages(_is_known, limits) if records is None else records, {
+        topic: (collectors[part], types[topic][0]) for part, topic in topics.items()},
+        collectors['sender_index'], names)
+    problem = problem or bag.problem
     for collector in collectors.values():
         collector.close()
     for part in ('imu', 'odometry'):
         if not len(collectors[part].arrival):
             raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
                            problem, types)
-    duration, set_at = undo_clock_jumps(collectors)
+    duration, jumps = undo_clock_jumps(collectors)
     notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
-    notes += set_at + [
+    notes += jumps + [
         '{} has more than {} messages: the later ones are left out'.format(
             topic, len(collectors[part].arrival))
         for part, topic in topics.items() if collectors[part].is_full]
@@ -129,33 +135,30 @@ def _read(bag, path, namespace, log):
 
 
 def _missing(words, problem, types):
-    """Returns the BagProblem `words`; a `problem`, for which not all was read, comes first."""
-    return BagProblem(words if not problem else 'was not read: ' + problem if not types else
-                      f'was not read to its end: {problem}; until there: {words}')
+    """Returns the BagProblem with these words. If not all of the bag was read, the `problem` that
+    prevented it comes first."""
+    if not problem:
+        return BagProblem(words)
+    if not types:
+        return BagProblem(f'was not read: {problem}')
+    return BagProblem(f'was not read to its end: {problem}; until there: {words}')
 
 
-def _collect(bag, records, of_topic, sent, names, limits):
-    """Fill the collectors, {topic: (Collector, class)}, and `sent`, the index of each command's
-    sender by `names`, {sender: index}; from the `records`, from the bag if they are None. Returns
-    (time of the first message [s since 1970], why the rest was not read)."""
+def _collect(records, of_topic, sender_index, names):
+    """Fill the collectors, {topic: (Collector, class)}, from the records. `sender_index` collects
+    the index of each command's sender by `names`, {sender: index}. Returns (time of the first message [s since
+    1970], the limit that ended the reading, or '')."""
     messages = {topic: made() for topic, (_, made) in of_topic.items()}     # each is filled anew
-
-    @lru_cache(maxsize=None)
-    def receiver(connection):
-        collector, made = of_topic.get(connection.topic, (None, None))
-        return (collector, messages[connection.topic]) if made and made is CLASSES.get(
-            (connection.kind, connection.checksum)) else None
-
     start, number = None, 0
     try:
-        for connection, (seconds, nanoseconds), data in bag.messages(
-                receiver, limits) if records is None else records:
+        for connection, (seconds, nanoseconds), data in records:
             if start is None:
                 start = seconds + 1e-9 * nanoseconds
-            if receiver(connection) is None:
+            collector, made = of_topic.get(connection.topic, (None, None))
+            if collector is None or made is not _class_of(connection):
                 continue
             number += 1
-            collector, message = receiver(connection)
+            message = messages[connection.topic]
             try:
                 message.deserialize(data)
             except (genpy.DeserializationError, struct.error, ValueError):
@@ -163,28 +166,27 @@ def _collect(bag, records, of_topic, sent, names, limits):
                 continue
             arrival = (seconds - start) + 1e-9 * nanoseconds
             collector.add(message, arrival, start, number)
-            if type(message) is Twist:
-                sent.keep([names.setdefault(connection.sender, len(names))],
-                          arrival, arrival, number)
+            if made is Twist:
+                # a sender is new if the first reading ended before its commands
+                sender_index.keep([names.setdefault(connection.sender, len(names))],
+                                  arrival, arrival, number)
     except TooLarge as too_large:
         return start, str(too_large)
-    return start, bag.problem
+    return start, ''
 
 
 def choose_topics(types, namespace):
-    """Returns {field of RunData: topic} of the robot in `namespace`; None: of the only robot.
-
-    `types` is {topic: (class or None, number of messages)}. Raises BagProblem.
-    """
+    """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if that
+    is None. `types` is {topic: (class or None, number of messages)}. Raises BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or parent(topics['odometry'])
-    for part, (name, kind) in OPTIONAL.items():
-        topic = next((topic for topic, (of, _) in types.items()
-                      if of == kind and _absolute(topic) == prefix + name), None)
-        if topic:
-            topics[part] = topic
+    for part, (name, kind) in OPTIONAL_TOPICS.items():
+        found = [topic for topic, (of, _) in types.items()
+                 if of is kind and _absolute(topic) == prefix + name]
+        if found:
+            topics[part] = found[0]
     if types.get('/tf', ('',))[0] is TFMessage:
         topics['frames'] = '/tf'
     if types.get('/rosout', ('',))[0] is Log:
@@ -194,7 +196,8 @@ def choose_topics(types, namespace):
 
 
 def _by_type(types, kind, ending, prefix):
-    """Returns a topic of type `kind` in `prefix`: named `ending`, else with the most messages."""
+    """Returns the topic of type `kind` below `prefix` that is named `ending`. If there is not
+    exactly one, returns that with the most messages; several robots are a BagProblem."""
     names = [topic for topic, (of, _) in types.items() if of is kind
              and (prefix is None or _absolute(topic).startswith(prefix))]
     if not names:
@@ -212,10 +215,10 @@ def _by_type(types, kind, ending, prefix):
 
 
 def _absolute(topic):
-    """Returns the absolute name: `rosbag record` keeps relative names as they were given."""
+    """Returns the absolute name of a topic: `rosbag record` keeps relative names."""
     return '/' + topic.lstrip('/')
 
 
 def parent(topic):
-    """The namespace of a topic: `/robot3/` of `/robot3/odom`."""
+    """Returns the namespace of a topic, such as `/robot3/` of `/robot3/odom`."""
     return _absolute(topic).rpartition('/')[0] + '/'
