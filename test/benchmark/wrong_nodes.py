@@ -81,10 +81,10 @@ def told(seen, lab):
 
 def reported(seen):
     """The report's sentence on the recording, which does not have the letters."""
-    from tb3_labs.report.page import node_faults
+    from tb3_labs.report.page.moments import broken_links, printed_faults
     from tb3_labs.report.run_data import Values
     run = seen.run
-    words = [node_faults.printed_faults(run), *node_faults.sections(replace(run, letters=Values.none()))]
+    words = [printed_faults(run), *broken_links(replace(run, letters=Values.none()))]
     return ' '.join(unescape(re.sub('<[^>]*>', '', each)) for each in words)
 
 

@@ -21,8 +21,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, Verdict
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.from_bag import samples_from_rows
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, Observation
-from tb3_labs.report.page import node_faults
-from tb3_labs.report.page.document import Markup, document, table
+from tb3_labs.report.page.document import Markup, document, hints, table
 from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
@@ -62,7 +61,7 @@ def student_page(marks: Marks, lab: str) -> str:
     if observed is not None:
         if has_timeline:
             parts += [section(timeline_of(as_run(observed), marks)),
-                      node_faults.section(marks.link, marks.mistake, places.linked)]
+                      hints(marks.link, marks.mistake, places.linked)]
         parts += _printed(observed)
     return document(f'{lab}: {marks.student}', parts + places.parts, STUDENTS)
 
@@ -186,7 +185,7 @@ def results(marks: Marks) -> Dict[str, Any]:
     """Returns the object for json.dump(): a test for each criterion, and the rest of the page."""
     places = Places()
     parts = _head(marks, places) + [
-        WATCH.sub('', node_faults.section(marks.link, marks.mistake, places.linked))]
+        WATCH.sub('', hints(marks.link, marks.mistake, places.linked))]
     if marks.observation is not None:
         parts += _printed(marks.observation)
     return {

@@ -146,8 +146,8 @@ def _missing(words, problem, types):
 
 def _collect(records, of_topic, sender_index, names):
     """Fill the collectors, {topic: (Collector, class)}, from the records. `sender_index` collects
-    the index of each command's sender by `names`, {sender: index}. Returns (time of the first message [s since
-    1970], the limit that ended the reading, or '')."""
+    the index of each command's sender by `names`, {sender: index}. Returns (time of the first
+    message [s since 1970], the limit that ended the reading, or '')."""
     messages = {topic: made() for topic, (_, made) in of_topic.items()}     # each is filled anew
     start, number = None, 0
     try:

@@ -1,11 +1,13 @@
-"""The HTML of the pages of reports and of marks: a document, a table, the texts of cells.
+"""The HTML of the pages of reports and of marks: a document, a table, hints, the texts of cells.
 
 An unknown value is a dash.
 """
 import math
 import re
 from html import escape
-from typing import Sequence
+from typing import Callable, Optional, Sequence, Tuple
+
+from tb3_labs.watch.broken_link import BrokenLink, Link
 
 #: The style of a page of tables.
 STYLE = '''@page { size: A4; margin: 11mm 14mm; }
@@ -47,6 +49,7 @@ PAGE = '''<!DOCTYPE html>
 {2}
 </body></html>
 '''
+FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 #: An unknown number on a page.
 DASH = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
@@ -59,7 +62,7 @@ class Markup(str):
 
 
 def number(value: float, form: str, unknown: str = DASH) -> str:
-    """The value in this format, but never -0.00; `unknown` if it is not finite."""
+    """Returns the value in this format, but never -0.00, or `unknown` if it is not finite."""
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
@@ -67,12 +70,12 @@ def number(value: float, form: str, unknown: str = DASH) -> str:
 
 
 def degrees(angle: float, form: str) -> str:
-    """The angle [rad] in degrees, in this format, or a dash."""
+    """Returns the angle [rad] in degrees in this format, or a dash."""
     return number(math.degrees(angle), form)
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
-    """Returns an HTML page of these parts, which are HTML too; `style`: more CSS."""
+    """Returns an HTML page of these parts, which are HTML too. `style` is more CSS."""
     return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
 
 
@@ -81,19 +84,39 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[s
     """Returns an HTML table. Plain texts are escaped; Markup stays as it is.
 
     The first column, and each column with its head in `words`, are aligned left. On a narrow screen
-    each cell has its head beside it, unless the cells say enough (`is_plain`).
+    each cell has its head beside it, unless the table is plain.
     """
-    def row(cells: Sequence[str], tag: str) -> str:
-        return '<tr>{}</tr>'.format(''.join('<{0}{2}{3}>{1}</{0}>'.format(
-            tag, html(cell), ' class="words"' if heads[k] in words else '',
-            ' data-head="{}"'.format(TAG.sub('', html(heads[k]))) if tag == 'td' and not (
-                is_plain) else '')
-            for k, cell in enumerate(cells)))
+    attributes = [' class="words"' if head in words else '' for head in heads]
+    headings = [TAG.sub('', _html(head)) for head in heads]
+    lines = []
+    for cells in rows:
+        lines.append('<tr>{}</tr>'.format(''.join('<td{}{}>{}</td>'.format(
+            attribute, '' if is_plain else f' data-head="{heading}"', _html(cell))
+            for attribute, heading, cell in zip(attributes, headings, cells))))
+    return '<table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}\n</tbody></table>'.format(
+        ''.join(f'<th{attribute}>{_html(head)}</th>' for attribute, head in zip(
+            attributes, heads)), '\n'.join(lines))
 
-    def html(text: str) -> str:
-        return text if isinstance(text, Markup) else escape(text)
-    return '<table>\n<thead>{}</thead>\n<tbody>\n{}\n</tbody></table>'.format(
-        row(heads, 'th'), '\n'.join(row(cells, 'td') for cells in rows))
+
+def _html(text: str) -> str:
+    return text if isinstance(text, Markup) else escape(text)
+
+
+def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
+          linked: Callable[[str], str] = escape) -> str:
+    """Returns the HTML of three hints, each folded within the hint before it: what to look at,
+    where it is explained, and the `mistake`, a sentence on the link that was found. So a teacher
+    can hand out the page, and the student still has to find the mistake. Returns '' without a
+    link. ``linked(text)`` makes HTML of a text with a place of a lab sheet."""
+    if found is None:
+        return ''
+    link, broken = found
+    last = FOLDED.format('The mistake', '{} <a href="#t={:.1f}">Watch it</a>'.format(
+        escape(mistake), broken.moment), '')
+    second = FOLDED.format('Hint 2: where it is explained', linked(f'See {link.place}.'), last)
+    return '<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again ' \
+        'before you open the next.</p>\n{}</section>'.format(FOLDED.format(
+            'Hint 1: what to look at', escape(link.question), second))
 
 
 def safe(text: str) -> str:

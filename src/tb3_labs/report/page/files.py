@@ -20,9 +20,9 @@ from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.goals import goal_errors, spans
 from tb3_labs.report.motion.movements import PAUSE, moving
 from tb3_labs.report.motion.turns import TurnReport, turns
-from tb3_labs.report.page import figures, node_faults, tables, timeline
+from tb3_labs.report.page import figures, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
-from tb3_labs.report.page.moments import moments
+from tb3_labs.report.page.moments import broken_links, moments, printed_faults
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
@@ -77,8 +77,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     files += [path for path, figure in ((angles_png, angles), (ways_png, ways)) if figure]
     parts = [f'<p>{escape(text)}</p>' for text in [
         *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]]
-    parts += [node_faults.printed_faults(run), timeline.section(timeline.timeline(
-        run, model, moments(run, turned, driven))), *node_faults.sections(run)]
+    parts += [printed_faults(run), timeline.section(timeline.timeline(
+        run, model, moments(run, turned, driven))), *broken_links(run)]
     if turned:
         parts.append(_part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)))
     parts.append(angles)

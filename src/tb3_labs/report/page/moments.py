@@ -1,5 +1,11 @@
-"""The moments of a run on its timeline: turns, drives, movements by hand, resets, stops, gaps."""
-from typing import List, Sequence
+"""What stands out in a run: the marks on its timeline, and signs of a mistake in the node itself.
+
+The marks are turns, drives, movements by hand, resets, starts, stops and gaps. The signs are
+exceptions, open TODOs, and the first broken link.
+"""
+import re
+from html import escape
+from typing import Dict, List, Sequence
 
 import numpy as np
 
@@ -8,24 +14,39 @@ from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.goals import spans
 from tb3_labs.report.motion.movements import Kind, movements, parts_of, programs
 from tb3_labs.report.motion.turns import TurnReport
-from tb3_labs.report.page.document import degrees, number
+from tb3_labs.report.page.document import degrees, hints, number
 from tb3_labs.report.page.timeline import Mark, mark
 from tb3_labs.report.run_data import GAP, RunData
+from tb3_labs.watch.broken_link import sentence
+from tb3_labs.watch.chains import found_in
+
+#: rospy prints these words before a traceback of a callback.
+RAISED = 'Traceback (most recent call last)', 'bad callback'
+#: A line of a traceback names a line of a file.
+LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
+#: A page shows this many different exceptions, and of each this many characters.
+MOST_ERRORS, LONGEST_ERROR = 5, 300
+#: The skeletons' nodes print the name of each TODO that they reach.
+OPEN_TODO = re.compile(r'TODO \d+ is open')
+PRINTED = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 
 
 def moments(run: RunData, turned: Sequence[TurnReport],
             driven: Sequence[DriveReport]) -> List[Mark]:
-    """The Marks of a recorded run, with its turns and drives."""
+    """Returns the Marks of a recorded run. Its turns and drives are given."""
     found = [mark('turn', turn.begin, 'turn {}: asked {}, turned {} deg'.format(
         k, degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')), turn.end)
         for k, turn in enumerate(turned, 1)]
     found += [mark('drive', drive.begin, 'drive {}: {}, {} m and {} deg off'.format(
         k, drive.outcome, number(drive.measured[0], '{:.3f}'),
         degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
-    found += [_by_hand(run, *part) for movement in movements(run) for part in (
-        parts_of(run, movement) if movement.kind is Kind.BY_HAND else [
-            (movement.begin, movement.end)]) if not any(
-        movement.begin < each['end'] and each['begin'] < movement.end for each in found)]
+    named = list(found)
+    for movement in movements(run):
+        if any(movement.begin < each['end'] and each['begin'] < movement.end for each in named):
+            continue
+        is_by_hand = movement.kind is Kind.BY_HAND
+        parts = parts_of(run, movement) if is_by_hand else [(movement.begin, movement.end)]
+        found += [_by_hand(run, begin, end) for begin, end in parts]
     found += [mark('reset', epoch.begin, f'reset {k} of local')
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
@@ -48,3 +69,31 @@ def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
         'driven by ' + ' and '.join(drivers) if drivers else 'by hand',
         run.odometry.between(begin, end).length, degrees(after - before, '{:+.1f}')), end)
+
+
+def printed_faults(run: RunData) -> str:
+    """Returns HTML of the faults that the node itself printed: exceptions, each once, and open
+    TODOs."""
+    log = run.log
+    errors: Dict[str, List[float]] = {}
+    todos: Dict[str, float] = {}
+    for time, text in zip(log.time.tolist(), log.texts):
+        if any(word in text for word in RAISED):
+            numbers = LINE_NUMBER.findall(text)
+            error = text.strip().splitlines()[-1] + (f' (line {numbers[-1]})' if numbers else '')
+            errors.setdefault(error, []).append(time)
+        todo = OPEN_TODO.match(text)
+        if todo:
+            todos.setdefault(todo.group(), time)
+    parts = [PRINTED.format(escape('An exception came {}: {}.'.format(
+        'once' if len(times) == 1 else f'{len(times)} times', error[:LONGEST_ERROR])), times[0])
+        for error, times in list(errors.items())[:MOST_ERRORS]]
+    if todos:
+        parts.append(PRINTED.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
+    return '\n'.join(parts)
+
+
+def broken_links(run: RunData) -> List[str]:
+    """Returns HTML of the first broken link of each node whose variables were recorded."""
+    return [hints((link, broken), f'{node}: {sentence(broken)}')
+            for node, link, broken in found_in(run)]
