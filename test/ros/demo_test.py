@@ -12,7 +12,7 @@ import rospkg
 
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.epochs import epochs
+from tb3_labs.report.motion.resets_and_goals import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 
 from costs import free_port

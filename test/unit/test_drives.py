@@ -10,7 +10,7 @@ from recorded_run import BURGER, MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.goals import goal_errors, spans
+from tb3_labs.report.motion.resets_and_goals import goal_errors, spans
 from tb3_labs.report.run_data import ImuSamples, Poses
 
 #: A shift of local_pose that is too small for a reset [m].

@@ -13,7 +13,7 @@ from recorded_run import (  # noqa: F401
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.epochs import epoch_of, epochs, local_in_odom
+from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs, local_in_odom
 
 
 @pytest.fixture(params=[True, False])

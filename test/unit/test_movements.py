@@ -10,8 +10,8 @@ from recorded_run import BURGER, odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.epochs import epochs
 from tb3_labs.report.motion.movements import LAB_GOAL, CAME_TO_REST, CONTROL_GONE, Kind, completed, movements
+from tb3_labs.report.motion.resets_and_goals import epochs
 from tb3_labs.report.run_data import Commands, Poses
 
 #: Any drive of the lab.

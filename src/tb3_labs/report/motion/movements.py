@@ -5,7 +5,7 @@ and a change of `ctrl_relinq`, end a movement and begin the next. A movement is 
 
 * turn, if no command has a forward speed;
 * drive, if a turn, a straight line and a turn were commanded; one turn may be missing. The
-  line is straight if the heading stays within `KEPT` of its first value;
+  line is straight if the heading stays within `MOST_BEND` of its first value;
 * movement by hand, if it is not a turn and not a drive.
 
 The commands do not name their sender. Other topics decide, if they were recorded:
@@ -43,7 +43,7 @@ from tb3_labs.geometry.se2 import Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
 from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFilter
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.report.motion.epochs import robot_in_odom
+from tb3_labs.report.motion.resets_and_goals import robot_in_odom
 from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_per_run
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
@@ -51,24 +51,24 @@ from tb3_labs.supervision.timeouts import RESET_SILENCE
 
 #: A movement ends if no command moves the robot for this time [s].
 PAUSE = 1.0
-#: Programs by which a person drives.
-PERSONS = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
-#: The name of a sender in a terminal.
+#: The names of programs by which a person drives.
+PERSONS_PROGRAM = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
+#: The name of the program of commands that were typed in a terminal.
 TERMINAL = 'rostopic pub'
-#: A movement by hand has parts longer than this [s].
+#: A shorter part of a movement by hand belongs to the part before it [s].
 SHORTEST_PART = 0.4
 #: Later movements of a run are left out.
 MOST_MOVEMENTS = 1000
 #: A command that is slower than this is zero [m/s], [rad/s].
 NO_SPEED = 1e-3
-#: On a straight line the heading stays within KEPT of its first value [rad]. The heading is read
-#: from STRAIGHT_AFTER after the line's start [s]: the turn before the line is over then.
-KEPT = math.radians(20.0)
+#: On a straight line the heading stays within MOST_BEND of its first value [rad]. The heading is
+#: read from STRAIGHT_AFTER after the line's start [s]: the turn before the line is over then.
+MOST_BEND = math.radians(20.0)
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-#: States after a drive: the drive ended by itself, or control was taken from the node.
+#: States after a drive that ended by itself, and after one that ended with the node's control.
 CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
 #: A drive ended because control was taken, if both are within this time [s].
 TAKEN_WITHIN = 0.3
@@ -84,8 +84,8 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement from `begin` to `end`. Its commands go forward from `forward` to `turns_again`; if
-    both are equal, they never go forward."""
+    """A movement from `begin` to `end`. Its commands go forward from `forward` to `turns_again`, or
+    never if both are equal."""
 
     kind: Kind
     begin: float
@@ -95,21 +95,21 @@ class Movement:
 
 
 def moving(commands: Commands) -> np.ndarray:
-    """Does each of the commands move the robot?"""
+    """Returns for each command whether it moves the robot."""
     return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
 
 
 def programs(run: RunData, begin: float, end: float) -> List[str]:
-    """The programs that commanded the robot from `begin` to `end` [s], without those by which a
-    person drives; [] if the recording does not show it."""
+    """Returns the programs that commanded the robot from `begin` to `end` [s], without programs by
+    which a person drives, and without unknown ones."""
     names = {run.senders[int(k)] for k in run.sender_index.between(begin, end).value}
-    return sorted(TERMINAL if '/rostopic_' in name else name for name in names if not (
-        PERSONS.search(name) or name == '?'))
+    return sorted(TERMINAL if '/rostopic_' in name else name for name in names
+                  if name != '?' and not PERSONS_PROGRAM.search(name))
 
 
 def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
-    """(begin, end) of the parts of a movement by hand: it goes forward in some, and turns on the
-    spot in others. A part that is shorter than SHORTEST_PART belongs to the part before it."""
+    """Returns (begin, end) of the parts of a movement by hand [s]. In a part the robot either goes
+    forward or turns on the spot."""
     commands = run.commands.between(movement.begin, movement.end)
     commands = commands.take(moving(commands))
     is_ahead = np.abs(commands.linear) > NO_SPEED
@@ -117,14 +117,15 @@ def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
     for k in np.flatnonzero(is_ahead[1:] != is_ahead[:-1]) + 1:
         later = np.flatnonzero(is_ahead[k:] != is_ahead[k])
         until = commands.time[k + later[0]] if len(later) else movement.end
-        if min(until - commands.time[k], commands.time[k] - begins[-1]) > SHORTEST_PART:
-            begins.append(float(commands.time[k]))
+        begin = float(commands.time[k])
+        if min(until - begin, begin - begins[-1]) > SHORTEST_PART:
+            begins.append(begin)
     return list(zip(begins, begins[1:] + [movement.end]))[:MOST_MOVEMENTS]
 
 
 @cached_per_run
 def movements(run: RunData) -> List[Movement]:
-    """All movements of a run, in order."""
+    """Returns all movements of a run, in order."""
     time = run.commands.time
     moves = np.flatnonzero(moving(run.commands))
     if not len(moves):
@@ -138,20 +139,21 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def cuts(run: RunData) -> np.ndarray:
-    """The times of resets, and of changes of control, in order [s]: they end a movement. A True
-    within PAUSE after the movement's begin does not: the node received it first."""
+    """Returns the times at which a movement is cut off [s]: of resets and of changes of control.
+    If control was given within PAUSE after a movement began, the node began this movement: it
+    received the message before the recorder did."""
     changes = np.flatnonzero(np.diff(run.control.value)) + 1
-    times, given = run.control.time[changes], run.control.value[changes] == 1.0
+    times, is_given = run.control.time[changes], run.control.value[changes] == 1.0
     moves = run.commands.time[moving(run.commands)]
     begins = moves[np.diff(moves, prepend=-np.inf) >= PAUSE]
-    latest = np.append(begins, -math.inf)[np.searchsorted(begins, times) - 1]
-    is_late = given & (times - latest < PAUSE)
-    return np.sort(np.concatenate([run.resets.time, times[~is_late]]))
+    last_begin = np.append(begins, -math.inf)[np.searchsorted(begins, times) - 1]
+    is_nodes_begin = is_given & (times - last_begin < PAUSE)
+    return np.sort(np.concatenate([run.resets.time, times[~is_nodes_begin]]))
 
 
-def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarray) -> Movement:
-    """Returns the Movement of the commands with the indices `moves`. `ends`: time at which each
-    command ends [s]. If a movement ends near one of `cuts` [s], the cut ended it."""
+def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray) -> Movement:
+    """Returns the Movement of the commands with the indices `moves`. Each command ends at one of
+    the times `ends` [s]; `cut` has the times of :func:`cuts`."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -160,10 +162,9 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
     kind = Kind.BY_HAND
     if len(run.control) or 'joy' in run.devices:
-        is_nodes = (len(ahead) > 0 or end == run.duration
-                    or (np.abs(cuts - end) <= COMMAND_TIMEOUT).any()
-                    or ((cuts <= begin) & (begin - cuts < PAUSE)).any())
-        if is_nodes and has_control(run, (begin + end) / 2.0):
+        was_cut_off = end == run.duration or (np.abs(cut - end) <= COMMAND_TIMEOUT).any()
+        follows_cut = ((cut <= begin) & (begin - cut < PAUSE)).any()
+        if (len(ahead) or was_cut_off or follows_cut) and has_control(run, (begin + end) / 2.0):
             kind = Kind.DRIVE
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
@@ -176,25 +177,23 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cuts: np.ndarra
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? Before the first message it was the opposite."""
+    """Did a node have control at this time [s]? The first message on ctrl_relinq changed it."""
     if not len(run.control):
         return False
-    index = int(np.searchsorted(run.control.time, time, side='right'))
-    return bool(run.control.value[index - 1]) if index else not run.control.value[0]
+    before = run.control.value[run.control.time <= time]
+    return bool(before[-1]) if len(before) else not run.control.value[0]
 
 
 def _is_line(run: RunData, begin: float, end: float) -> bool:
     """Did the robot move, and keep its heading, from `begin` to `end` [s]?"""
     yaw = np.unwrap(run.imu.between(begin + STRAIGHT_AFTER, end).yaw)
-    return (not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= KEPT)) and (
+    return (not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= MOST_BEND)) and (
         run.odometry.at(begin).distance_to(run.odometry.at(end)) >= SHORTEST_DRIVE)
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
-    """Returns the run with local_pose, frames, states and goals added if they were not recorded.
-
-    `goal` is taken as the goal of each drive. The run's `derived` names the added fields.
-    """
+    """Returns the run with local_pose, frames, states and goals, which are made if they were not
+    recorded. `goal` is then the goal of each drive. The run's `derived` names the made fields."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
@@ -205,23 +204,24 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
 def _with_local(run: RunData) -> RunData:
     continuous, lost = _continuous_odometry(run)
-    declared = [(float(continuous.time[0]), Pose2())] + [
-        (float(time), run.resets.pose(k)) for k, time in enumerate(run.resets.time)]
-    declared.sort(key=lambda reset: reset[0])
-    frames = [(time, continuous.at(time) @ local_T_base.inverse(),
-               float(run.imu.yaw_at(time)) - local_T_base.yaw) for time, local_T_base in declared]
+    declared = sorted([(float(continuous.time[0]), Pose2())] + [
+        (float(time), run.resets.pose(k)) for k, time in enumerate(run.resets.time)],
+        key=lambda reset: reset[0])
     begins = np.array([time for time, _ in declared])
+    frames = []
+    for time, local_T_base in declared:
+        frame = continuous.at(time) @ local_T_base.inverse()
+        frames.append((frame.x, frame.y, frame.yaw,
+                       float(run.imu.yaw_at(time)) - local_T_base.yaw))
     number = np.searchsorted(begins, continuous.time, side='right') - 1
-    x, y, yaw, imu_yaw = np.array([
-        (frame.x, frame.y, frame.yaw, imu_yaw) for _, frame, imu_yaw in frames])[
-            number.clip(0)].T
+    x, y, yaw, imu_yaw = np.array(frames)[number.clip(0)].T
     continuous_T_local = Poses(continuous.arrival, continuous.time, x, y, yaw)
     local = continuous_T_local.inverse() @ continuous
     heading = wrap_all(run.imu.yaw_at(continuous.time) - imu_yaw)
     is_known = np.ones(len(continuous), dtype=bool)
     for time in lost:
-        is_known &= (continuous.time < time) | (continuous.time >= min(
-            begins[begins > time], default=math.inf))
+        next_reset = min(begins[begins > time], default=math.inf)
+        is_known &= (continuous.time < time) | (continuous.time >= next_reset)
     return replace(
         run, local_pose=replace(local, yaw=heading).take(is_known),
         frames=run.odometry @ continuous.inverse() @ continuous_T_local,
@@ -260,21 +260,23 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     for drive, next_begin in zip(drives, next_begins):
         begins += _states(drive)
         was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
-        if drive.end < run.duration and not (was_reset and next_begin < drive.end + PAUSE):
+        goes_on = was_reset and next_begin < drive.end + PAUSE
+        if drive.end < run.duration and not goes_on:
             was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
             begins.append((drive.end, CONTROL_GONE if was_taken else CAME_TO_REST))
     if not begins:
         return run
     time = np.array([begin for begin, _ in begins])
     words = np.array([word for _, word in begins], dtype=object)
-    goals = run.goals if len(run.goals) else Poses(
-        time, time, *(value + 0.0 * time for value in (goal.x, goal.y, goal.yaw)))
-    return replace(run, states=States(time, time, words), goals=goals, derived=run.derived + (
-        ('states',) if goals is run.goals else ('states', 'goals')))
+    run = replace(run, states=States(time, time, words), derived=run.derived + ('states',))
+    if len(run.goals):
+        return run
+    goals = Poses(time, time, *(np.full(len(time), value) for value in (goal.x, goal.y, goal.yaw)))
+    return replace(run, goals=goals, derived=run.derived + ('goals',))
 
 
 def _states(drive: Movement) -> List[Tuple[float, str]]:
-    """The states of a drive, each with the time of its start [s]."""
+    """Returns the states of a drive, each with the time of its start [s]."""
     begins = [drive.begin]
     if drive.forward < drive.turns_again:
         begins.append(drive.forward)

@@ -15,8 +15,8 @@ from typing import List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.motion.goals import spans
 from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
+from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 
 #: A robot rests if its mean rate of turn over REST_WINDOW [s] is less than AT_REST [rad/s].

@@ -26,7 +26,7 @@ from matplotlib.figure import Figure
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import DriveReport
-from tb3_labs.report.motion.epochs import Epoch, epoch_of, epochs, local_in_odom
+from tb3_labs.report.motion.resets_and_goals import Epoch, epoch_of, epochs, local_in_odom
 from tb3_labs.report.motion.turns import REST_MEAN
 from tb3_labs.report.motion.turns import turns as turns_of
 from tb3_labs.report.run_data import Poses, RunData

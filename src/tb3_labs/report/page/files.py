@@ -16,9 +16,8 @@ from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import MOUSE_FULL
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.epochs import epochs
-from tb3_labs.report.motion.goals import goal_errors, spans
 from tb3_labs.report.motion.movements import PAUSE, moving
+from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
 from tb3_labs.report.motion.turns import TurnReport, turns
 from tb3_labs.report.page import figures, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number

@@ -10,9 +10,8 @@ from typing import Dict, List, Sequence
 import numpy as np
 
 from tb3_labs.report.motion.drives import DriveReport
-from tb3_labs.report.motion.epochs import epochs
-from tb3_labs.report.motion.goals import spans
 from tb3_labs.report.motion.movements import Kind, movements, parts_of, programs
+from tb3_labs.report.motion.resets_and_goals import epochs, spans
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
 from tb3_labs.report.page.timeline import Mark, mark

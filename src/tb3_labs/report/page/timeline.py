@@ -16,8 +16,8 @@ from typing import Any, Dict, List, Optional, Sequence
 import numpy as np
 
 from tb3_labs import drawing
-from tb3_labs.report.motion.epochs import Epoch, epochs, local_in_odom
-from tb3_labs.report.motion.goals import goal_errors, spans
+from tb3_labs.report.motion.resets_and_goals import (
+    Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
 from tb3_labs.report.page.curves import curves, mark_line, thinned, variable_curves
 from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData

@@ -1,0 +1,183 @@
+"""The resets and goals of a recorded run: which local frame and which goal were in force when.
+
+An *epoch* is the time from one reset of ``local`` to the next. A node logs each reset (see
+:mod:`tb3_labs.report.bag.messages`), a moment before or after the first pose in the new frame. So
+an epoch begins at the largest jump of local_pose relative to the odometry within `NEAR_RESET` of
+the line in the log.
+
+``local`` also moves in ``odom`` within an epoch: if the odometry jumps and the robot does not,
+move_to_goal shifts ``local``, so that the robot keeps its pose in it (see
+:mod:`tb3_labs.localization.odometry_jumps`).
+
+The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`). Goals
+are in ``local``. Units: metres, radians, seconds since the recording's start on the recorder's
+clock. Edge case: a reset before the first local_pose, or after the last one, begins no epoch.
+"""
+import math
+from dataclasses import dataclass
+from typing import List, Optional, Sequence, Set, Tuple
+
+import numpy as np
+
+from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.report.run_data import Poses, RunData, cached_per_run
+
+#: The first pose in a new frame comes at most this long before or after the line of its reset [s].
+NEAR_RESET = 0.3
+#: A jump by RADIANS_PER_METRE has the weight of a jump by a metre [rad].
+RADIANS_PER_METRE = 1.0
+#: A jump loses this weight for each second between it and the line [m/s]: a reset may declare the
+#: pose that the robot already has, without a jump.
+LOSS_PER_SECOND = 0.05
+#: A new frame begins midway between the last message of the old frame and the first message of the
+#: new one, but at most this long before that first message [s].
+MOST_BEFORE = 0.05
+#: If a reset begins a drive, the first pose in the new frame may come this long after the start of
+#: the drive [s].
+RESET_DELAY = 0.1
+#: A goal belongs to a state if their messages arrived within this time [s].
+SAME_MOMENT = 0.5
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """The time from `begin` to `end` in which one declaration of ``local`` is in force."""
+
+    begin: float
+    end: float
+    odom_T_local: Pose2               # at the begin
+    local_T_world: Optional[Pose2]    # None if unknown
+
+
+@dataclass(frozen=True)
+class Span:
+    """The time from `begin` to `end` in which goal_state was `state`."""
+
+    state: str
+    begin: float
+    end: float
+    goal: Optional[Pose2]             # in local, None if unknown
+
+
+@cached_per_run
+def epochs(run: RunData) -> List[Epoch]:
+    """Returns the Epochs of a run in order. The first begins at -inf, the last ends at inf."""
+    frames = _frames(run)
+    begins = [-math.inf] + _begins(run)
+    ends = begins[1:] + [math.inf]
+    # the first transform of an epoch on tf has the exact pose of ``local``
+    first = np.searchsorted(frames.time, begins).clip(max=len(frames) - 1)
+    return [Epoch(begin, end, frames.pose(int(k)), _local_T_world(run, begin, end))
+            for k, begin, end in zip(first, begins, ends)]
+
+
+def _begins(run: RunData) -> List[float]:
+    """Returns the start of each epoch after the first [s]. Two resets are two epochs, even if each
+    of them is near the lines of both."""
+    local = run.local_pose
+    jump = _steps(local).inverse() @ _steps(robot_in_odom(run, local.time))
+    jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
+    begins = _changes(local)
+    found: Set[int] = set()
+    for time in run.resets.time:
+        first, last = np.searchsorted(local.time, (time - NEAR_RESET, time + NEAR_RESET))
+        around = [k for k in range(max(0, first - 1), min(last, len(jumps))) if k not in found]
+        if around and local.time[0] < time:
+            found.add(max(around, key=lambda k: jumps[k] - LOSS_PER_SECOND * abs(begins[k] - time)))
+    return [float(begin) for begin in begins[sorted(found)]]
+
+
+def _steps(poses: Poses) -> Poses:
+    """Returns each pose after the first, seen from the pose before it."""
+    return poses.take(slice(None, -1)).inverse() @ poses.take(slice(1, None))
+
+
+def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
+    """Returns the Epoch of a drive from `begin` to `end` [s].
+
+    The reset that began the drive may show a moment late. A reset that is nearer to the end of the
+    drive than to its start has ended the drive.
+    """
+    latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
+    return [epoch for epoch in in_order if epoch.begin <= latest][-1]
+
+
+def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
+    """Returns the poses of ``local`` in ``odom`` at the times [s]."""
+    frames = _frames(run)
+    return frames.take(np.searchsorted(_changes(frames), times, side='right'))
+
+
+def _frames(run: RunData) -> Poses:
+    """Returns the poses of ``local`` in ``odom`` by tf, or by local_pose if tf was not recorded."""
+    if len(run.frames):
+        return run.frames
+    return robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
+
+
+def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
+    """Returns the robot's poses in ``odom`` at the times [s], interpolated."""
+    odometry = run.odometry
+    x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
+    return Poses(times, times, x, y, wrap_all(odometry.yaw_at(times)))
+
+
+def _changes(frames: Poses) -> np.ndarray:
+    """Returns the times at which the frames after the first come into force [s]."""
+    last, first = frames.time[:-1], frames.time[1:]
+    return np.maximum((last + first) / 2.0, first - MOST_BEFORE)
+
+
+def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
+    """Returns the pose of world in local. At a reset the declared pose counts as the true one."""
+    if not len(run.ground_truth):
+        return None
+    known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
+                                   min(end, run.ground_truth.time[-1]))
+    if not len(known):
+        return None
+    return known.pose(0) @ run.ground_truth.at(known.time[0]).inverse()
+
+
+@cached_per_run
+def spans(run: RunData) -> List[Span]:
+    """Returns the states of move_to_goal as Spans in order. A state begins at the stamp of the goal
+    that was sent with it, or at its arrival if none was sent."""
+    begins: List[float] = []
+    goals: List[Optional[Pose2]] = []
+    for arrival, sent_with in zip(run.states.arrival.tolist(), _goals_of_states(run)):
+        begin, goal = arrival, int(np.searchsorted(run.goals.arrival, arrival, side='right')) - 1
+        if sent_with is not None:
+            begin, goal = min(arrival, float(run.goals.time[sent_with])), sent_with
+        begins.append(max(begins[-1:] + [begin]))
+        goals.append(run.goals.pose(goal) if goal >= 0 else None)
+    ends = begins[1:] + [max(begins[-1:] + [run.duration])]
+    return [Span(*span) for span in zip(run.states.words, begins, ends, goals)]
+
+
+def _goals_of_states(run: RunData) -> List[Optional[int]]:
+    """Returns for each state the index of the goal that was sent together with it, or None. States
+    and goals are sent in the same order; several may arrive at once if the recorder was busy."""
+    goals, following = run.goals.arrival, 0
+    indices: List[Optional[int]] = []
+    for arrival in run.states.arrival:
+        following += int(np.searchsorted(goals[following:], arrival - SAME_MOMENT))
+        is_near = following < len(goals) and goals[following] < arrival + SAME_MOMENT
+        indices.append(following if is_near else None)
+        following += is_near
+    return indices
+
+
+@cached_per_run
+def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
+    local_pose."""
+    goals = [(span.begin, span.goal) for span in spans(run) if span.goal is not None]
+    begins = [begin for begin, _ in goals]
+    poses = run.local_pose.between(begins[0], math.inf) if begins else Poses.none()
+    if not len(poses):
+        return np.empty(0), np.empty(0), np.empty(0)
+    number = np.searchsorted(begins, poses.time, side='right') - 1
+    x, y, yaw = np.array([(goal.x, goal.y, goal.yaw) for _, goal in goals])[number].T
+    return poses.time, np.hypot(x - poses.x, y - poses.y), wrap_all(yaw - poses.yaw)
