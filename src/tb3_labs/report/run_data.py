@@ -1,13 +1,14 @@
 """The recorded data of one run, as arrays: no ROS, and no search for drives, turns or resets.
 
-Each sample has two times, both in seconds since the recording's start. `arrival` is its arrival at
-the recorder. `time` is its stamp, converted from the sender's clock (on a real robot up to a second
-off) to the recorder's: its intervals are as even as the stamps', and times of two topics can be
-compared. If a message has no stamp, both times are its arrival.
+Each sample has two times, both in seconds since the recording's start. `arrival` is the time at
+which it arrived at the recorder. `time` is its stamp, converted from the sender's clock (on a real
+robot up to a second off) to the recorder's clock. So the times of two topics can be compared. If a
+message has no stamp, both times are its arrival.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
-Edge cases: a topic that was not recorded has samples of length 0; an invalid quaternion (see
-:mod:`tb3_labs.geometry.angles`) or a number that is not finite is counted, not kept.
+Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid
+quaternion (see :mod:`tb3_labs.geometry.angles`), or with a number that is not finite, is counted
+and not kept.
 """
 import functools
 import math
@@ -25,13 +26,12 @@ GAP = 0.3
 #: If a robot moves farther than this between two poses, it was put elsewhere [m].
 LEAP = 0.3
 
-#: One kind of Samples.
 Kind = TypeVar('Kind', bound='Samples')
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays of equal length; subclasses add arrays for the contents of the messages."""
+    """Arrays of equal length. Subclasses add arrays for the contents of the messages."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -40,16 +40,16 @@ class Samples:
         return len(self.time)
 
     def take(self: Kind, index: Any) -> Kind:
-        """The samples at a numpy index (mask, slice, integers)."""
+        """Returns the samples at a numpy index: a mask, a slice, or integers."""
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
     def between(self: Kind, begin: float, end: float) -> Kind:
-        """The samples in [begin, end) [s]; their times never run back."""
+        """Returns the samples in [begin, end) [s]. The times must not run back."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @classmethod
     def joined(cls: Type[Kind], parts: Sequence['Samples']) -> Kind:
-        """The samples of these parts in one, in their order; `parts` may have more columns."""
+        """Returns the samples of all parts, in their order. The parts may have more columns."""
         if not parts:
             return cls.none()
         return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
@@ -67,8 +67,8 @@ class Yaws(Samples):
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """The continuous yaw [rad] at each time [s], linear between two samples; outside of the
-        samples the first or last one."""
+        """Returns the continuous yaw [rad] at each time [s], linear between two samples. Before the
+        first sample it is the first yaw, after the last sample the last yaw."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @functools.cached_property
@@ -78,7 +78,7 @@ class Yaws(Samples):
 
 @dataclass(frozen=True)
 class ImuSamples(Yaws):
-    """IMU: heading and rate of turn."""
+    """An IMU's heading and rate of turn."""
 
     yaw: np.ndarray
     yaw_rate: np.ndarray
@@ -86,7 +86,7 @@ class ImuSamples(Yaws):
 
 @dataclass(frozen=True)
 class Orientations(ImuSamples):
-    """IMU with its whole orientation, a quaternion as it was sent."""
+    """An IMU's samples with its whole orientation, a quaternion as it was sent."""
 
     w: np.ndarray
     x: np.ndarray
@@ -96,7 +96,7 @@ class Orientations(ImuSamples):
 
 @dataclass(frozen=True)
 class Poses(Yaws):
-    """Poses in the plane, each topic in a frame of its own."""
+    """Poses in the plane. Each topic has a frame of its own."""
 
     x: np.ndarray
     y: np.ndarray
@@ -104,13 +104,8 @@ class Poses(Yaws):
 
     @property
     def length(self) -> float:
-        """Length of the path driven [m], forwards and backwards."""
+        """The length of the path, forwards and backwards [m]."""
         return float(np.hypot(np.diff(self.x), np.diff(self.y)).sum())
-
-    @property
-    def points(self) -> np.ndarray:
-        """Places, shape (n, 2) [m]."""
-        return np.column_stack([self.x, self.y])
 
     @property
     def leaps(self) -> np.ndarray:
@@ -118,11 +113,12 @@ class Poses(Yaws):
         return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAP) + 1
 
     def pose(self, index: int) -> Pose2:
-        """The pose at `index`."""
+        """Returns the pose at `index`."""
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, time: float) -> Pose2:
-        """The pose at `time` [s], interpolated; outside of the samples the first or last one."""
+        """Returns the pose at `time` [s], interpolated. Before the first sample it is the first
+        pose, after the last sample the last pose."""
         after = int(np.searchsorted(self.time, time))
         if after in (0, len(self)):
             return self.pose(min(after, len(self) - 1))
@@ -130,27 +126,26 @@ class Poses(Yaws):
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
     def inverse(self) -> 'Poses':
-        """The pose of the parent frame in each pose's own frame."""
+        """Returns the pose of the parent frame, seen from each pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
 
     def __matmul__(self, other: 'Poses') -> 'Poses':
-        """A_T_B @ B_T_C = A_T_C, pose by pose, with the times of A_T_B."""
+        """Returns A_T_B @ B_T_C = A_T_C, pose by pose, with the times of A_T_B."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
-        """The same poses in the parent of their frame."""
-        x, y = parent_T_frame.act(self.points).T
-        return Poses(self.arrival, self.time, x, y,
-                     wrap_all(self.yaw + parent_T_frame.yaw))
+        """Returns the same poses, seen from the parent of their frame."""
+        x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
+        return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
 
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Odometry: pose in ``odom``, forward speed, rate of turn with the firmware's spikes."""
+    """Poses in ``odom``, the forward speed, and the rate of turn with the firmware's spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -166,7 +161,7 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class Twists(Commands):
-    """Commands with the speeds that no wheel follows: linear.y, linear.z, angular.x, angular.y."""
+    """Commands with linear.y, linear.z, angular.x and angular.y, which no wheel follows."""
 
     sideways: np.ndarray
     upward: np.ndarray
@@ -176,8 +171,8 @@ class Twists(Commands):
 
 @dataclass(frozen=True)
 class PadSamples(Samples):
-    """A gamepad: its AXES first axes and BUTTONS first buttons, a row for each message. Those that
-    a pad does not have are 0."""
+    """A gamepad's first AXES axes and first BUTTONS buttons, a row for each message. Missing ones
+    are 0."""
 
     AXES, BUTTONS = 8, 16
 
@@ -191,7 +186,8 @@ class PadSamples(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """The mouse of mouse_info: its place, x to the right, y up, each -1 to 1; 1 if it is active."""
+    """The mouse of mouse_info: its place, x to the right, y up, each from -1 to 1. `active` is 1 or
+    0."""
 
     x: np.ndarray
     y: np.ndarray
@@ -200,14 +196,14 @@ class MouseSamples(Samples):
 
 @dataclass(frozen=True)
 class States(Samples):
-    """The states of move_to_goal: `words`, an array of str."""
+    """The states of move_to_goal, or lines of text, an array of str."""
 
     words: np.ndarray
 
 
 @dataclass(frozen=True)
 class LogLines(Samples):
-    """Lines on /rosout, arrays of str: `levels` in words, `nodes` as names, `texts`."""
+    """Lines on /rosout, arrays of str: their level, the name of their node, their text."""
 
     levels: np.ndarray
     nodes: np.ndarray
@@ -223,7 +219,7 @@ class Values(Samples):
 
 @dataclass(frozen=True)
 class Variables(Samples):
-    """Variables of nodes, arrays of str: the node, the variable's name, its value as a text."""
+    """Variables of nodes, arrays of str: the node, the variable's name, the value as a text."""
 
     node: np.ndarray
     name: np.ndarray
@@ -235,41 +231,41 @@ class RunData:
     """One robot's run. Only `imu` and `odometry` are always there."""
 
     name: str
-    start: float                 # of the recording [s since 1970]
-    duration: float              # [s]
+    start: float                                     # of the recording [s since 1970]
+    duration: float                                  # [s]
     imu: ImuSamples
     odometry: OdometrySamples
-    commands: Commands = field(default_factory=Commands.none)
-    local_pose: Poses = field(default_factory=Poses.none)      # of the robot in local
-    ground_truth: Poses = field(default_factory=Poses.none)    # of the robot in world
-    goals: Poses = field(default_factory=Poses.none)           # in local
-    frames: Poses = field(default_factory=Poses.none)          # of local in odom
-    states: States = field(default_factory=States.none)
-    resets: Poses = field(default_factory=Poses.none)          # of the robot in local, as declared
-    turn_requests: Values = field(default_factory=Values.none)  # turns [rad], left positive
-    control: Values = field(default_factory=Values.none)       # ctrl_relinq: 1 = a node may drive
-    pad: PadSamples = field(default_factory=PadSamples.none)
-    mouse: MouseSamples = field(default_factory=MouseSamples.none)
-    log: LogLines = field(default_factory=LogLines.none)       # of the robot's namespace
-    devices: Tuple[str, ...] = ()                              # recorded ones of joy, mouse_info
-    senders: Tuple[str, ...] = ()                              # of the commands; (): unknown
-    sender_index: Values = field(default_factory=Values.none)  # of each command, in senders
-    starts: Tuple[float, ...] = ()                             # times of the node [s]; (): unknown
-    letters: Values = field(default_factory=Values.none)       # typed: 1 for l, -1 for r, 0
-    events: States = field(default_factory=States.none)        # of a trial, by the marker
-    printed: States = field(default_factory=States.none)       # by the node of a trial
-    variables: Variables = field(default_factory=Variables.none)    # of nodes; see watch.py
-    derived: Tuple[str, ...] = ()                              # fields that were not recorded
+    commands: Commands = Commands.none()
+    local_pose: Poses = Poses.none()                 # of the robot in local
+    ground_truth: Poses = Poses.none()               # of the robot in world
+    goals: Poses = Poses.none()                      # in local
+    frames: Poses = Poses.none()                     # of local in odom
+    states: States = States.none()
+    resets: Poses = Poses.none()                     # of the robot in local, as declared
+    turn_requests: Values = Values.none()            # turns [rad], left positive
+    control: Values = Values.none()                  # ctrl_relinq; 1: a node may drive
+    pad: PadSamples = PadSamples.none()
+    mouse: MouseSamples = MouseSamples.none()
+    log: LogLines = LogLines.none()                  # of the robot's namespace
+    devices: Tuple[str, ...] = ()                    # recorded ones of joy, mouse_info
+    senders: Tuple[str, ...] = ()                    # of the commands; (): unknown
+    sender_index: Values = Values.none()             # of each command, in senders
+    starts: Tuple[float, ...] = ()                   # times of the node [s]; (): unknown
+    letters: Values = Values.none()                  # typed: 1 for l, -1 for r, 0
+    events: States = States.none()                   # of a trial, by the marker
+    printed: States = States.none()                  # by the node of a trial
+    variables: Variables = Variables.none()          # of nodes, by the probe in them
+    derived: Tuple[str, ...] = ()                    # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
-    notes: Tuple[str, ...] = ()                                # sentences about the recording
+    notes: Tuple[str, ...] = ()                      # sentences about the recording
 
 
 Result = TypeVar('Result')
 
 
 def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Makes a function of a run that computes its result only once: a page calls it often."""
+    """Decorates a function of a run so that it computes its result only once for a run."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})
@@ -288,8 +284,8 @@ class YawOffset(NamedTuple):
 
 
 def yaw_offset(run: RunData) -> YawOffset:
-    """Returns the YawOffset at the odometry messages that are not in a gap of the IMU. Its numbers
-    are NaN if there are no such messages."""
+    """Returns the YawOffset, by the odometry messages that are not in a gap of the IMU. Its numbers
+    are NaN without such messages."""
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
     close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)

@@ -1,16 +1,16 @@
 """The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after it. Topic `turn` has the requested angle. Without a message on
-`turn`, the nearest of +/-90 and 180 degrees is taken, since the lab asks for these; a movement by
-less than `LEAST_TURN` or more than `MOST_TURN` is then not a turn.
+rests before and after it. Topic `turn` has the requested angle. Without a message on `turn`, it is
+the nearest of +/-90 and +/-180 degrees, since the lab asks for these; a movement by less than
+`LEAST_TURN` or more than `MOST_TURN` is then not a turn.
 
-Units: radians, left positive; seconds. A turn by more than half a turn is counted in full, since
-the IMU's yaw is unwrapped. Edge case: an unknown value (no ground truth) is NaN.
+Units: radians, left positive; seconds. The IMU's yaw is unwrapped, so that a turn may be larger
+than half a turn. Edge case: an unknown value (no ground truth) is NaN.
 """
 import math
 from dataclasses import dataclass
-from typing import List, Optional, Tuple
+from typing import Callable, List, Optional, Tuple
 
 import numpy as np
 
@@ -24,16 +24,17 @@ AT_REST, REST_WINDOW = 0.03, 0.15
 #: A robot comes to rest within REST_WAIT [s] after the last command. Its heading at rest is the
 #: mean over REST_MEAN [s]; this time begins REST_WINDOW [s] after it came to rest.
 REST_WAIT, REST_MEAN = 2.0, 0.3
-#: The recorder may miss a new node's first commands: a rest may be this long before [s].
-MISSED = 1.0
-#: Nobody asked for a turn smaller than LEAST_TURN [rad]; one larger than MOST_TURN is a spin.
+#: The rest before a turn may end this long before its first recorded command [s]: the recorder may
+#: miss the first commands of a new node.
+MOST_MISSED = 1.0
+#: A movement by a smaller or a larger angle is not a turn, if nothing shows who asked for it [rad].
 LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
-#: At most this many turns follow each other at once.
-MOST_PARTS = 100
-#: A motion of a larger angle is a turn [rad].
+#: A movement by a node is a turn if its angle is larger than this [rad].
 LEAST_BY_NODE = math.radians(5.0)
-#: A turn may be asked for this long before it begins [s].
+#: At most this many turns of one movement are found.
+MOST_PARTS = 100
+#: A turn may be requested this long before it begins [s].
 REQUESTED_BEFORE = 2.0
 
 
@@ -44,11 +45,11 @@ class TurnReport:
     begin: float
     end: float                        # the robot rests
     requested: float
-    was_sent: bool                    # known by topic `turn`; else the nearest of +/-90 and 180 deg
+    was_sent: bool                    # on topic `turn`
     turned: float                     # by the IMU
     true: float                       # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
-    overshoot: float                  # largest angle beyond the asked angle during the turn
+    overshoot: float                  # largest angle beyond the requested one during the turn
 
     @property
     def time(self) -> float:
@@ -57,7 +58,7 @@ class TurnReport:
 
     @property
     def error(self) -> float:
-        """The angle beyond the asked one, in its direction [rad]; negative: short of it."""
+        """The angle beyond the requested one [rad]; negative if the turn was too short."""
         return self._beyond(self.turned)
 
     @property
@@ -71,29 +72,29 @@ class TurnReport:
 
 @cached_per_run
 def turns(run: RunData) -> List[TurnReport]:
-    """A TurnReport for each turn, in order."""
-    driven = [(span.begin, span.end) for span in spans(run) if span.state in DRIVING]
+    """Returns a TurnReport for each turn, in order."""
+    driven = [span for span in spans(run) if span.state in DRIVING]
     everything = movements(run)
-    ends = [movement.begin for movement in everything[1:]] + [run.duration]
+    next_begins = [movement.begin for movement in everything[1:]] + [run.duration]
     reports: List[TurnReport] = []
-    for movement, until in zip(everything, ends):
-        if movement.kind is Kind.TURN and not any(
-                begin < movement.end and movement.begin < end for begin, end in driven):
-            since = reports[-1].end if reports else 0.0
-            for begin, end, later in _parts(run, movement, until):
-                report = _turn(run, begin, end, later, since)
-                if report is not None:
-                    reports.append(report)
-                    since = report.end
+    since = 0.0
+    for movement, next_begin in zip(everything, next_begins):
+        is_driven = any(
+            span.begin < movement.end and movement.begin < span.end for span in driven)
+        if movement.kind is not Kind.TURN or is_driven:
+            continue
+        for begin, end, until in _parts(run, movement, next_begin):
+            report = _turn(run, begin, end, until, since)
+            if report is not None:
+                reports.append(report)
+                since = report.end
     return reports
 
 
 def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, float, float]]:
-    """The turns within one movement, as (first command, last command's end, next command).
-
-    Between two turns in quick succession the robot rests, and it turns far in each of them. A
-    correction of one turn is not a turn by itself.
-    """
+    """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
+    the time of the first command after the movement. Two turns are separate if the robot rests
+    between them, and turns far in both: a correction of a turn is not a turn by itself."""
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
@@ -109,14 +110,14 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
 
 def _turn(run: RunData, begin: float, end: float, until: float,
           since: float) -> Optional[TurnReport]:
-    """Returns the turn by the commands from `begin` to `end`; None if it is not a turn. The robot
-    may rest up to `until`, the time of its next command. A request before `since` belongs to
+    """Returns the turn by the commands from `begin` to `end`, or None if it is not a turn. The
+    robot may rest up to `until`, the time of its next command. A request before `since` belongs to
     another turn."""
     latest = min(end + REST_WAIT, until)
-    before = next((float(time) for time in begin - np.arange(0.0, MISSED, REST_WINDOW / 3.0)
-                   if _rests(run.imu, time - REST_WINDOW, time)), None)
-    rest = next((float(time) for time in run.imu.between(end, latest).time
-                 if _rests(run.imu, time, min(time + REST_WINDOW, latest))), None)
+    before = _first(begin - np.arange(0.0, MOST_MISSED, REST_WINDOW / 3.0),
+                    lambda time: _rests(run.imu, time - REST_WINDOW, time))
+    rest = _first(run.imu.between(end, latest).time,
+                  lambda time: _rests(run.imu, time, min(time + REST_WINDOW, latest)))
     if before is None or rest is None:
         return None
     settled = min(rest + REST_WINDOW + REST_MEAN, until)
@@ -134,19 +135,27 @@ def _turn(run: RunData, begin: float, end: float, until: float,
         float(np.abs(imu.yaw_rate).max()), max(0.0, float(on_the_way.max())))
 
 
+def _first(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
+    """Returns the first of the times for which this is true, or None."""
+    for time in times.tolist():
+        if is_true(time):
+            return float(time)
+    return None
+
+
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end`? Without a sample nobody knows if it rests."""
+    """Does the robot rest from `begin` to `end` [s]? Not without a sample."""
     rates = imu.between(begin, end).yaw_rate
     return len(rates) > 0 and bool(abs(rates.mean()) < AT_REST)
 
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
-    """Returns (the angle that was asked for, 0 if there was none; was it sent on topic `turn`?)."""
+    """Returns (the requested angle, or 0 if it was not a turn; was it sent on topic `turn`?)."""
     sent = run.turn_requests.between(since, end)
     if len(sent):
         return float(sent.value.sum()), True
-    if not LEAST_TURN <= abs(turned) <= MOST_TURN and not (
-            {*programs(run, since, end)} - {TERMINAL} and abs(turned) > LEAST_BY_NODE):
+    is_nodes = {*programs(run, since, end)} - {TERMINAL} and abs(turned) > LEAST_BY_NODE
+    if not is_nodes and not LEAST_TURN <= abs(turned) <= MOST_TURN:
         return 0.0, False
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
     return math.copysign(quarters * math.pi / 2.0, turned), False

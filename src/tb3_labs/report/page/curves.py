@@ -9,17 +9,19 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tu
 
 import numpy as np
 
-#: The kinds of marks, from the upper row of their line to the lower one; the height of a row [px].
-KINDS, ROW = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'), 8
-#: The lines of a curve's grid are one of these steps apart, so that it has at most GRID_LINES
-#: intervals.
+#: The kinds of marks, each in a row; from the upper row to the lower one.
+KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
+#: The height of a row [px].
+ROW = 8
+#: The distance of the lines of a curve's grid is the first of these steps that gives at most
+#: GRID_LINES intervals.
 STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: A curve is split this often, and kept whole from there on: a bag may be made so that each split
-#: takes off one sample, which would take hours. Real curves need up to 170 splits.
+#: A curve is split at most this often, and its rest is not thinned. A bag may be made so that each
+#: split takes off one sample, which would take hours. Real curves need up to 170 splits.
 MOST_SPLITS = 500
-#: Points (time, value), and the indices of those at which the line begins again.
+#: Points (time, value), and the indices of the points that are not joined to the point before.
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
 #: The classes of the lines of variables in a figure.
@@ -33,20 +35,19 @@ MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
 
 
 class Figure(NamedTuple):
-    """The lines of a node's variables; `reference`: the name of the line beside them, or ''.
-    `levels`: the texts of the heights 0, 1, 2, ... of a line; []: it has numbers."""
+    """The lines of a node's variables, and the line that they should follow."""
 
     names: List[str]
-    reference: str
+    reference: str        # the name of the line `measured`, or ''
     measured: Line
     lines: List[Line]
-    levels: List[str]
+    levels: List[str]     # the texts of the heights 0, 1, 2, ...; [] if the heights are numbers
 
 
 def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
             breaks: Iterable[int] = ()) -> np.ndarray:
-    """Returns the indices of the samples to keep. The straight lines between these are within
-    `bounds`, shape (k,), of all `values`, shape (n, k), at each `time`. `breaks`: the indices at
+    """Returns the indices of the samples to keep, so that the straight lines between them differ
+    from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are the indices at
     which a new stretch begins, in order; both ends of a stretch are kept. Source: Douglas and
     Peucker (1973), with the distance along the value's axis."""
     keep, columns = np.zeros(len(time), dtype=bool), values.T.copy()
@@ -56,7 +57,7 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
         first, last = first[last - first > 1], last[last - first > 1]
         if not len(first):
             break
-        # all stretches at once: an array for each takes long
+        # one array has the inner samples of all stretches, since one for each takes long
         size = last - first - 1
         begins = np.cumsum(size) - size
         stretch = np.repeat(np.arange(len(first)), size)
@@ -78,7 +79,7 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """The HTML of each mark on the line: a row for each kind of mark in the run."""
+    """Yields the HTML of each mark on the line. Each kind of mark in the run has a row."""
     kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
     rows = [kind for kind in KINDS if kind in kinds]
     for each in data['marks']:
@@ -89,7 +90,7 @@ def mark_line(data: Dict[str, Any]) -> Iterator[str]:
 
 
 def curves(data: Dict[str, Any]) -> Iterator[str]:
-    """The HTML of each curve of which something was recorded."""
+    """Yields the HTML of each curve, '' if nothing of it was recorded."""
     for name, caption, track, least, steps in (
             ('heading', 'heading by the IMU [&deg;]', data['heading'], 10.0, ANGLE_STEPS),
             ('distance', 'distance to the goal [m]', data['distance'], 0.1, STEPS),
@@ -103,7 +104,7 @@ def curves(data: Dict[str, Any]) -> Iterator[str]:
 
 
 def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
-    """The HTML of each figure of the node's variables."""
+    """Yields the HTML of each figure of the node's variables."""
     for number, figure in enumerate(data['figures']):
         is_heading = figure.reference.startswith('heading')
         names = [f'<b class="{kind}">{escape(name)}</b>' for kind, name in zip(
@@ -120,7 +121,7 @@ def _line_of(track: Dict[str, Any]) -> Line:
 
 
 def _steps(data: Dict[str, Any], column: int) -> Line:
-    """The line of the commands in this column of their rows."""
+    """Returns the line of steps of the commands in this column of their rows."""
     rows = data['commands']
     points: List[Tuple[float, float]] = []
     breaks: List[int] = []
@@ -135,17 +136,17 @@ def _steps(data: Dict[str, Any], column: int) -> Line:
 def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[str, Line]],
            least: float, levels: Sequence[str] = (),
            steps: Sequence[float] = STEPS) -> str:
-    """The HTML of a curve, of lines and their classes; its scale shows at least the range `least`,
-    and the distance's shows 0. `levels`: the texts at 0, 1, 2, ... in place of numbers. '' without
-    a value."""
+    """Returns the HTML of a curve, or '' without a value. `lines` are (class, line). The scale
+    shows at least the range `least`, and that of the distance shows 0. `levels` are the texts at 0,
+    1, 2, ... in place of numbers."""
     values = [value for _, (points, _) in lines for _, value in points]
     if not values:
         return ''
     low, high = min(values + ([0.0] if name == 'distance' else [])), max(values)
     margin = max(0.06 * (high - low), (least - (high - low)) / 2.0) or 1.0
     low, high = low - margin, high + margin
-    step = 1.0 if levels else next(
-        (step for step in steps if high - low <= GRID_LINES * step), high - low)
+    wide_enough = [step for step in steps if high - low <= GRID_LINES * step] + [high - low]
+    step = 1.0 if levels else wide_enough[0]
     grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     return CURVE.format(
         name=name, caption=caption, top=-high, height=high - low, duration=data['duration'],
@@ -159,7 +160,7 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
 
 
 def _path(points: Sequence[Tuple[float, float]], breaks: Sequence[int]) -> str:
-    """A line as the path of an SVG picture."""
+    """Returns a line as the path of an SVG picture."""
     begins = {0, *breaks}
     return ''.join(f"{'M' if k in begins else 'L'}{at} {-value:g}"
                    for k, (at, value) in enumerate(points))

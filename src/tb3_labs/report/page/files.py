@@ -1,6 +1,6 @@
 """The files of the report: report.html with everything in it, the figures as PNG, and CSV files.
 
-Units: as in the headings of the columns; metres and degrees.
+The headings of the columns have the units: metres, degrees, seconds.
 """
 import base64
 import math
@@ -39,7 +39,7 @@ NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that sho
                'exception? Does rosnode info name cmd_vel among its publications?)')
 ONLY_ZEROS = 'each command on cmd_vel is a zero, {} in all'
 NO_DRIVE = 'neither goal_state nor the commands show one'
-#: Sentences: how turns and drives are distinguished from movements by hand.
+#: Sentences on the page: how turns and drives are distinguished from movements by hand.
 BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had '
               'control is a drive; a turn alone is one only if it followed a reset or control at '
               'once, or was cut off. All other movements are by hand, or by another program.')
@@ -56,10 +56,10 @@ BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
                  turn: int = 0) -> List[Path]:
     """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
-    its files, report.html first. `turn`: the number of the only turn that is drawn, as turn_1.png;
-    0: all turns are drawn, as turns.png.
+    its files, report.html first. `turn` is the number of the only turn that is drawn, such as 1 for
+    turn_1.png; if it is 0, all turns are drawn, as turns.png.
 
-    ``OSError`` if nothing can be written, ``ValueError`` if there is no such turn."""
+    Raises OSError if nothing can be written, ValueError if there is no such turn."""
     driven, turned = drives(run, model), turns(run)
     if turn > len(turned):
         raise ValueError(f'--turn {turn}: {run.name} has {len(turned)} turns')
@@ -119,7 +119,7 @@ def _summary(run: RunData, model: RobotModel) -> str:
 
 
 def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], words: str) -> str:
-    """HTML of a heading, the table of the reports if there are some, and the words below it."""
+    """Returns HTML of a heading, the table of the reports, and the words below it."""
     row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
     return '<h2>{}</h2>{}<p>{}</p>'.format(
         title, tables.numbered(row, columns, reports) if reports else '', escape(words))

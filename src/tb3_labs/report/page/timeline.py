@@ -1,7 +1,8 @@
 """A recorded run as the data of its timeline: tracks over time, marks on the line, log lines.
 
-A *track* is a list of numbers over time, joined by straight lines. It is thinned: no recorded value
-is farther from the track than its bound (`BOUNDS`). A stretch without samples is a break in it.
+A *track* is a list of points over time, joined by straight lines. It has fewer points than were
+recorded, but differs from each recorded value by at most its bound (`BOUNDS`). A stretch without
+samples is a break in it.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. Poses
 are in ``odom``; but the poses of `local` and of the goals are in ``local``.
@@ -23,19 +24,20 @@ from tb3_labs.report.page.curves import curves, mark_line, thinned, variable_cur
 from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
-#: The HTML of the timeline; its program and its style lie beside it.
+#: The HTML of the timeline. Its program and its style are in files of the same name.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: The data that the program reads. All else is drawn before.
+#: The data that the program reads. Python draws the rest into the page.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
                'angle', 'commands', 'goals', 'marks', 'variables')
 #: Greatest difference between a recorded value and its track, by unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits, which changes them by up to TIMELINE_ROUNDING.
 DIGITS, TIMELINE_ROUNDING = 3, 0.0005
-#: A page has at most this many points of a track, marks, and lines of a log, each of at most
-#: LONGEST_TEXT characters: if there are more, the page shows the first and the last ones.
-MOST_POINTS, MOST_MARKS, MOST_LINES, LONGEST_TEXT = 50000, 500, 2000, 1000
-#: rosbag's own node. Its log lines, the topics that it records, are left out.
+#: A page has at most this many points of a track, marks, and characters of a text.
+MOST_POINTS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
+#: A page has at most this many lines of a log: of a longer one the first and the last lines.
+MOST_LINES = 2000
+#: rosbag's own node. The page does not show its log lines, the topics that it records.
 RECORDER = 'record'
 #: A moment or a stretch on the line: kind, begin, end, text.
 Mark = Dict[str, Any]
@@ -43,18 +45,18 @@ Mark = Dict[str, Any]
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`; its 'breaks' are the indices at which a new stretch begins.
-    `breaks`: indices of samples at which a new stretch begins without a gap."""
+    """Returns the track of `columns`, in these units. `breaks` are the indices of samples at which
+    a new stretch begins without a gap; the track's 'breaks' are those of its own points."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > GAP) + 1)})
     kept = thinned(time, values, bounds - TIMELINE_ROUNDING, begins)
-    every = 1 + len(kept) // MOST_POINTS
-    return {'time': np.round(time[kept[::every]], DIGITS).tolist(),
-            'columns': np.round(values[kept[::every]], DIGITS).T.tolist(),
-            'breaks': sorted({-(-int(start) // every) for start in np.searchsorted(kept, begins)})}
+    shown = kept[::1 + len(kept) // MOST_POINTS]
+    return {'time': np.round(time[shown], DIGITS).tolist(),
+            'columns': np.round(values[shown], DIGITS).T.tolist(),
+            'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
 
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
@@ -66,7 +68,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        # in each epoch the truth begins at the first pose in local
+        # in each epoch the truth begins at the first pose in ``local``
         'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
@@ -95,7 +97,7 @@ def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
 
 
 def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
-    """Returns the indices of the first samples after a reset; `time`: of the samples [s]."""
+    """Returns the indices of the first samples after the resets. `time` is that of samples [s]."""
     found = np.searchsorted(time, [epoch.begin for epoch in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
 
@@ -103,15 +105,15 @@ def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
 def _commands(commands: Commands) -> List[List[Any]]:
     """Returns [time, m/s, rad/s] of each command that differs from the command before. The speeds
     are None at the time at which the robot's timeout ended a command."""
-    time = commands.time
+    times = commands.time.tolist()
     rows: List[List[Any]] = []
-    for at, following, *speeds in zip(time, [*time[1:], math.inf], commands.linear,
-                                      commands.angular):
-        rounded = [round(float(speed), 3) for speed in speeds]
-        if not rows or rows[-1][1:] != rounded:
-            rows.append([round(float(at), 3), *rounded])
-        if following - at > COMMAND_TIMEOUT:
-            rows.append([round(float(at) + COMMAND_TIMEOUT, 3), None, None])
+    for time, following, linear, angular in zip(
+            times, [*times[1:], math.inf], commands.linear.tolist(), commands.angular.tolist()):
+        speeds = [round(linear, 3), round(angular, 3)]
+        if not rows or rows[-1][1:] != speeds:
+            rows.append([round(time, 3), *speeds])
+        if following - time > COMMAND_TIMEOUT:
+            rows.append([round(time + COMMAND_TIMEOUT, 3), None, None])
     return rows
 
 
@@ -122,8 +124,8 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    """[time, level, text] of the log lines; the text begins with the node's name. A line that is
-    repeated stands once."""
+    """Returns [time, level, text] of the log lines. The text begins with the node's name. A line
+    that is repeated stands once."""
     lines = [(level, f"{node.lstrip('/')}: {text}"[:LONGEST_TEXT], at)
              for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
              if node.rpartition('/')[2] != RECORDER]
@@ -132,14 +134,14 @@ def _lines(log: LogLines) -> List[List[Any]]:
         times = [at for *_, at in group]
         rows.append([round(float(times[0]), 3), str(level),
                      text + (f' ({len(times)} times)' if len(times) > 1 else '')])
-    first, last = rows[:MOST_LINES // 2], rows[MOST_LINES // 2:][-MOST_LINES // 2:]
-    left_out = len(rows) - len(first) - len(last)
-    return first + [[first[-1][0], '', f'({left_out} lines are left out)']
-                    for _ in range(left_out > 0)] + last
+    if len(rows) <= MOST_LINES:
+        return rows
+    first, last = rows[:MOST_LINES // 2], rows[-MOST_LINES // 2:]
+    return [*first, [first[-1][0], '', f'({len(rows) - MOST_LINES} lines are left out)'], *last]
 
 
 def section(data: Dict[str, Any]) -> str:
-    """The HTML of a timeline with these data, which needs no other file."""
+    """Returns the HTML of a timeline with these data. It needs no other file."""
     text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
                       allow_nan=False).replace('<', '\\u003c')
     styles = drawing.FILES / 'colours.css', TIMELINE_PAGE.with_suffix('.css')

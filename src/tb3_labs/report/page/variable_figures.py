@@ -1,8 +1,9 @@
 """The variables of nodes on a run's timeline: lines beside what they should be, states, texts.
 
-A variable whose values are numbers is a line over time, thinned. Any other one (a state, a truth
-value) is a line of steps between its few texts. At the moment that the timeline shows, each
-variable has its text, the constant ones too. Units: seconds since the start; the node's.
+A variable whose values are numbers is a line over time. A variable with other values (a state, a
+truth value) is a line of steps between its few texts. Beside the figures the page has the text of
+each variable, also of constant ones, at the moment that the timeline shows. Units: seconds since
+the start; a variable has the unit of its node.
 """
 import math
 from dataclasses import replace
@@ -14,9 +15,10 @@ from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
 from tb3_labs.report.run_data import GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import Series, nodes_of
 
-#: A page has at most this many figures of variables, variables, points or changes of one,
-#: different texts of a figure, and characters of a name or a text.
-MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, MOST_LEVELS, LONGEST = 12, 40, 2000, 8, 200
+#: A page has at most this many figures, variables, points of a variable, and characters of a text.
+MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, LONGEST = 12, 40, 2000, 200
+#: A variable with more different texts has no figure.
+MOST_LEVELS = 8
 #: A line is within this part of its range of each recorded value.
 BOUND = 1.0 / 500.0
 #: An angle above this is in degrees, not in radians.
@@ -24,7 +26,8 @@ MOST_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
-    """The right values of variables with these names: a text, and times and values of a run."""
+    """The values that variables with these names should have. `words` name these values;
+    ``of(run)`` returns their times and the values."""
 
     names: Tuple[str, ...]
     words: str
@@ -42,7 +45,7 @@ def _of(part: str, name: str) -> Callable[[RunData], Tuple[np.ndarray, np.ndarra
     return values
 
 
-#: The handouts' variables that share a figure, the first of which is there, in their order.
+#: The handouts' variables that share a figure. It is drawn if the first of them was recorded.
 REFERENCES = (
     Reference(('curr_yaw', 'goal_yaw'), 'heading by the IMU', _heading),
     Reference(('local_x', 'goal_x'), 'x in local', _of('local_pose', 'x')),
@@ -58,13 +61,14 @@ HANDOUT = ('turning', 'state', 'has_control')
 
 
 def nodes(run: RunData) -> List[str]:
-    """The names of the nodes of the variables."""
+    """Returns the names of the nodes whose variables were recorded."""
     return list(dict.fromkeys(node[:LONGEST] for node in nodes_of(run)))
 
 
 @cached_per_run
 def variables(run: RunData) -> List[Series]:
-    """The variables of a run, in their order; with two nodes the names have the node's."""
+    """Returns the variables of a run. If they are of several nodes, a variable's name begins with
+    the name of its node."""
     found, nodes = [], nodes_of(run)
     for node, series_of in nodes.items():
         name = '{1}' if len(nodes) == 1 else '{}: {}'
@@ -78,73 +82,82 @@ def variables(run: RunData) -> List[Series]:
 
 
 def is_number(variable: Series) -> bool:
-    """Are most of its values numbers?"""
+    """Are most values of the variable numbers?"""
     return bool(2 * np.isnan(variable.value).sum() < len(variable.value))
 
 
 def changes(variable: Series) -> np.ndarray:
-    """The indices of the first value, and of each one that differs from the one before."""
+    """Returns the indices of the first value, and of each value that differs from its
+    predecessor."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
 
 
 def texts(run: RunData) -> List[List[Any]]:
-    """[name, times, texts] of each variable: the moments at which its text changes, and the text
-    from then on. If it changes too often, some are left out."""
+    """Returns [name, times, texts] of each variable: the times at which its text changes, and the
+    text from then on. If it changes too often, some changes are missing."""
     rows = []
     for each in variables(run):
-        some = changes(each)
-        some = some[::1 + len(some) // MOST_POINTS]
-        rows.append([each.name, np.round(each.time[some], 3).tolist(), [
+        shown = changes(each)
+        shown = shown[::1 + len(shown) // MOST_POINTS]
+        rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
-            for text, number in zip(each.text[some], each.value[some])]])
+            for text, number in zip(each.text[shown], each.value[shown])]])
     return rows
 
 
 def figures(run: RunData) -> List[Figure]:
-    """The figures of the variables that change, at most MOST_FIGURES."""
-    left = {each.name: each for each in variables(run)}
+    """Returns the figures of the variables that change, at most MOST_FIGURES."""
+    remaining = {each.name: each for each in variables(run)}
     found = []
     for reference in REFERENCES:
-        group = [left[name] for name in reference.names if name in left and is_number(left[name])]
-        if group and group[0].name == reference.names[0] and any(
-                len(changes(each)) > 1 for each in group):
+        group = [remaining[name] for name in reference.names
+                 if name in remaining and is_number(remaining[name])]
+        is_shown = group and group[0].name == reference.names[0]
+        if is_shown and any(len(changes(each)) > 1 for each in group):
             for each in group:
-                del left[each.name]
+                del remaining[each.name]
             found.append(_beside(run, reference, group))
-    for each in sorted(left.values(), key=lambda each: (
-            HANDOUT.index(each.name) if each.name in HANDOUT else len(HANDOUT))):
-        words = list(dict.fromkeys(each.text))
-        levels = [] if is_number(each) else sorted(words) if words[0] in TRUTH else words[::-1]
+    handouts = [remaining.pop(name) for name in HANDOUT if name in remaining]
+    for each in [*handouts, *remaining.values()]:
+        levels = [] if is_number(each) else _levels(each)
         if len(changes(each)) > 1 and len(levels) <= MOST_LEVELS:
-            found.append(Figure([each.name], '', NO_LINE, [
-                _steps(each, levels) if levels else line(each.time, each.value)], levels))
+            shown = _steps(each, levels) if levels else line(each.time, each.value)
+            found.append(Figure([each.name], '', NO_LINE, [shown], levels))
     return found[:MOST_FIGURES]
 
 
+def _levels(variable: Series) -> List[str]:
+    """Returns the texts of a variable from the lowest level to the highest: False below True, and
+    a later state below an earlier one."""
+    words = list(dict.fromkeys(variable.text))
+    return sorted(words) if words[0] in TRUTH else words[::-1]
+
+
 def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
+    """Returns the figure of these variables beside their reference."""
     time, values = reference.of(run)
-    is_angle, turn = reference.words.startswith(('heading', 'yaw')), 360.0
-    if reference.words.startswith('yaw'):       # as a node in Python has it
+    whole_turn = math.inf
+    if reference.words.startswith('heading'):
+        whole_turn = 360.0
+    elif reference.words.startswith('yaw'):
+        whole_turn = 2.0 * math.pi
         if any(np.nanmax(np.abs(each.value)) > MOST_RADIANS for each in group):
-            values = np.degrees(values)
-        else:
-            turn = 2.0 * math.pi
-    turn = turn if is_angle else math.inf
+            whole_turn, values = 360.0, np.degrees(values)
     return Figure([each.name for each in group], reference.words if len(time) else '',
-                  line(time, values, turn),
-                  [line(each.time, each.value, turn) for each in group], [])
+                  line(time, values, whole_turn),
+                  [line(each.time, each.value, whole_turn) for each in group], [])
 
 
-def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
-    """The line of these values, without those that are NaN, broken at gaps of time and where an
-    angle begins again, with `turn` a whole turn."""
+def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> Line:
+    """Returns the line of the values that are not NaN. It is broken at gaps of time, and where an
+    angle jumps by a whole turn, `whole_turn`."""
     known = ~np.isnan(values)
     if not known.any():
         return NO_LINE
     index, time, values = np.flatnonzero(known), time[known], values[known]
     breaks = np.flatnonzero((np.diff(time) > GAP) | (np.diff(index) > 1)
-                            | (np.abs(np.diff(values)) > turn / 2.0)) + 1
+                            | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
     bound = max(BOUND * np.ptp(values), 1e-6)
     while True:
         kept = thinned(time, values[:, None], np.array([bound]), breaks)
@@ -157,7 +170,7 @@ def line(time: np.ndarray, values: np.ndarray, turn: float = math.inf) -> Line:
 
 
 def _steps(variable: Series, levels: List[str]) -> Line:
-    """The line of a variable between its texts, each of which is a level."""
+    """Returns the line of steps of a variable between its levels, which are texts."""
     heights = np.array([float(levels.index(text)) for text in variable.text])
     begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > GAP) + 1)
     points: List[Tuple[float, float]] = []
