@@ -35,9 +35,6 @@ OPTIONAL_TOPICS = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: A bag is read twice: for its topics, then for its messages. The records are kept in between if
-#: they need less memory than MOST_KEPT [bytes]; each needs RECORD_SIZE besides its data.
-MOST_KEPT, RECORD_SIZE = 2 ** 26, 500
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'
 #: A line names at most this many topics that are not read.
@@ -63,14 +60,8 @@ def read_run(path, namespace=None, log=lambda line: None):
 
 def _contents(bag):
     """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
-    senders}, [topics that cannot be read, with their types], the records). The records are None if
-    they are too many, or not whole."""
-    numbers, records, memory = Counter(), [], 0
-    for record in bag.messages(_is_known, ReadLimits()):
-        numbers[record.connection] += 1
-        memory += RECORD_SIZE + len(record.data)
-        if memory < MOST_KEPT:
-            records.append(record)
+    senders}, [topics that cannot be read, with their types])."""
+    numbers = Counter(record.connection for record in bag.messages(lambda _: False, ReadLimits()))
     types, senders, unknown = {}, {}, set()
     for connection, number in numbers.items():
         topic, made = connection.topic, _class_of(connection)
@@ -80,8 +71,7 @@ def _contents(bag):
             unknown.add(f'{topic} ({connection.kind})')
         else:
             senders.setdefault(topic, set()).add(connection.sender)
-    is_kept = memory < MOST_KEPT and not bag.problem
-    return types, senders, sorted(unknown), records if is_kept else None
+    return types, senders, sorted(unknown)
 
 
 def _class_of(connection):
@@ -89,12 +79,8 @@ def _class_of(connection):
     return CLASSES.get((connection.kind, connection.checksum))
 
 
-def _is_known(connection):
-    return _class_of(connection) is not None
-
-
 def _read(bag, path, namespace, log):
-    types, senders, unknown, records = _contents(bag)
+    types, senders, unknown = _contents(bag)
     try:
         topics = choose_topics(types, namespace)
     except BagProblem as problem:
@@ -108,9 +94,10 @@ def _read(bag, path, namespace, log):
     limits = ReadLimits()
     collectors = make_collectors([*topics, 'sender_index'], prefix, limits)
     names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
-    start, problem = _collect(bag.messages(_is_known, limits) if records is None else records, {
-        topic: (collectors[part], types[topic][0]) for part, topic in topics.items()},
-        collectors['sender_index'], names)
+    of_topic = {topic: (collectors[part], types[topic][0]) for part, topic in topics.items()}
+    start, problem = _collect(bag.messages(
+        lambda connection: connection.topic in of_topic and _class_of(connection) is not None,
+        limits), of_topic, collectors['sender_index'], names)
     problem = problem or bag.problem
     for collector in collectors.values():
         collector.close()

@@ -127,10 +127,13 @@ def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], 
 
 def nothing_driven(run: RunData) -> str:
     """Returns the reason why no drives are listed, a sentence."""
+    reason = NO_COMMANDS
+    if len(run.states) or moving(run.commands).any():
+        reason = NO_DRIVE
+    elif len(run.commands):
+        reason = ONLY_ZEROS.format(len(run.commands))
     words = NOTHING.format(
-        NO_DRIVE if len(run.states) or moving(run.commands).any() else
-        ONLY_ZEROS.format(len(run.commands)) if len(run.commands) else NO_COMMANDS,
-        _declared(run) if 'frames' in run.derived else 'the recorded one')
+        reason, _declared(run) if 'frames' in run.derived else 'the recorded one')
     return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
 
 
@@ -145,7 +148,7 @@ def _declared(run: RunData) -> str:
 
 
 def _rule_of_drives(run: RunData) -> str:
-    """The rule by which the drives of a run were found, if goal_state was not recorded."""
+    """Returns the rule by which the drives of a run were found, '' if they were recorded."""
     words = []
     if 'states' in run.derived:
         words.append(_rule(run))
@@ -160,7 +163,7 @@ def _rule_of_drives(run: RunData) -> str:
 
 
 def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
-    """The rule by which the turns of a run were found."""
+    """Returns the rule by which the turns of a run were found."""
     words = [_rule(run)] if 'states' not in run.derived else []
     if not all(turn.was_sent for turn in reports):
         words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
