@@ -1,6 +1,6 @@
 """The figures of a run that are printed: its turns, and its paths in both frames.
 
-Readable in black and white: lines differ by style and width.
+The lines differ by style and width, so that they can be read in black and white.
 
 Units on the axes: metres, degrees, rad/s, seconds since a turn's first command; inch for sizes.
 """
@@ -32,22 +32,23 @@ from tb3_labs.report.motion.turns import turns as turns_of
 from tb3_labs.report.run_data import Poses, RunData
 
 DOTS_PER_INCH = 150
-WIDTH = 7.2                     # [inch], between the margins of A4
+#: The width between the margins of A4 [inch].
+WIDTH = 7.2
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-#: Long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part.
+# long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: A turn is drawn from this time before it until this time after it [s].
-SHOWN_BEFORE, AFTER = 0.2, 2.0 * REST_MEAN
+SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
 #: A figure draws this many turns, or paths between two resets.
 MOST_DRAWN = 40
-#: Up to this many turns have names in the legend.
-MOST_NAMES = 12
-#: Width and height of a letter in a frame's name, as a part of a panel's width.
-LETTER, LINE = 0.028, 0.05
+#: The legend names at most this many turns.
+MOST_NAMED_TURNS = 12
+#: The width and height of a letter in a frame's name, as a part of a panel's width.
+LETTER_WIDTH, LETTER_HEIGHT = 0.028, 0.05
 #: The frames and paths of later resets have no names, since the figure has no room.
-MOST_NAMED = 6
+MOST_NAMED_RESETS = 6
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -57,31 +58,33 @@ def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
 
 
 def new_figure(height: float) -> Figure:
-    """An empty figure of the page's width; `height` [inch]."""
+    """Returns an empty figure of the page's width; `height` [inch]."""
     figure = Figure(figsize=(WIDTH, height), constrained_layout=True)
     FigureCanvasAgg(figure)
     return figure
 
 
 def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """Put a legend below the figure; three columns fit its width."""
+    """Put a legend of three columns below the figure."""
     figure.legend(handles, labels, loc='upper center', ncol=3, fontsize=8, frameon=False,
                   bbox_to_anchor=(0.5, 0.0))
 
 
 def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
-    """Returns a figure of the angle left and the rate of turn, positive in the direction that was
-    asked for; None without a turn. `alone`: number (from 1) of the only turn to draw; 0: all."""
+    """Returns a figure of the angle left and of the rate of turn, positive in the direction of the
+    request, or None without a turn. `alone` is the number of the only turn to draw, from 1; if it
+    is 0, all turns are drawn."""
     found = turns_of(run)
     if not found:
         return None
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     ends = [turn.begin for turn in found[1:]] + [math.inf]
-    first, *_ = chosen = [alone - 1] if alone else range(min(len(found), MOST_DRAWN))
+    chosen = [alone - 1] if alone else range(min(len(found), MOST_DRAWN))
+    first = chosen[0]
     for number in chosen:
         turn, following = found[number], ends[number]
-        until = min(turn.end + AFTER, following)
+        until = min(turn.end + SHOWN_AFTER, following)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
         yaw = np.unwrap(imu.yaw)
@@ -90,7 +93,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
         left.plot(imu.time - turn.begin, np.degrees(remaining),
-                  label=name if number < first + MOST_NAMES else None, **looks)
+                  label=name if number < first + MOST_NAMED_TURNS else None, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
@@ -100,14 +103,15 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     rate.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
     for axes in (left, rate):
         axes.grid(True, linewidth=0.3)
-    legend_below(figure, *(a + b for a, b in zip(left.get_legend_handles_labels(),
-                                                 rate.get_legend_handles_labels())))
+    handles, names = left.get_legend_handles_labels()
+    more_handles, more_names = rate.get_legend_handles_labels()
+    legend_below(figure, handles + more_handles, names + more_names)
     return figure
 
 
 def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
-    """The path in odom and in local, side by side at one scale, with the axes of both frames, and
-    the goals of the drives."""
+    """Returns a figure of the path in odom and in local, side by side at one scale, with the axes
+    of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
@@ -116,7 +120,7 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
         looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label=name if number <= MOST_NAMED else None)
+                     label=name if number <= MOST_NAMED_RESETS else None)
         draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
         draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
@@ -143,19 +147,20 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
 
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """Draw a line with blanks at jumps of the poses, such as a reset of the odometry."""
+    """Draw a line through the poses, with a blank at each jump, such as a reset of the odometry."""
     if len(poses):
         axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)),
                   **looks)
 
 
 def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:
+    """Returns the goal of a drive in odom, at the end of the drive."""
     last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 
 def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give all panels (axes, frames) the same scale and size. Returns the width of a panel [m]."""
+    """Give both panels, (axes, frames), the same scale and size. Returns a panel's width [m]."""
     boxes = []
     for axes, frames in panels:
         places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
@@ -170,7 +175,8 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
 
 
 def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
-    """Draw the panel's `own` frame and `others`, (pose, name): x axes (long), y axes, names."""
+    """Draw the names and axes of the panel's `own` frame and of `others`, (pose, name). The x axis
+    is longer than the y axis."""
     drawn = [line.get_xydata() for line in axes.get_lines()]
     named = [(Pose2(), own)] + list(others)
     for number, (pose, _) in enumerate(named):
@@ -181,30 +187,31 @@ def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: fl
                 linewidth=1.0 if number else 1.8))
             drawn.append(np.linspace(begin, end, 9))
     boxes: List[np.ndarray] = []
-    for number, (pose, name) in enumerate(named[:MOST_NAMED + 2]):    # before the first reset: two
-        boxes.append(_place(axes, pose, width * np.array((LETTER * len(name), LINE)), boxes,
-                            np.concatenate(drawn)))
+    # both frames have names before the first reset
+    for number, (pose, name) in enumerate(named[:MOST_NAMED_RESETS + 2]):
+        size = width * np.array((LETTER_WIDTH * len(name), LETTER_HEIGHT))
+        boxes.append(_box_of_name(axes, pose, size, boxes, np.concatenate(drawn)))
         axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,
                       textcoords='data', fontweight='normal' if number else 'bold', ha='center',
                       va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
 
 
-def _place(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
-           drawn: np.ndarray) -> np.ndarray:
-    """Returns a box, [least, most] (x, y), of `size` for the name of a frame, beside its origin. It
-    is inside the panel, covers no other of the `boxes`, and few of the points `drawn`. If possible
-    it is behind both axes of the frame."""
+def _box_of_name(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
+                 drawn: np.ndarray) -> np.ndarray:
+    """Returns the best box of this size for the name of a frame, beside the frame's origin, as
+    [least, most] (x, y). A good box is inside the panel, covers no other of the `boxes`, covers few
+    of the points `drawn`, and is behind both axes of the frame."""
     panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
     back = pose.yaw + 1.25 * math.pi
 
     def cost(box: np.ndarray) -> float:
-        outside = (box[0] < panel[0]).any() or (box[1] > panel[1]).any()
-        over = any((box[0] < other[1]).all() and (other[0] < box[1]).all() for other in boxes)
+        is_outside = (box[0] < panel[0]).any() or (box[1] > panel[1]).any()
+        is_over = any((box[0] < other[1]).all() and (other[0] < box[1]).all() for other in boxes)
         hidden = np.count_nonzero(((box[0] < drawn) & (drawn < box[1])).all(axis=1))
         away = box.mean(axis=0) - (pose.x, pose.y)
         turned = abs(difference(math.atan2(away[1], away[0]), back))
         far = np.maximum(np.abs(away) - size / 2.0, 0.0).max() / size[1]
-        return 1e6 * outside + 1e5 * over + min(hidden, 20) + turned + 15.0 * far
+        return 1e6 * is_outside + 1e5 * is_over + min(hidden, 20) + turned + 15.0 * far
 
     steps = [np.array((right, up)) for right in (-1, 0, 1) for up in (-1, 0, 1) if right or up]
     centres = [(pose.x, pose.y) + step * (far * size[1] + size / 2.0)

@@ -180,7 +180,7 @@ def _rule(run: RunData) -> str:
 
 
 def write_csv(run: RunData, path: Path) -> None:
-    """Write one row for each odometry message; a cell is empty if nothing was recorded then."""
+    """Write one row for each odometry message. A cell is empty if nothing was recorded then."""
     odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
     error_time, distance, angle = goal_errors(run)
     in_order = spans(run)
@@ -189,7 +189,7 @@ def write_csv(run: RunData, path: Path) -> None:
     near = _nearest(error_time, at)
     newest = np.searchsorted(run.commands.time, at, side='right') - 1
     is_over = np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT
-    newest = np.where(is_over, -1, newest)      # no command yet, or after the robot's timeout
+    newest = np.where(is_over, -1, newest)      # -1 before the first command, too
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
         **_pose_columns('local', local, _nearest(local.time, at)),
@@ -211,7 +211,8 @@ def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.nd
 
 
 def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Returns the index of the time nearest to each of `at`; -1 if SAME_INSTANT is exceeded."""
+    """Returns for each of `at` the index of the nearest time, or -1 if none is within
+    SAME_INSTANT."""
     if not len(times):
         return np.full(len(at), -1)
     after = np.minimum(np.searchsorted(times, at), len(times) - 1)
@@ -221,5 +222,5 @@ def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def _chosen(values: np.ndarray, index: np.ndarray) -> np.ndarray:
-    """`values` at each index, NaN for index -1."""
+    """Returns the value at each index, NaN at index -1."""
     return np.append(values, math.nan)[index]

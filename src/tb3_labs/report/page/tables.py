@@ -1,7 +1,7 @@
 """The tables of a report: as HTML for its page, and as CSV for spreadsheets and scripts.
 
-Units: metres, degrees, seconds; the heads and names of the columns say which. An unknown value
-is a dash on the page, and an empty cell in a CSV file.
+The heads and names of the columns have the units: metres, degrees, seconds. An unknown value is a
+dash on the page, and an empty cell in a CSV file.
 """
 import csv
 import math
@@ -20,19 +20,18 @@ MOST_ROWS = 200
 
 
 def _goal(drive: DriveReport) -> Tuple[float, float, float]:
-    """(x [m], y [m], yaw [deg]) of the goal."""
+    """Returns (x [m], y [m], yaw [deg]) of the goal."""
     goal = drive.goal
     return (goal.x, goal.y, math.degrees(goal.yaw)) if goal else (math.nan, math.nan, math.nan)
 
 
 class Column(NamedTuple):
-    """A column of reports: its `name` in a CSV file, its `head` on a page, the value of a report,
-    the value's format on a page ('' for a text)."""
+    """A column of a table of reports."""
 
-    name: str
-    head: str
-    value: Callable[[Any], Any]
-    form: str
+    name: str                       # in a CSV file
+    head: str                       # on a page
+    value: Callable[[Any], Any]     # of a report
+    form: str                       # the value's format on a page; '' for a text
 
 
 TURN_COLUMNS = (
@@ -80,8 +79,8 @@ NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its start, b
 
 
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
-    """Returns a table with a numbered row for each report; `word`: what a row is, such as
-    'turn'."""
+    """Returns a table with a numbered row for each report. `word` is the name of a row, 'turn' or
+    'drive'."""
     more = len(reports) - MOST_ROWS
     return table([word] + [column.head for column in columns], [
         [str(count)] + [number(column.value(report), column.form) if column.form else
@@ -92,8 +91,8 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
                   drives: Sequence[DriveReport]) -> None:
-    """Write turns.csv and drives.csv, a row for each report. `name` of the run stands in each row,
-    since a spreadsheet may hold the rows of several runs."""
+    """Write turns.csv and drives.csv with a row for each report. Each row has the `name` of its
+    run, since a spreadsheet may hold the rows of several runs."""
     for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
                                    ('drive', DRIVE_COLUMNS, drives)):
         write_table(folder / (word + 's.csv'), [
