@@ -20,7 +20,7 @@ LONGEST = 1000
 
 
 def parse(words):
-    """The command line's arguments."""
+    """Returns the arguments of the command line."""
     parser = Parser(
         prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3.',
         epilog='Example: lab_report.py run.bag --turn 1')
@@ -74,7 +74,7 @@ def _fail(problem):
 
 
 def _print(words):
-    """Print words that may quote a stranger's bag: what does not show is escaped."""
+    """Print words on the terminal. They may quote a stranger's bag, so they are made printable."""
     print(f'lab_report.py: {printable(str(words)[:LONGEST])}', file=sys.stderr)
 
 

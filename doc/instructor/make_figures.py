@@ -18,8 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.geometry.angle_arrays import difference_degrees
-from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.angles import difference, difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, HDG_TOL, K_HDG,

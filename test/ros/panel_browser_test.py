@@ -6,7 +6,7 @@ import unittest
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable

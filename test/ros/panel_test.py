@@ -22,7 +22,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
 

@@ -7,8 +7,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.angle_arrays import difference_degrees, wrap_all
-from tb3_labs.geometry.angles import WHOLE_TURN, clamp, difference, unwrap, wrap
+from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.angles import WHOLE_TURN, clamp, difference, difference_degrees, unwrap, wrap
 
 PI = math.pi
 ANGLES = st.floats(-1e4, 1e4)

@@ -19,9 +19,9 @@ def one_script(page: Path) -> str:
     def add(path: Path) -> None:
         source = path.read_text(encoding='utf-8')
         for _, name in IMPORT.findall(source):
+            beside_page = page.with_name(name)
             if name not in scripts:
-                add(next(folder / name for folder in (page.parent, FILES)
-                         if (folder / name).exists()))
+                add(beside_page if beside_page.exists() else FILES / name)
         names = EXPORT.findall(source)
         body = EXPORT.sub('', IMPORT.sub(r"const {\1} = modules['\2'];", source))
         scripts[path.name] = (f"modules['{path.name}'] = (() => {{\n{body}\n"

@@ -1,7 +1,6 @@
-"""Angles in arrays, and in degrees, as recorded runs have them.
+"""Angles in arrays, as recorded runs have them.
 
-Units: radians, except in ``difference_degrees``. Edge case: infinity becomes NaN, since one invalid
-sample must not hide the others.
+Units: radians. Edge case: infinity becomes NaN, since one invalid sample must not hide the others.
 """
 import math
 from typing import Sequence, Tuple, Union
@@ -36,9 +35,3 @@ def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
         is_valid = (np.abs(norm - 1.0) <= NORM_TOLERANCE) & (
             np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT)
     return np.where(is_valid, np.where(yaw <= -math.pi, math.pi, yaw), math.nan)
-
-
-def difference_degrees(target: float, start: float) -> float:
-    """The shortest turn from `start` to `target`, in (-180, 180] [deg]."""
-    turn = math.remainder(target - start, 360.0)
-    return 180.0 if turn <= -180.0 else turn

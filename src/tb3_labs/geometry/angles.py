@@ -6,7 +6,7 @@ no robot on a floor can have is invalid. No other file of this package touches q
 
 Units: radians, counter-clockwise positive (REP-103). Edge cases: a wrapped angle, and a yaw, is in
 (-pi, pi], so that exactly half a turn is +pi. NaN stays NaN as an angle. Infinity raises
-``ValueError`` (from :func:`math.remainder`).
+``ValueError``.
 """
 import math
 from typing import Tuple
@@ -14,11 +14,9 @@ from typing import Tuple
 from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
-#: A norm that differs from 1 by more than this is not a rounding error; a real TurtleBot3 sends
-#: 0.999996.
+#: A norm that differs from 1 by more is invalid. A real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
-#: A driving robot is not tilted further than this [rad]. A quaternion whose parts are in a wrong
-#: order shows a larger tilt.
+#: A larger tilt is invalid [rad]: the quaternion's parts are in a wrong order.
 MAX_TILT = math.radians(45.0)
 
 
@@ -38,6 +36,12 @@ def difference(target: float, start: float) -> float:
     return wrap(target - start)
 
 
+def difference_degrees(target: float, start: float) -> float:
+    """The turn from `start` to `target` the short way round, in (-180, 180] [deg]."""
+    turn = math.remainder(target - start, 360.0)
+    return 180.0 if turn <= -180.0 else turn
+
+
 def unwrap(angle: float, previous: float) -> float:
     """`angle` plus the whole turns that bring it nearest to `previous`: no jump at +/-pi."""
     return previous + difference(angle, previous)
@@ -49,11 +53,8 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
 
 
 def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
-    """Heading [rad] of a robot that stands on a floor.
-
-    Raises ``ValueError``, saying why, for NaN, infinity, a norm that is not 1, and a tilt of
-    more than 45 degrees.
-    """
+    """Returns the heading [rad] of a robot that stands on a floor. Raises ValueError with the
+    reason for NaN, infinity, a norm that is not 1, and a tilt of more than MAX_TILT."""
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')

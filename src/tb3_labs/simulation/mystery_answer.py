@@ -7,7 +7,7 @@ complete, so it is not right.
 import math
 from typing import NamedTuple, Optional, Tuple
 
-from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, Fault, draw
 
 #: Added to the tolerance, so that rounding does not make a value at the limit wrong.

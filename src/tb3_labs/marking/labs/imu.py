@@ -2,7 +2,7 @@
 import re
 from typing import List
 
-from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,

@@ -9,7 +9,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool as BoolMessage
 from std_msgs.msg import Header
 
-from tb3_labs.geometry.angle_arrays import difference_degrees
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.handout import LEFT, MOUSE_INFO
 from tb3_labs.marking.labs import imu as imu_lab
 from tb3_labs.marking.labs import turn as turn_lab

@@ -32,16 +32,17 @@ PRINTED = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 
 def moments(run: RunData, turned: Sequence[TurnReport],
             driven: Sequence[DriveReport]) -> List[Mark]:
-    """Returns the Marks of a recorded run. Its turns and drives are given."""
+    """Returns the Marks of a run. `turned` and `driven` are its turns and drives."""
     found = [mark('turn', turn.begin, 'turn {}: asked {}, turned {} deg'.format(
         k, degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')), turn.end)
         for k, turn in enumerate(turned, 1)]
     found += [mark('drive', drive.begin, 'drive {}: {}, {} m and {} deg off'.format(
         k, drive.outcome, number(drive.measured[0], '{:.3f}'),
         degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
-    named = list(found)
+    turns_and_drives = list(found)
     for movement in movements(run):
-        if any(movement.begin < each['end'] and each['begin'] < movement.end for each in named):
+        if any(movement.begin < each['end'] and each['begin'] < movement.end
+               for each in turns_and_drives):
             continue
         is_by_hand = movement.kind is Kind.BY_HAND
         parts = parts_of(run, movement) if is_by_hand else [(movement.begin, movement.end)]
@@ -49,21 +50,20 @@ def moments(run: RunData, turned: Sequence[TurnReport],
     found += [mark('reset', epoch.begin, f'reset {k} of local')
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
-    given = run.control.value > 0.5
-    found += [mark('start' if given[k] else 'stop', run.control.time[k],
-                   f"control {'given to' if given[k] else 'taken from'} the node")
-              for k in np.flatnonzero(np.diff(given, prepend=~given[:1]))]
+    is_given = run.control.value > 0.5
+    for k in np.flatnonzero(np.diff(is_given, prepend=~is_given[:1])):
+        kind, words = ('start', 'given to') if is_given[k] else ('stop', 'taken from')
+        found.append(mark(kind, run.control.time[k], f'control {words} the node'))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > GAP):
             begin, end = samples.time[k:k + 2]
-            found.append(mark('lost', begin, f'{name} silent for {end - begin:.1f} s',
-                              end))
+            found.append(mark('lost', begin, f'{name} silent for {end - begin:.1f} s', end))
     return found
 
 
 def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     before, after = run.imu.yaw_at((begin, end))
-    # a controller sends what its mouse asks for
+    # the node that sends the commands of a mouse is not the driver
     drivers = [] if 'mouse_info' in run.devices else programs(run, begin, end)
     return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
         'driven by ' + ' and '.join(drivers) if drivers else 'by hand',
