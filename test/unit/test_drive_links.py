@@ -15,8 +15,8 @@ from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Values, Variables
-from tb3_labs.watch.broken_link import NodeRun, first_broken
-from tb3_labs.watch.chains import CHAINS
+from tb3_labs.watch.broken_link import NodeRun
+from tb3_labs.watch.chains import CHAINS, first_broken
 from tb3_labs.watch.drive_links import Part, not_silent, state_kept
 from tb3_labs.watch.drive_pose import APART, Frame, places, wrong_pose
 from tb3_labs.watch.quantities import RECENT

@@ -10,8 +10,8 @@ from hypothesis import strategies as some
 from made_run import made
 
 from tb3_labs.report.run_data import MouseSamples, Orientations, PadSamples, States, Twists, Values, Variables
-from tb3_labs.watch.broken_link import NodeRun, first_broken
-from tb3_labs.watch.chains import CHAINS
+from tb3_labs.watch.broken_link import NodeRun
+from tb3_labs.watch.chains import CHAINS, first_broken
 
 #: Messages of a device come every EVERY [s]; a node answers within ANSWER [s].
 EVERY, ANSWER = 0.05, 0.004

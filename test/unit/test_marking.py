@@ -19,7 +19,7 @@ from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import archives, launch, sandbox, submissions
-from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
+from tb3_labs.marking.labs.criteria import TOOK, Criterion, judge
 from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
 from tb3_labs.marking.marks_csv import MarksTable
@@ -30,6 +30,7 @@ from tb3_labs.marking.trial.ros_stimuli import changed
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.report.run_data import Commands, Poses
+from tb3_labs.watch.chains import Place
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 

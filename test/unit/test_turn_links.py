@@ -8,8 +8,8 @@ from hypothesis import strategies as some
 from made_run import made, values
 
 from tb3_labs.report.run_data import MouseSamples, Orientations, Twists, Variables
-from tb3_labs.watch.broken_link import NodeRun, first_broken, is_heading, sentence
-from tb3_labs.watch.chains import CHAINS
+from tb3_labs.watch.broken_link import NodeRun, is_heading, sentence
+from tb3_labs.watch.chains import CHAINS, first_broken
 from tb3_labs.watch.quantities import Quantity, delay, headings, matching_quantities
 from tb3_labs.watch.variables import Series, find
 

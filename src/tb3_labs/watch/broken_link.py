@@ -6,7 +6,7 @@ numbers before it: what follows from one mistake is not told as another.
 """
 from functools import cached_property, lru_cache
 from typing import (
-    Any, Callable, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple)
+    Any, Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple)
 
 import numpy as np
 
@@ -104,45 +104,16 @@ class NodeRun:
             f'; its {name} is {number:g}, the handout has {value:g}'
 
 
+#: The function that finds whether a link of a node is broken.
+Check = Callable[[NodeRun], Optional[BrokenLink]]
+
+
 def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
     """w, x, y, z of samples; if only their yaw is known, of a level robot."""
     if hasattr(samples, 'w'):
         return samples.w, samples.x, samples.y, samples.z
     half, nothing = samples.yaw / 2.0, 0.0 * samples.yaw
     return np.cos(half), nothing, nothing, np.sin(half)
-
-
-#: What looks at a link.
-Check = Callable[[NodeRun], Optional[BrokenLink]]
-
-
-class Link(NamedTuple):
-    """A link of a chain: a question that its owner can answer; what looks at it; the heading, the
-    step (0: none) and the sheet that explain it; the parts of the lab in which it shows, () for
-    all."""
-
-    question: str
-    check: Check
-    heading: str
-    step: int = 0
-    sheet: str = 'imu_lab.md'
-    parts: Tuple[str, ...] = ()
-
-    @property
-    def place(self) -> str:
-        """The place in a lab sheet, in words."""
-        step = f', step {self.step}' if self.step else ''
-        return f'doc/{self.sheet}, "{self.heading}"{step}'
-
-
-def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
-                 weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
-    """The first link that is broken, of those that show in these `parts` of the lab. `weak`: is a
-    law that is not the handout's broken, too?"""
-    wanted = [link for link in links
-              if parts is None or not link.parts or set(link.parts) & set(parts)]
-    return next(((link, found) for link in wanted for found in [link.check(node_run)]
-                 if found is not None and (weak or not found.is_weak)), None)
 
 
 def sentence(found: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
