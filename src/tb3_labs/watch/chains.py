@@ -4,7 +4,7 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tu
 
 from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
 from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, sentence
-from tb3_labs.watch.variables import bare, nodes_of
+from tb3_labs.watch.variables import bare_name
 
 
 class Place(NamedTuple):
@@ -119,9 +119,9 @@ def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """Returns (node, link, BrokenLink) of each node in a recording whose lab is known and whose
     chain is broken. A weak link is not broken here: the node may be right."""
     found = []
-    for node in sorted(nodes_of(run)):
+    for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
-        names = {bare(name) for name in node_run.variables}
+        names = {bare_name(name) for name in node_run.variables}
         labs = [lab for lab, known in NAMES.items() if known <= names]
         broken = first_broken(node_run, CHAINS[labs[0]], weak=False) if labs else None
         if broken:
