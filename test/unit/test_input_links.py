@@ -195,20 +195,6 @@ def test_the_mistake_of_a_mouse_is_named(react, up, said):
     assert found is None if said is None else said in found
 
 
-@pytest.mark.parametrize('zeros, said', [
-    ((), None), (np.arange(3.0, 3.3, 0.05), None),
-    (np.arange(0.02, 4.0, 0.05), '41 of 59 commands while turning was True were those of the mouse')])
-def test_commands_of_the_mouse_in_a_turn_are_told(zeros, said):
-    """The turn is commanded from 1.0 s; turning is True until 3.3 s; the mouse is in its middle."""
-    sent = sorted([(at, 0.0, 1.5) for at in np.arange(1.0, 3.0, 0.1)] + [(at, 0.0, 0.0) for at in zeros])
-    times = np.arange(0.0, 4.0, EVERY)
-    found = told(NodeRun(made(
-        duration=4.0, commands=samples(Twists, [(*row, 0.0, 0.0, 0.0, 0.0) for row in sent]),
-        mouse=samples(MouseSamples, [(at, 0.0, 0.0, 1.0) for at in times]), variables=samples(Variables, [
-            (at, 'controller', 'turning', str(1.0 <= at < 3.3)) for at in times]))), 'turn')
-    assert found is None if said is None else said in found
-
-
 # -- the IMU exercise
 
 def printed_run(number, late=0):

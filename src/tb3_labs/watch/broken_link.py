@@ -5,7 +5,7 @@ compares each with the number that the handout asks for by the node's *own* numb
 consequence of one mistake is not reported as another mistake.
 """
 from functools import cached_property, lru_cache
-from typing import Any, Callable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -35,8 +35,8 @@ class BrokenLink(NamedTuple):
     is_weak: bool = False
 
 
-#: A function that finds whether a link of a node is broken.
-Check = Callable[['NodeRun'], Optional[BrokenLink]]
+#: A function that yields the BrokenLinks of one link; the first of them is reported.
+Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 
 
 class NodeRun:
@@ -103,8 +103,7 @@ class NodeRun:
         return not len(self.reading_times) or self.runs_at(begin) and self.end_after(begin) >= end
 
     def constant_text(self, name: str, value: float) -> str:
-        """Returns a clause on a constant of the node that differs from the handout's `value`, else
-        ''."""
+        """Returns a clause on a constant of the node that is not the handout's `value`, else ''."""
         series = self.find(name.lower())
         own = series.value[-1] if series is not None else np.nan
         return '' if not np.isfinite(own) or own == value else \
@@ -120,8 +119,7 @@ def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns a broken link as a sentence. `assigned`: variable -> the lines of the node's file
-    that assign it."""
+    """Returns the sentence. `assigned`: variable -> the lines of the node's file that assign it."""
     name, words = broken.variable, broken.words
     lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
     place = '' if not lines else ' ({} is assigned in line{} {})'.format(
@@ -191,12 +189,11 @@ def expected(observation: str, right: Any) -> str:
     return f'{observation}; it should be {right}'
 
 
-def slow_commands(times: np.ndarray, begin: float) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of commands at these times, from `begin` on, if they come too seldom.
-    """
-    pause = float(np.median(np.diff(times)))
-    return None if pause <= LONGEST_COMMAND_GAP else BrokenLink(
-        f'commands came every {pause:.1f} s; the handout has ten a second', begin)
+def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
+    """Yields commands at these times, from `begin` on, that come too seldom."""
+    pause = np.median(np.diff(times))
+    if pause > LONGEST_COMMAND_GAP:
+        yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
 #: The fields of a command that no wheel follows: the name in Twists, and in the message.

@@ -1,5 +1,6 @@
 """The chain of each lab, as data: its links, their places in the lab sheets, and the variables by
 which a lab's node is known."""
+from itertools import islice
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
@@ -92,8 +93,6 @@ CHAINS: Dict[str, Sequence[Link]] = {
             'How large is each command?'), input_links.PAD_LINKS))}
 #: lab -> the variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
-#: The links that cost no points, and are remarked on with full marks.
-REMARKED = (turn_links.too_seldom, input_links.mouse_in_turn)
 
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
@@ -102,17 +101,16 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
     Without `weak`, a link is not broken if it is_weak."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
-            broken = link.check(node_run)
+            broken = next(link.check(node_run), None)
             if broken is not None and (weak or not broken.is_weak):
                 return link, broken
     return None
 
 
 def remarks(run: Any, lab: str) -> List[str]:
-    """Returns sentences on a node that earned all points."""
-    node_run = NodeRun(run)
-    found = [(link, link.check(node_run)) for link in CHAINS[lab] if link.check in REMARKED]
-    return [f'{sentence(broken)} See {link.place}.' for link, broken in found if broken]
+    """Returns sentences on a node that earned all points: its commands may come too seldom."""
+    broken = islice(turn_links.too_seldom(NodeRun(run)), 1) if lab == 'turn' else ()
+    return [f'{sentence(each)} See {TURN_STEP}.' for each in broken]
 
 
 def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:

@@ -4,7 +4,7 @@ A field of a command follows an axis, a button or a coordinate of the mouse, as 
 last messages, times a number. This number is found from the commands.
 """
 import json
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -40,13 +40,12 @@ class Device(NamedTuple):
         return np.maximum.accumulate(np.where(is_new, self.time, -np.inf))
 
     def index_at(self, times: np.ndarray) -> np.ndarray:
-        """Returns the index of the last message at each time, -1 if it came more than RECENT_TIME
-        before."""
+        """Returns the index of the last message at each time, -1 if it is not recent."""
         last = np.searchsorted(self.time, times + ARRIVAL_LEAD) - 1
         age = times - np.append(self.time, -np.inf)[last]
         return np.where(age <= RECENT_TIME, last, -1)
 
-    def held_inputs(self) -> Iterable[Tuple[float, float, np.ndarray]]:
+    def held_inputs(self) -> Iterator[Tuple[float, float, np.ndarray]]:
         """Yields (begin, end, row) of each time in which no input changed for HELD_TIME."""
         begins = np.unique(self.same_since)
         for begin, end in zip(begins, np.append(begins[1:], self.time[-1:])):
@@ -69,8 +68,7 @@ def stimulus_begin(node_run: NodeRun, name: str) -> float:
 
 
 def factor_of(series: Series, form: Quantity, share: float) -> float:
-    """Returns the number by which this share of a series is the form times the number; NaN if there
-    is none."""
+    """Returns the number by which this share of a series is number times form, else NaN."""
     last = form.at(series.time + ARRIVAL_LEAD)
     both = (series.value != 0.0) & (last != 0.0)
     if both.sum() < 3:
@@ -93,15 +91,15 @@ def followed_form(series: Series, forms: Sequence[Quantity], share: float,
 
 
 def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
-                 forms: List[Quantity], factor: float) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a field, linear.x or angular.z, that is not `factor` times the
-    first of the forms. It is weak if the field has the right sign and is not larger."""
+                 forms: List[Quantity], factor: float) -> Iterator[BrokenLink]:
+    """Yields a field, linear.x or angular.z, that is not `factor` times the first of the forms. It
+    is weak if the field has the right sign and is not larger."""
     last, value = device.index_at(commands.arrival), getattr(commands, name.split('.')[0])
     series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
     right = forms[0]
     wanted = factor * right.value[last]
     if not wanted.any():
-        return None
+        return
     own = [Quantity(each.name, each.time - READING_DELAY, each.value, 1.0)
            for each in node_run.variables.values() if len(set(each.text)) > 5
            and np.isfinite(each.value).all() and 'cmd' not in each.name]
@@ -111,13 +109,13 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
     if followed is not None:
         number, words = followed
         if words == right.words and abs(number / factor - 1.0) < 0.02:
-            return None
+            return
         is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
     else:
         is_wrong = settled & ~np.isfinite(ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))
         if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * (settled & (wanted != 0.0)).sum()):
-            return None
+            return
         row = device.value[last[np.argmax(is_wrong)]]
         here = settled & (device.value[last] == row).all(axis=1)
         text = 'was {:.2g} in {} of {} commands with {}'.format(
@@ -125,16 +123,14 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
             device.row_text(row))
     keeps_side = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     is_driven = settled & ((wanted != 0.0) | (series.value != 0.0))
-    return BrokenLink(expected(f'{name} {text}', f'{factor:g} times {right.words}'),
-                      float(series.time[np.argmax(is_wrong)]), name,
-                      bool(keeps_side[is_driven].all()))
+    yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {right.words}'),
+                     series.time[np.argmax(is_wrong)], name, keeps_side[is_driven].all())
 
 
 def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
-               is_ignored: Callable[[float, float], Any]) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of an input that is held without a command, or let go without a zero.
-    ``drives(row)``: does an input ask for a movement? ``is_ignored(begin, end)``: should the node
-    give no command in this time?"""
+               is_ignored: Callable[[float, float], Any]) -> Iterator[BrokenLink]:
+    """Yields inputs that are held without a command, or let go without a zero. ``drives(row)``: is
+    a movement asked for? ``is_ignored(begin, end)``: should the node give no command?"""
     times, speeds = commands.arrival, np.abs(commands.linear) + np.abs(commands.angular)
     for begin, end, row in device.held_inputs():
         if is_ignored(begin, end):
@@ -144,15 +140,13 @@ def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any
             times, (begin + ARRIVAL_LEAD, begin + ANSWER_DELAY, end))
         is_moving = before and speeds[before - 1] and begin - times[before - 1] < RECENT_TIME
         if drives(row) and before == last:
-            return BrokenLink(
+            yield BrokenLink(
                 f'with {inputs} nothing came on cmd_vel for {end - begin:.1f} s', begin)
         if not drives(row) and is_moving and (soon == before or speeds[soon - 1]):
-            return BrokenLink(f'no zero velocity followed with {inputs}: {soon - before} commands '
-                              f'came in {ANSWER_DELAY:g} s', begin)
-    return None
+            yield BrokenLink(f'no zero velocity followed with {inputs}: {soon - before} commands '
+                             f'came in {ANSWER_DELAY:g} s', begin)
 
 
-def law_link(laws: Callable[[NodeRun], List[Optional[BrokenLink]]], weak: bool) -> Check:
-    """Returns the Check for the first of the laws that is broken and is weak, or is not weak."""
-    return lambda node_run: next((each for each in node_run.cached(laws)
-                                  if each is not None and each.is_weak == weak), None)
+def law_link(laws: Callable[[NodeRun], List[BrokenLink]], weak: bool) -> Check:
+    """Returns the Check of those laws that are weak, or are not weak."""
+    return lambda node_run: (each for each in node_run.cached(laws) if each.is_weak == weak)

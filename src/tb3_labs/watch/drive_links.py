@@ -2,7 +2,7 @@
 -> goal -> command and end of each state -> silence. "Own" numbers are the node's variables.
 """
 from itertools import product
-from typing import Iterator, List, NamedTuple, Optional, Tuple
+from typing import Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -24,11 +24,11 @@ TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
 
-def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a has_control that does not follow ctrl_relinq."""
+def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a has_control that does not follow ctrl_relinq."""
     series, starts = node_run.find('has_control'), node_run.run.starts
     if series is None:
-        return None
+        return
     for begin, end, value in control_intervals(node_run):
         # a node that is started later does not receive the message
         if not starts and not node_run.runs_at(begin):
@@ -36,17 +36,15 @@ def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
         part = series.between(begin + LONGEST_LAG,
                               end if starts else min(end, node_run.end_after(begin)))
         if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
-            return BrokenLink(f'{part.time[-1] - begin:.1f} s after a {bool(value)} on ctrl_relinq '
-                              f'{series.name} was {part.text[-1]}', float(part.time[0]),
-                              series.name)
-    return None
+            yield BrokenLink(f'{part.time[-1] - begin:.1f} s after a {bool(value)} on ctrl_relinq '
+                             f'{series.name} was {part.text[-1]}', part.time[0], series.name)
 
 
-def state_kept(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a state that a reset did not set back."""
+def state_kept(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a state that a reset did not set back."""
     series = node_run.find('state')
     if series is None:
-        return None
+        return
     for frame in node_run.cached(frames):
         part = series.between(frame.begin + LONGEST_LAG, frame.end)
         soon = series.between(frame.begin - SHORT_LAG, frame.begin + LONGEST_LAG).text
@@ -54,14 +52,13 @@ def state_kept(node_run: NodeRun) -> Optional[BrokenLink]:
                 series.text_at(frame.begin - SHORT_LAG) == part.text[0] in STATES[1:]) and (
                 own_pose(node_run, part.time[:1]).error(ROTATE_TO_GOAL)
                 > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE):
-            return BrokenLink(
+            yield BrokenLink(
                 expected(f'{frame.words}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
                 frame.begin, series.name)
-    return None
 
 
-def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a goal that is not the one that was asked for."""
+def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a goal that is not the one that was asked for."""
     goals = node_run.run.goals      # in a recording they may be those of another node
     is_asked = len(goals) and len(node_run.run.starts)
     for name, requested in zip(GOAL, (goals.x, goals.y, goals.yaw)) if is_asked else ():
@@ -70,10 +67,9 @@ def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
         rights = [requested[0], np.degrees(requested[0]) if 'yaw' in name else requested[0]]
         if series is not None and is_constant(series) and (
                 np.abs(series.value[-1] - rights).min() > 1e-3):
-            return BrokenLink(expected(
+            yield BrokenLink(expected(
                 f'{series.name} is {shortened_value(series.text[-1])}', f'{requested[0]:g}'),
-                float(series.time[0]), series.name)
-    return None
+                series.time[0], series.name)
 
 
 class StateInterval(NamedTuple):
@@ -155,57 +151,57 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
     return min(found, key=lambda each: abs(each[1]) != requested, default=('', requested))
 
 
-def wrong_law(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the first BrokenLink of a state's commands, or of its end."""
+def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields wrong commands of a state, and a wrong end of it."""
     for part in node_run.cached(state_intervals):
-        broken = wrong_command(node_run, part) or wrong_end(node_run, part)
-        if broken is not None:
-            return broken
-    return None
+        yield from wrong_command(node_run, part)
+        yield from wrong_end(node_run, part)
 
 
-def wrong_command(node_run: NodeRun, part: StateInterval) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a state's commands that have not the side and the size of the law.
-    """
+def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
+    """Yields commands of a state that do not have the side and the size of the law."""
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
-        return None
+        return
     if not len(part.time):
         # a node waits for both sensors after a reset
         first = [min(samples.between(part.begin, part.end).arrival, default=np.inf)
                  for samples in (node_run.run.imu, node_run.run.odometry)]
-        return None if part.end - max(first) < 1.0 else BrokenLink(
-            f'in {part.state} no command came for {part.end - part.begin:.1f} s', part.begin)
+        if part.end - max(first) >= 1.0:
+            yield BrokenLink(f'in {part.state} no command came for {part.end - part.begin:.1f} s',
+                             part.begin)
+        return
     if part.state == MOVE_FORWARD:
-        speed = float(np.median(part.linear))
-        return None if 0.0 < speed <= MAX_SPEED + 0.01 else BrokenLink(
-            f'in {part.state} linear.x was {speed:.2f}, by the handout it is {DRIVE_SPEED:g}'
-            + ('' if speed else node_run.cached(other_field_text)), part.begin, 'linear.x')
+        speed = np.median(part.linear)
+        if not 0.0 < speed <= MAX_SPEED + 0.01:
+            yield BrokenLink(
+                f'in {part.state} linear.x was {speed:.2f}, by the handout it is {DRIVE_SPEED:g}'
+                + ('' if speed else node_run.cached(other_field_text)), part.begin, 'linear.x')
+        return
     (words, gain), (right, error) = fitted_formula(node_run, part), next(
         heading_errors(node_run, part))
     text = f'in {part.state} angular.z was '
     if words and (words != right or gain < 0.0):
-        return BrokenLink(f'{text}{gain:.2g} x ({words}); by the handout it is '
-                          f'{GAINS[part.state]:g} x ({right})', part.begin, 'angular.z')
+        yield BrokenLink(f'{text}{gain:.2g} x ({words}); by the handout it is '
+                         f'{GAINS[part.state]:g} x ({right})', part.begin, 'angular.z')
     turns = part.angular.any()
     is_wrong = part.angular * error < 0.0 if turns else part.angular == 0.0
     wrong = np.flatnonzero(is_wrong & (np.abs(error) > 2.0 * TOLERANCES[part.state]) & (
         np.abs(error) < 3.0))
-    if len(wrong) < 3:
-        return None
-    k = wrong[0]
-    return BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad' + (
-        '' if turns else node_run.cached(other_field_text)), part.time[k], 'angular.z')
+    if len(wrong) > 2:
+        k = wrong[0]
+        yield BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad' + (
+            '' if turns else node_run.cached(other_field_text)), part.time[k], 'angular.z')
 
 
-def wrong_end(node_run: NodeRun, part: StateInterval) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a state that does not end at its tolerance, or of an unknown state
-    that stays."""
+def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a state that does not end at its tolerance, and an unknown state that stays."""
     if part.state not in TOLERANCES:
         # a state more, which the node leaves by itself, is no mistake
         is_left = part.after in STATES or part.end - part.begin < 1.0
-        return None if part.state in STATES or is_left else BrokenLink(
-            f"state became {part.state}, which is none of {', '.join(STATES)}",
-            part.begin, 'state')
+        if part.state not in STATES and not is_left:
+            yield BrokenLink(f"state became {part.state}, which is none of {', '.join(STATES)}",
+                             part.begin, 'state')
+        return
     # between two readings the pose may have jumped
     times = node_run.reading_times
     times = times[(times >= part.begin) & (times <= part.end)]
@@ -215,18 +211,17 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Optional[BrokenLink]:
     for state in passed:
         last_error = pose.error(state)[-1]
         if last_error > TOLERANCES[state] + POSE_TOLERANCE:
-            return BrokenLink(f'state went from {part.state} to {part.after} at '
-                              + error_text(state, last_error), part.end, 'state')
+            yield BrokenLink(f'state went from {part.state} to {part.after} at '
+                             + error_text(state, last_error), part.end, 'state')
     error, tolerance = pose.error(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
     if part.after or not len(near) or part.end - times[near[0]] <= 1.0:
-        return None
+        return
     is_left = error[near[0]:].max() > tolerance + POSE_TOLERANCE
     if is_left or not part.angular[part.time > times[near[0]] + LONGEST_LAG].any():
-        return BrokenLink(
+        yield BrokenLink(
             f'state stayed {part.state} at ' + error_text(part.state, error[near[-1]]),
-            float(times[near[-1]]), 'state')
-    return None
+            times[near[-1]], 'state')
 
 
 def error_text(state: str, error: float) -> str:
@@ -235,9 +230,8 @@ def error_text(state: str, error: float) -> str:
     return f'a {kind} of {error:.2f} {unit}; {TOLERANCES[state]:g} is the tolerance'
 
 
-def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a node whose last command is not a zero at the goal, or after its
-    control was taken."""
+def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields commands, or a missing zero, at the goal and after control was taken."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     ends = [(part.begin, part.end, 'state became ' + GOAL_REACHED, is_moving | True)
@@ -253,32 +247,27 @@ def not_silent(node_run: NodeRun) -> Optional[BrokenLink]:
                               & is_counted)
         if len(late) > 3:
             k = late[0]
-            return BrokenLink(
+            yield BrokenLink(
                 f'{words}, and {len(late)} commands came later: linear.x {sent.linear[k]:.2f}, '
                 f'angular.z {sent.angular[k]:.2f}', sent.arrival[k])
         soon = last[sent.arrival[last] > begin - SHORT_LAG]
         if len(last) and is_moving[soon].all() and is_moving[last[-1]]:
             k = last[-1]
-            return BrokenLink(
+            yield BrokenLink(
                 f'{words}, and the last command was linear.x {sent.linear[k]:.2f}, angular.z '
                 f'{sent.angular[k]:.2f}: no zero followed', begin)
-    return None
 
 
-def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of commands that come too seldom, or the weak one of another gain or
-    speed."""
+def slow_law(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields commands that come too seldom, and, as weak, another gain or speed."""
     for part in node_run.cached(state_intervals):
         if len(part.time) < 4 or part.state not in TOLERANCES:
             continue
-        broken = slow_commands(part.time, part.begin)
-        if broken is not None:
-            return broken
+        yield from slow_commands(part.time, part.begin)
         name, requested, own = 'linear.x was', DRIVE_SPEED, float(np.median(part.linear))
         if part.state in GAINS:
             name, requested = 'angular.z was the error times', GAINS[part.state]
             own = fitted_formula(node_run, part)[1]
         if abs(own - requested) > 0.05 * requested:
-            return BrokenLink(f'in {part.state} {name} {own:.2g}, by the handout it is '
-                              f'{requested:g}', part.begin, is_weak=True)
-    return None
+            yield BrokenLink(f'in {part.state} {name} {own:.2g}, by the handout it is '
+                             f'{requested:g}', part.begin, is_weak=True)

@@ -5,7 +5,7 @@ Places are complex numbers here, x + iy. Angles are compared on the unit circle,
 """
 import re
 from itertools import islice, product
-from typing import Any, Iterator, Optional, Tuple
+from typing import Any, Iterator, Tuple
 
 import numpy as np
 
@@ -125,37 +125,34 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
     return np.imag(value) if name.endswith('y') and np.iscomplexobj(value) else np.real(value)
 
 
-def wrong_pose(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a variable of the local pose, or of its reference if this is wrong,
-    too."""
+def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields the wrong variables of the local pose, first their wrong references."""
     known = node_run.cached(frames)
     for (before, frame), name in product(zip(known[:1] + known, known), REFERENCES_OF):
-        wrong = wrong_variable(node_run, before, frame, name)
-        if wrong is not None:
-            references = (wrong_variable(node_run, before, frame, each)
-                          for each in REFERENCES_OF[name])
-            return next(filter(None, references), wrong)
-    return None
+        for wrong in wrong_variable(node_run, before, frame, name):
+            for reference in REFERENCES_OF[name]:
+                yield from wrong_variable(node_run, before, frame, reference)
+            yield wrong
 
 
 def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
-                   name: str) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a variable that does not follow the right quantity in a frame."""
+                   name: str) -> Iterator[BrokenLink]:
+    """Yields a variable that does not follow the right quantity in a frame."""
     series, is_local = node_run.find(name), name in REFERENCES_OF
     if series is None or np.isnan([frame.place, frame.odometry_yaw, frame.imu_yaw]).any():
-        return None
+        return
     rights = list(islice(pose_quantities(node_run, before, frame, name), 2))
     right = rights[0]
     # a node knows nothing of the frame before its first message in it
     first = right.time[right.time >= frame.begin][:1]
     if not len(first):
-        return None
+        return
     value = comparable(name, series.value * (unit_of(series) if is_local else 1.0))
     part = part_with_control(node_run, Series(name, series.time, series.text, value).between(
         first[0] + LONGEST_LAG, frame.end))
     if np.isfinite(part.value).sum() < FEWEST_VALUES or matching_quantities(
             part, rights, RIGHT_SHARE):
-        return None
+        return
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max(initial=0.0)
     words = ''
     if moved > 2.0 * POSE_TOLERANCE or not is_local:
@@ -165,10 +162,10 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
             series.text_at(frame.begin - SHORT_LAG) == part.text[0])):
         words = 'stayed ' + shortened_value(part.text[0])
     elif not is_local and 'followed' not in words:
-        return None         # it has another meaning here
+        return      # it has another meaning here
     should = right.value[np.searchsorted(right.time, part.time).clip(1) - 1]
     worst = int(np.argmax(np.nan_to_num(np.abs(part.value - should), nan=-1.0)))
-    return BrokenLink('{}: it was {} when this was {:.3g}'.format(
+    yield BrokenLink('{}: it was {} when this was {:.3g}'.format(
         expected(f'{frame.words}{series.name} {words}', right.words),
         shortened_value(part.text[worst]),
         np.angle(should[worst]) if 'yaw' in name else should[worst]),
@@ -176,8 +173,7 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
 
 
 def followed_text(node_run: NodeRun, before: Frame, frame: Frame, name: str, part: Series) -> str:
-    """Returns a clause on the quantities with the fewest mistakes that a variable follows, else
-    ''."""
+    """Returns a clause on the followed quantities with the fewest mistakes, '' if there is none."""
     found = matching_quantities(
         part, pose_quantities(node_run, before, frame, name), RIGHT_SHARE)
     fewest = min((each.mistakes for each in found), default=0)

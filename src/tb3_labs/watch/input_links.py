@@ -1,12 +1,12 @@
 """The chains of the gamepad lab, of the mouse in the IMU lab, and of the IMU exercise.
 
     pad:     axes -> command; buttons -> has_control -> ctrl_relinq -> command; button -> reset
-    mouse:   place, active -> command, none in a turn
+    mouse:   place, active -> command
     printed: the IMU's heading -> the number that is printed
 """
 import re
 from itertools import product
-from typing import List, Optional
+from typing import Iterator, List, Optional
 
 import numpy as np
 
@@ -27,8 +27,7 @@ FORWARD_STICK, TURNING_STICK = 'left stick up', 'right stick left'
 
 
 def driving_axes(node_run: NodeRun) -> List[int]:
-    """Returns the axes that drive and turn on the pad that the check played, or those of the
-    handout."""
+    """Returns the axes of the pad that the check played, or of the handout: driving, turning."""
     found = []
     for stimulus, usual in ((FORWARD_STICK, LINEAR_AXIS), (TURNING_STICK, ANGULAR_AXIS)):
         begin = stimulus_begin(node_run, stimulus)
@@ -50,20 +49,19 @@ def pad_of(node_run: NodeRun) -> Device:
     return Device(received.arrival, np.hstack([received.axes, received.buttons]), names)
 
 
-def stick_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
-    """Returns the BrokenLink of each field that should follow a stick; it is weak if the pad is not
-    known."""
+def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
+    """Returns the fields that do not follow their stick; weak ones if the pad is not known."""
     pad, (forward, turning) = pad_of(node_run), node_run.cached(driving_axes)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
-    found = [wrong_factor(node_run, pad, node_run.commands, field, [forms[axis], *forms], factor)
-             for field, axis, factor in (('linear.x', forward, MAX_SPEED),
-                                         ('angular.z', turning, MAX_TURN))]
-    return [each and each._replace(is_weak=each.is_weak or not pad_is_known(node_run))
-            for each in found]
+    return [each._replace(is_weak=each.is_weak or not pad_is_known(node_run))
+            for field, axis, factor in (('linear.x', forward, MAX_SPEED),
+                                        ('angular.z', turning, MAX_TURN))
+            for each in wrong_factor(node_run, pad, node_run.commands, field,
+                                     [forms[axis], *forms], factor)]
 
 
-def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a button: A hands the robot over, B takes it, Y calls the reset."""
+def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iterator[BrokenLink]:
+    """Yields a wrong button: A hands the robot over, B takes it, Y calls the reset."""
     control, times = node_run.run.control, node_run.commands.arrival
     is_soon = (control.arrival > begin) & (control.arrival < min(end, begin + 1.0))
     published = 'nothing' if not is_soon.any() else str(control.value[is_soon][-1] == 1.0)
@@ -71,31 +69,32 @@ def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Opti
     resets = sum(begin < time < end for time, _ in events_of(node_run, 'call'))
     is_right = {'A': published == 'True' and not commands and not resets,
                 'B': published == 'False' and not resets, 'Y': resets > 0}
-    return None if is_right[name] or begin == np.inf else BrokenLink(
-        f'after {name} ctrl_relinq said {published}, {commands} commands came, and {resets} resets '
-        'were called', begin)
+    if begin < np.inf and not is_right[name]:
+        yield BrokenLink(f'after {name} ctrl_relinq said {published}, {commands} commands came, '
+                         f'and {resets} resets were called', begin)
 
 
-def wrong_control(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the first BrokenLink of the sticks without commands and of the buttons, with the flag
-    of the node that a button changed."""
+def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields the first stick without a command or wrong button, with a flag that a button changed.
+    """
     begins = a, b, y = [stimulus_begin(node_run, name) for name in 'ABY']
-    ignored = unanswered(
+    ignored = next(unanswered(
         node_run.commands, pad_of(node_run), lambda row: row[node_run.cached(driving_axes)].any(),
-        lambda begin, end: not pad_is_known(node_run) or a <= begin < b)
-    buttons = [wrong_button(node_run, name, begin, end) for name, begin, end in (
-        ('A', a, b), ('B', b, y), ('Y', y, np.inf))]
-    broken = min(filter(None, [ignored, *buttons]), key=lambda each: each.moment, default=None)
-    if broken is None:
-        return None
+        lambda begin, end: not pad_is_known(node_run) or a <= begin < b), None)
+    found = [ignored] if ignored is not None else []
+    for name, begin, end in (('A', a, b), ('B', b, y), ('Y', y, np.inf)):
+        found += wrong_button(node_run, name, begin, end)
+    if not found:
+        return
+    broken = min(found, key=lambda each: each.moment)
     before = [begin for begin in begins if begin <= broken.moment]
     for series in node_run.variables.values():
         if set(series.text) == {'True', 'False'} and any(
                 series.at(begin) != series.at(begin + ANSWER_DELAY) for begin in before):
             text = series.text_at(broken.moment + ANSWER_DELAY)
-            return BrokenLink(f'{broken.words}; {series.name} was {text}', broken.moment,
-                              series.name if broken is ignored else '')
-    return broken
+            yield BrokenLink(f'{broken.words}; {series.name} was {text}', broken.moment,
+                             series.name if broken is ignored else '')
+    yield broken
 
 
 PAD_LINKS = law_link(stick_laws, weak=False), wrong_control, law_link(stick_laws, weak=True)
@@ -104,8 +103,6 @@ PAD_LINKS = law_link(stick_laws, weak=False), wrong_control, law_link(stick_laws
 
 #: `turning` is known within KNOWN_WITHIN [s].
 KNOWN_WITHIN = 0.15
-#: Two callbacks publish if this share of the commands in a turn begin or end a zero.
-MIXED_SHARE = 0.3
 #: No turn comes before this stimulus.
 BESIDE = 'l beside the mouse'
 
@@ -119,8 +116,7 @@ def mouse_of(node_run: NodeRun) -> Device:
 
 
 def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
-    """Returns the share of the time around these times in which the node turned; 0.5 if it is not
-    known."""
+    """Returns the share of the time around each time in which the node turned, 0.5 if unknown."""
     turning = node_run.flag('turning')
     if turning is None:
         return 0.5 * (times > stimulus_begin(node_run, BESIDE))
@@ -128,8 +124,8 @@ def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
                                turning.at(time)).mean() for time in times])
 
 
-def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
-    """Returns the BrokenLink of each field that should follow the mouse."""
+def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
+    """Returns the fields that do not follow the mouse."""
     commands, received, mouse = node_run.commands, node_run.run.mouse, mouse_of(node_run)
     commands = commands.take(turning_share(node_run, commands.arrival) == 0.0)
     x_is_far, y_is_far = (np.abs(each) > MOUSE_DEAD_ZONE for each in (received.x, received.y))
@@ -145,14 +141,14 @@ def mouse_laws(node_run: NodeRun) -> List[Optional[BrokenLink]]:
     if not any(event['up'] for _, event in events_of(node_run, 'mouse client')):
         y = np.append(received.y, 0.0)[mouse.index_at(commands.arrival)]
         up = np.sign(np.dot(commands.linear, y)) or 1.0
-    return [wrong_factor(node_run, mouse, commands, field, forms[axis] + forms[other], factor)
-            for field, axis, other, factor in (('linear.x', 'y', 'x', up * MOUSE_FULL),
-                                               ('angular.z', 'x', 'y', -MOUSE_FULL))]
+    return [*wrong_factor(node_run, mouse, commands, 'linear.x', forms['y'] + forms['x'],
+                          up * MOUSE_FULL),
+            *wrong_factor(node_run, mouse, commands, 'angular.z', forms['x'] + forms['y'],
+                          -MOUSE_FULL)]
 
 
-def mouse_ignored(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a mouse without commands, or without a zero in its middle or when
-    it is deactivated."""
+def mouse_ignored(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a mouse without commands, or without a zero in the middle or when it is inactive."""
     return unanswered(
         node_run.commands, mouse_of(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
@@ -160,20 +156,7 @@ def mouse_ignored(node_run: NodeRun) -> Optional[BrokenLink]:
             node_run, np.arange(begin - KNOWN_WITHIN, end, KNOWN_WITHIN)).any())
 
 
-def mouse_in_turn(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of the mouse's zeros between the commands of a turn."""
-    commands = node_run.commands
-    inner = commands.take((turning_share(node_run, commands.arrival) == 1.0) & (
-        mouse_of(node_run).index_at(commands.arrival) >= 0))
-    is_zero = inner.angular == 0.0
-    if len(inner) < 3 or np.diff(is_zero).mean() < MIXED_SHARE:
-        return None
-    return BrokenLink(f'{is_zero.sum()} of {len(inner)} commands while turning was True were those '
-                      'of the mouse', float(inner.arrival[np.argmax(is_zero)]))
-
-
-MOUSE_LINKS = (law_link(mouse_laws, weak=False), mouse_ignored, mouse_in_turn,
-               law_link(mouse_laws, weak=True))
+MOUSE_LINKS = law_link(mouse_laws, weak=False), mouse_ignored, law_link(mouse_laws, weak=True)
 
 # -- the IMU exercise
 
@@ -193,20 +176,21 @@ def printed_headings(node_run: NodeRun) -> Series:
                   numbers, numbers.astype(float))
 
 
-def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a printed number that is not the heading from 0 to 360."""
+def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a printed number that is not the heading from 0 to 360."""
     series, quantities = printed_headings(node_run), node_run.imu_quantities
     right = quantities[0]
     if len(series.time) < 3 or not len(right.time):
-        return None
-    followed = next(iter(matching_quantities(series, quantities)), None)
+        return
+    found = matching_quantities(series, quantities)
+    followed = found[0] if found else None
     if followed is None and not is_constant(series):
         followed = heading_from_another_zero(series, right, 1.0) or late_quantity(
             series, quantities)
-    if followed is None:
-        return followed_heading(series, quantities)[1]
-    return None if followed is right else wrong_value(
+    broken = followed_heading(series, quantities)[1] if followed is None else wrong_value(
         series, expected('follows ' + followed.words, right.words), right)
+    if followed is not right and broken is not None:
+        yield broken
 
 
 def late_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:

@@ -1,5 +1,5 @@
 """The chain of the IMU lab: heading -> curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import List, Optional, Tuple
+from typing import Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -19,19 +19,20 @@ OVER_TOLERANCE = 4.0
 FINER_TIME = 2.5
 
 
-def wrong_heading(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a curr_yaw that is not a usable heading."""
-    return node_run.cached(own_heading).broken
+def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a curr_yaw that is not a usable heading."""
+    broken = node_run.cached(own_heading).broken
+    if broken is not None:
+        yield broken
 
 
-def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a goal_yaw that is not 90 degrees beside curr_yaw after a letter,
-    or does not stay."""
+def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a goal_yaw that a letter did not set to 90 degrees from curr_yaw, or does not stay."""
     series, quantity, _ = node_run.cached(own_heading)
     goal, turning = node_run.find('goal_yaw'), node_run.flag('turning')
     right: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
-        return None
+        return
     unit = quantity.per_degree
     for turn in node_run.cached(turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
@@ -45,7 +46,7 @@ def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
             right = right or turn
             goals = turn.goal[turn.moving]
             if len(set(goals)) > 5 and abs(goals[-1] - after) > NEAR * unit:
-                return BrokenLink(
+                yield BrokenLink(
                     f'{goal.name} went on from {after:.4g} to {goals[-1]:.4g} in the turn after '
                     f'{turn.letter}; it should stay', turn.begin, goal.name)
             continue
@@ -55,8 +56,7 @@ def wrong_goal(node_run: NodeRun) -> Optional[BrokenLink]:
             '{:.4g}'.format((turn.own + turn.side * TURN_DEG * unit) % (360.0 * unit))
         words = expected(f'after {turn.letter}, with {series.name} {turn.own:.4g}, {goal.name} '
                          + goal_text, right_text)
-        return BrokenLink(words + goal_remark(node_run, turn, right), turn.begin, goal.name)
-    return None
+        yield BrokenLink(words + goal_remark(node_run, turn, right), turn.begin, goal.name)
 
 
 def goal_remark(node_run: NodeRun, turn: Turn, right: Optional[Turn]) -> str:
@@ -76,57 +76,53 @@ def goal_remark(node_run: NodeRun, turn: Turn, right: Optional[Turn]) -> str:
     return words
 
 
-def not_turning(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a `turning` that does not become True by a letter."""
+def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a `turning` that does not become True by a letter."""
     turning = node_run.flag('turning')
     if turning is None:
-        return None
+        return
     for turn in node_run.cached(turns):
         part = turning.between(turn.begin + READING_PERIOD / 2.0, min(turn.end, turn.begin + 1.0))
         if len(part.value) > 4 and not part.value.any():
             is_known = np.isfinite(turn.error[:1]).any()
             error = f', at an error of {turn.error[0]:+.0f} degrees' if is_known else ''
             value = part.text[-1]
-            return BrokenLink(f'after {turn.letter}{error}, {turning.name} stayed {value}, or was '
-                              f'{value} again at once', turn.begin, turning.name)
-    return None
+            yield BrokenLink(f'after {turn.letter}{error}, {turning.name} stayed {value}, or was '
+                             f'{value} again at once', turn.begin, turning.name)
 
 
-def too_seldom(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of commands that come less than ten times a second, or of zeros from
-    elsewhere."""
+def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields commands that come too seldom, and zeros from elsewhere."""
     turning = node_run.flag('turning')
     for turn in node_run.cached(turns):
         moving, letter = turn.moving, turn.letter
         if not len(turn.time) and turning is not None and turning.between(
                 turn.begin, min(turn.end, turn.begin + 1.0)).value.sum() > 10:
-            return BrokenLink(f'after {letter} {turning.name} was True, and no command came',
-                              turn.begin)
+            yield BrokenLink(f'after {letter} {turning.name} was True, and no command came',
+                             turn.begin)
         if len(moving) in (1, 2) and moving[-1] == len(turn.time) - 1 and (
                 turn.end - turn.time[-1] > LONGEST_COMMAND_GAP):
-            return BrokenLink('after {} the command {:+.2f} rad/s came {}, and then none'.format(
+            yield BrokenLink('after {} the command {:+.2f} rad/s came {}, and then none'.format(
                 letter, turn.command[-1], 'once' if len(moving) == 1 else 'twice'), turn.begin)
         if len(moving) < 3:
             continue
         span = slice(moving[0], moving[-1] + 1)
         is_zero = turn.command[span] == 0.0
-        broken = slow_commands(turn.time[span], turn.begin)
-        if broken is not None:
-            return broken
+        yield from slow_commands(turn.time[span], turn.begin)
         if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
-            return BrokenLink(f'{is_zero.sum()} of {len(is_zero)} commands in the turn after '
-                              f'{letter} were zero: another callback publishes, too', turn.begin)
-    return None
+            yield BrokenLink(f'{is_zero.sum()} of {len(is_zero)} commands in the turn after '
+                             f'{letter} were zero: another callback publishes, too', turn.begin)
 
 
-def wrong_command(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of commands without a speed, to the wrong side, or over the limits."""
+def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields commands without a speed, to the wrong side, or over the limits."""
     for turn in node_run.cached(turns):
         if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR:
-            return BrokenLink(
+            yield BrokenLink(
                 f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
                 f'stayed 0{other_field_text(node_run)}', turn.begin, 'angular.z')
-    return wrong_side(node_run) or over_the_limits(node_run)
+    yield from wrong_side(node_run)
+    yield from over_the_limits(node_run)
 
 
 #: A turn, and the index of one of its commands.
@@ -137,8 +133,8 @@ KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 18
          ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
 
 
-def wrong_side(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of commands that turn away from the goal."""
+def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields commands that turn away from the goal."""
     wrong: List[Command] = []
     right: List[Command] = []
     for turn in node_run.cached(turns):
@@ -146,7 +142,7 @@ def wrong_side(node_run: NodeRun) -> Optional[BrokenLink]:
         for k in np.flatnonzero(is_clear & (np.abs(turn.command) > 0.02)):
             (wrong if turn.command[k] * turn.error[k] < 0.0 else right).append((turn, int(k)))
     if len(wrong) < 2:
-        return None
+        return
     turn, k = wrong[0]
     words = turn.command_text(k)
     if len(set(turn.command[turn.moving])) == 1 and len(turn.moving) > 5 and (
@@ -159,7 +155,7 @@ def wrong_side(node_run: NodeRun) -> Optional[BrokenLink]:
                  if any(is_kind(*each) for each in right)
                  and not any(is_kind(*each) for each in wrong)]
         words += steering_source_text(node_run) or ''.join(kinds[:1])
-    return BrokenLink(words, turn.time[k], 'angular.z')
+    yield BrokenLink(words, turn.time[k], 'angular.z')
 
 
 def steering_source_text(node_run: NodeRun) -> str:
@@ -180,30 +176,29 @@ def steering_source_text(node_run: NodeRun) -> str:
     return ''
 
 
-def over_the_limits(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a command that is too fast, or drives forward in a turn."""
+def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a command that is too fast, or drives forward in a turn."""
     sent = node_run.commands
     for turn in node_run.cached(turns):
         if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
             k = int(np.argmax(np.abs(turn.command)))
-            return BrokenLink(
+            yield BrokenLink(
                 f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for'
                 + node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z), turn.time[k], 'angular.z')
         ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving])]
         if (np.abs(ahead) > 0.01).sum() > 2:
-            return BrokenLink(f'in the turn after {turn.letter} linear.x was {ahead[1]:.2g}',
-                              turn.begin, 'linear.x')
-    return None
+            yield BrokenLink(f'in the turn after {turn.letter} linear.x was {ahead[1]:.2g}',
+                             turn.begin, 'linear.x')
 
 
-def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a turn that does not end within the tolerance by a zero."""
+def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a turn that does not end within the tolerance by a zero."""
     turning, limit = node_run.flag('turning'), HDG_TOL + OVER_TOLERANCE
     own_tolerance = node_run.constant_text('HDG_TOL', HDG_TOL)
     for turn in node_run.cached(turns):
         if not len(turn.moving):
             if ended_at_once(turn, turning):
-                return BrokenLink(
+                yield BrokenLink(
                     f'the turn after {turn.letter} was ended at once, at an error of '
                     f'{turn.error[0]:+.0f} degrees; {HDG_TOL:g} are the tolerance{own_tolerance}',
                     float(turn.time[0]), 'turning')
@@ -211,14 +206,13 @@ def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
         last = int(turn.moving[-1])
         is_ended = last + 1 < len(turn.time)
         if is_ended and abs(turn.error[last + 1]) > limit:
-            return BrokenLink(
+            yield BrokenLink(
                 f'the turn after {turn.letter} was ended at an error of {turn.error[last + 1]:+.0f}'
                 f' degrees; {HDG_TOL:g} are the tolerance'
-                + (own_tolerance or same_time_text(node_run)),
-                turn.time[last + 1], 'turning')
+                + (own_tolerance or same_time_text(node_run)), turn.time[last + 1], 'turning')
         if not is_ended and turn.end - turn.time[last] > LONGEST_COMMAND_GAP:
-            return BrokenLink(f'no zero followed the last command of the turn after {turn.letter}: '
-                              + turn.command_text(last), turn.time[last], 'angular.z')
+            yield BrokenLink(f'no zero followed the last command of the turn after {turn.letter}: '
+                             + turn.command_text(last), turn.time[last], 'angular.z')
         inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
         if not len(inner):
             continue
@@ -229,10 +223,9 @@ def wrong_stop(node_run: NodeRun) -> Optional[BrokenLink]:
             np.abs(turn.error[first:last + 1]).max() < HDG_TOL)
         if more > 0.5 and not is_finer:
             is_on = turning is not None and turning.at(begin + 0.3) == 1.0
-            return BrokenLink('{}, and the turn after {} went on{}{}'.format(
+            yield BrokenLink('{}, and the turn after {} went on{}{}'.format(
                 turn.command_text(first), turn.letter, ', with turning still True' if is_on else '',
                 own_tolerance), begin, 'turning')
-    return None
 
 
 def ended_at_once(turn: Turn, turning: Optional[Series]) -> bool:
@@ -252,29 +245,26 @@ def same_time_text(node_run: NodeRun) -> str:
     return f'; each turn took {np.mean(took):.1f} s, at whatever error it ended' if is_same else ''
 
 
-def not_over(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the BrokenLink of a `turning` that is still True at the next letter. Letters that are
-    not recorded are known by `turning`."""
+def not_over(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a `turning` that is still True at the next letter. Without recorded letters it is not
+    known."""
     turning, found = node_run.flag('turning'), node_run.cached(turns)
     if turning is None or not len(node_run.run.letters):
-        return None
+        return
     for before, turn in zip(found[:1] + found, found):
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and (before is turn or not before.is_cut):
-            return BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
-                              'not become False at the goal before', turn.begin, turning.name)
-    return None
+            yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
+                             'not become False at the goal before', turn.begin, turning.name)
 
 
-def slow_law(node_run: NodeRun) -> Optional[BrokenLink]:
-    """Returns the weak BrokenLink of commands below the gain times the error."""
+def slow_law(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields, as weak, commands below the gain times the error."""
     for turn in node_run.cached(turns):
         is_right = turn.command * turn.error > 0.0
         clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & is_right)
         if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:
             k = clear[0]
-            return BrokenLink('{}, by the handout it is {:+.2f}{}{}'.format(
+            yield BrokenLink('{}, by the handout it is {:+.2f}{}{}'.format(
                 turn.command_text(k), np.copysign(MAX_ANG_Z, turn.error[k]),
                 node_run.constant_text('K_HDG', K_HDG),
-                node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z)),
-                turn.time[k], 'angular.z', is_weak=True)
-    return None
+                node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z)), turn.time[k], 'angular.z', True)
