@@ -17,9 +17,9 @@ from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Values, Variables
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
-from tb3_labs.watch.drive_links import StateInterval, not_silent, state_kept
+from tb3_labs.watch.drive_links import not_silent, state_kept
 from tb3_labs.watch.drive_pose import place_quantities, wrong_pose
-from tb3_labs.watch.local_frames import POSE_TOLERANCE, Frame
+from tb3_labs.watch.drive_states import POSE_TOLERANCE, Frame, StateInterval
 from tb3_labs.watch.quantities import RECENT_TIME
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'

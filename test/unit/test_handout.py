@@ -90,7 +90,7 @@ from test_movements import drives_of, run_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import move2goal, ros_move2goal
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig
-from tb3_labs.watch.local_frames import own_pose
+from tb3_labs.watch.drive_states import own_pose
 from tb3_labs.watch.variables import Series
 
 given = []

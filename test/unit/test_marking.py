@@ -259,7 +259,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
         ('start', 1.5, 'the node is started')]
 
 
-def test_the_drives_of_a_mark_are_in_their_local_frames():
+def test_the_drives_of_a_mark_are_in_their_drive_states():
     """The second one's frame stands at (1, 2) in the world, turned by 90 degrees."""
     local = Pose2(1.0, 2.0, math.pi / 2.0).inverse()
     frames = [[0.0, 0.0, 0.0], [local.x, local.y, local.yaw]]

@@ -2,7 +2,7 @@
 -> goal -> command and end of each state -> silence. "Own" numbers are the node's variables.
 """
 from itertools import product
-from typing import Iterator, List, NamedTuple, Tuple
+from typing import Iterator, Tuple
 
 import numpy as np
 
@@ -11,11 +11,10 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
 from tb3_labs.watch.broken_link import (
-    LONGEST_READING_GAP, BrokenLink, NodeRun, expected, is_constant, other_field_text,
-    slow_commands)
-from tb3_labs.watch.local_frames import (
-    GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, Pose, control_intervals, frames,
-    own_pose, part_with_control)
+    BrokenLink, NodeRun, expected, is_constant, other_field_text, slow_commands)
+from tb3_labs.watch.drive_states import (
+    GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval, control_intervals,
+    frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
 #: The tolerance of each state [rad], [m]; the gain of each rotation [1/s].
@@ -70,45 +69,6 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield BrokenLink(expected(
                 f'{series.name} is {shortened_value(series.text[-1])}', f'{requested[0]:g}'),
                 series.time[0], series.name)
-
-
-class StateInterval(NamedTuple):
-    """The time in one state with control: the first and the last reading in it [s], and the state
-    after it, '' if it is not known. Arrays with a value for each command: its time, linear.x,
-    angular.z, and the own Pose."""
-
-    state: str
-    begin: float
-    end: float
-    after: str
-    time: np.ndarray
-    linear: np.ndarray
-    angular: np.ndarray
-    pose: Pose
-
-
-def state_intervals(node_run: NodeRun) -> List[StateInterval]:
-    """Returns the StateIntervals of a run, in their order; [] without the handout's variables."""
-    series, found, sent = node_run.find('state'), [], node_run.commands
-    if series is None or not set(series.text) & set(STATES):
-        return []
-    cuts = [*(each.begin for each in node_run.cached(frames)), *node_run.run.control.arrival]
-    gaps = series.time[1:][np.diff(series.time) > LONGEST_READING_GAP]
-    edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
-    for begin, end in zip(edges[:-1], edges[1:]):
-        part = part_with_control(node_run, series.between(begin, end), 0.0)
-        error = own_pose(node_run, part.time).error(ROTATE_TO_GOAL)
-        if np.isnan(error).all():
-            continue
-        is_change = end in series.changes and end not in gaps and (
-            np.abs(np.subtract(cuts, end)) > SHORT_LAG).all()
-        commands = sent.take((sent.arrival > part.time[0] - SHORT_LAG / 2.0) & (
-            sent.arrival <= part.time[-1]))
-        found.append(StateInterval(
-            str(part.text[-1]), part.time[0], part.time[-1],
-            series.text_at(end) if is_change else '', commands.arrival, commands.linear,
-            commands.angular, own_pose(node_run, commands.arrival)))
-    return found
 
 
 def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str, np.ndarray]]:

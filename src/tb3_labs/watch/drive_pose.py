@@ -10,7 +10,7 @@ from typing import Any, Iterator, Tuple
 import numpy as np
 
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected
-from tb3_labs.watch.local_frames import (
+from tb3_labs.watch.drive_states import (
     LONGEST_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, frames,
     part_with_control, unit_of)
 from tb3_labs.watch.quantities import SAME_SHARE, Quantity, ages, matching_quantities

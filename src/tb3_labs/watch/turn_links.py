@@ -1,20 +1,17 @@
 """The chain of the IMU lab: heading -> curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import Iterator, List, Optional, Tuple
+from typing import Iterator, List, Optional
 
 import numpy as np
 
 from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
-from tb3_labs.watch.typed_turns import READING_PERIOD, Turn, by_the_short_way, own_heading, turns
-from tb3_labs.watch.variables import Series, shortened_value, to_number
+from tb3_labs.watch.typed_turns import (
+    CLEAR, OVER_TOLERANCE, READING_PERIOD, Turn, by_the_short_way, own_heading, turns)
+from tb3_labs.watch.variables import shortened_value, to_number
 
 #: An angle is right within NEAR [deg].
 NEAR = 3.0
-#: The side of an error is clear if the error is between CLEAR and 180 - CLEAR [deg].
-CLEAR = 20.0
-#: A turn ends by at most this over the tolerance [deg].
-OVER_TOLERANCE = 4.0
 #: A finer tolerance than the handout's is reached in this time [s].
 FINER_TIME = 2.5
 
@@ -125,8 +122,6 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     yield from over_the_limits(node_run)
 
 
-#: A turn, and the index of one of its commands.
-Command = Tuple[Turn, int]
 #: Kinds of commands: words, and whether a command is of this kind.
 KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
          ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
@@ -135,12 +130,9 @@ KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 18
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that turn away from the goal."""
-    wrong: List[Command] = []
-    right: List[Command] = []
-    for turn in node_run.cached(turns):
-        is_clear = (np.abs(turn.error) > CLEAR) & (np.abs(turn.error) < 180.0 - CLEAR)
-        for k in np.flatnonzero(is_clear & (np.abs(turn.command) > 0.02)):
-            (wrong if turn.command[k] * turn.error[k] < 0.0 else right).append((turn, int(k)))
+    commands = [(turn, k) for turn in node_run.cached(turns) for k in turn.clear]
+    wrong = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] < 0.0]
+    right = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] > 0.0]
     if len(wrong) < 2:
         return
     turn, k = wrong[0]
@@ -197,11 +189,11 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
     own_tolerance = node_run.constant_text('HDG_TOL', HDG_TOL)
     for turn in node_run.cached(turns):
         if not len(turn.moving):
-            if ended_at_once(turn, turning):
+            if turning is not None and turn.ends_at_once(turning):
                 yield BrokenLink(
                     f'the turn after {turn.letter} was ended at once, at an error of '
                     f'{turn.error[0]:+.0f} degrees; {HDG_TOL:g} are the tolerance{own_tolerance}',
-                    float(turn.time[0]), 'turning')
+                    turn.time[0], 'turning')
             continue
         last = int(turn.moving[-1])
         is_ended = last + 1 < len(turn.time)
@@ -226,16 +218,6 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield BrokenLink('{}, and the turn after {} went on{}{}'.format(
                 turn.command_text(first), turn.letter, ', with turning still True' if is_on else '',
                 own_tolerance), begin, 'turning')
-
-
-def ended_at_once(turn: Turn, turning: Optional[Series]) -> bool:
-    """Was `turning` True, and False by the first command, far from the goal?"""
-    if turning is None or not len(turn.time) or turn.is_cut or not (
-            abs(turn.error[0]) > HDG_TOL + OVER_TOLERANCE):
-        return False
-    over = turn.time[0] + 2.0 * READING_PERIOD
-    before, later = turning.between(turn.begin, over).value, turning.between(over, turn.end).value
-    return bool(before.any() and len(later) > 4 and not later.any())
 
 
 def same_time_text(node_run: NodeRun) -> str:

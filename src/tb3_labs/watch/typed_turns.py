@@ -4,7 +4,7 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.handout import MOUSE_DEAD_ZONE, TURN_DEG
+from tb3_labs.handout import HDG_TOL, MOUSE_DEAD_ZONE, TURN_DEG
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, followed_heading, is_usable_heading)
 from tb3_labs.watch.quantities import Quantity, heading_from_another_zero, matching_quantities
@@ -12,6 +12,10 @@ from tb3_labs.watch.variables import Series
 
 #: A node reads a letter within LETTER_DELAY [s]. Variables are read every READING_PERIOD [s].
 LETTER_DELAY, READING_PERIOD = 3.0, 0.06
+#: The side of an error is clear if the error is between CLEAR and 180 - CLEAR [deg].
+CLEAR = 20.0
+#: A turn ends by at most this over the tolerance [deg].
+OVER_TOLERANCE = 4.0
 #: A variable with another name is the heading only if its range is larger.
 LEAST_RANGE = 0.5
 
@@ -58,6 +62,21 @@ class Turn:
     def moving(self) -> np.ndarray:
         """The indices of the commands that turn."""
         return np.flatnonzero(self.command)
+
+    @property
+    def clear(self) -> np.ndarray:
+        """The indices of the commands that turn while the side of the error is clear."""
+        size = np.abs(self.error)
+        return np.flatnonzero((size > CLEAR) & (size < 180.0 - CLEAR) & (np.abs(self.command) > 0.02))
+
+    def ends_at_once(self, turning: Series) -> bool:
+        """Was `turning` True, and False by the first command, far from the goal?"""
+        if self.is_cut or not (np.abs(self.error[:1]) > HDG_TOL + OVER_TOLERANCE).any():
+            return False
+        over = self.time[0] + 2.0 * READING_PERIOD
+        later = turning.between(over, self.end).value
+        return bool(turning.between(self.begin, over).value.any()
+                    and len(later) > 4 and not later.any())
 
     def command_text(self, k: int) -> str:
         """Returns a clause on a command and its error, and on how the error is wrapped."""

@@ -1,5 +1,5 @@
-"""The local frames of a node of the Transformation lab, the pose by its own variables, and the
-times in which it has control.
+"""The drives of a run as the node of the Transformation lab had them: its local frames, the pose by
+its own variables, the times in which it has control, and its states with their commands.
 
 A local frame begins at each start of the node and at each reset. Places are complex numbers here,
 x + iy, so that a rotation is a product.
@@ -9,7 +9,7 @@ from typing import List, NamedTuple, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL, STATES
 from tb3_labs.watch.broken_link import LONGEST_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
 
@@ -170,3 +170,42 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
     control = node_run.run.control
     ends = np.append(control.arrival[1:], node_run.run.duration)
     return list(zip(control.arrival, ends, control.value))
+
+
+class StateInterval(NamedTuple):
+    """The time in one state with control: the first and the last reading in it [s], and the state
+    after it, '' if it is not known. Arrays with a value for each command: its time, linear.x,
+    angular.z, and the own Pose."""
+
+    state: str
+    begin: float
+    end: float
+    after: str
+    time: np.ndarray
+    linear: np.ndarray
+    angular: np.ndarray
+    pose: Pose
+
+
+def state_intervals(node_run: NodeRun) -> List[StateInterval]:
+    """Returns the StateIntervals of a run, in their order; [] without the handout's variables."""
+    series, found, sent = node_run.find('state'), [], node_run.commands
+    if series is None or not set(series.text) & set(STATES):
+        return []
+    cuts = [*(each.begin for each in node_run.cached(frames)), *node_run.run.control.arrival]
+    gaps = series.time[1:][np.diff(series.time) > LONGEST_READING_GAP]
+    edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
+    for begin, end in zip(edges[:-1], edges[1:]):
+        part = part_with_control(node_run, series.between(begin, end), 0.0)
+        error = own_pose(node_run, part.time).error(ROTATE_TO_GOAL)
+        if np.isnan(error).all():
+            continue
+        is_change = end in series.changes and end not in gaps and (
+            np.abs(np.subtract(cuts, end)) > SHORT_LAG).all()
+        commands = sent.take((sent.arrival > part.time[0] - SHORT_LAG / 2.0) & (
+            sent.arrival <= part.time[-1]))
+        found.append(StateInterval(
+            str(part.text[-1]), part.time[0], part.time[-1],
+            series.text_at(end) if is_change else '', commands.arrival, commands.linear,
+            commands.angular, own_pose(node_run, commands.arrival)))
+    return found
