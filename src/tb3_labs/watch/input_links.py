@@ -75,15 +75,13 @@ def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iter
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the first stick without a command or wrong button, with a flag that a button changed.
-    """
+    """Yields the first ignored stick or wrong button, with a flag that a button changed."""
     begins = a, b, y = [stimulus_begin(node_run, name) for name in 'ABY']
-    ignored = next(unanswered(
+    ignored = list(unanswered(
         node_run.commands, pad_of(node_run), lambda row: row[node_run.cached(driving_axes)].any(),
-        lambda begin, end: not pad_is_known(node_run) or a <= begin < b), None)
-    found = [ignored] if ignored is not None else []
-    for name, begin, end in (('A', a, b), ('B', b, y), ('Y', y, np.inf)):
-        found += wrong_button(node_run, name, begin, end)
+        lambda begin, end: not pad_is_known(node_run) or a <= begin < b))
+    found = [*ignored, *wrong_button(node_run, 'A', a, b), *wrong_button(node_run, 'B', b, y),
+             *wrong_button(node_run, 'Y', y, np.inf)]
     if not found:
         return
     broken = min(found, key=lambda each: each.moment)
@@ -93,7 +91,7 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
                 series.at(begin) != series.at(begin + ANSWER_DELAY) for begin in before):
             text = series.text_at(broken.moment + ANSWER_DELAY)
             yield BrokenLink(f'{broken.words}; {series.name} was {text}', broken.moment,
-                             series.name if broken is ignored else '')
+                             series.name if broken in ignored else '')
     yield broken
 
 

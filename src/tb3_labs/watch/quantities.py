@@ -138,13 +138,10 @@ RANGES = (
     ('minus 360 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw - 360.0, yaw), 1),
     ('plus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw + 360.0, yaw), 1),
     ('minus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw - 360.0, yaw), 1),
-    ('plus 90, from 0 to 360', lambda yaw: (yaw + 90.0) % 360.0, 1),
-    ('minus 90, from 0 to 360', lambda yaw: (yaw - 90.0) % 360.0, 1),
     ('without its sign', np.abs, 0),
     ('subtracted from 360', lambda yaw: 360.0 - yaw, -1),
     ('subtracted from 360 where it is negative',
      lambda yaw: np.where(yaw < 0.0, 360.0 - yaw, yaw), 0),
-    ('modulo 180', lambda yaw: yaw % 180.0, 1),
     ('divided by 2', lambda yaw: yaw / 2.0, 0),
     ('divided by 2, plus 360 where it is negative',
      lambda yaw: yaw / 2.0 + np.where(yaw < 0.0, 360.0, 0.0), 0),
@@ -153,7 +150,6 @@ RANGES = (
 #: The units: (words, factor of degrees, rounding).
 UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, converted to degrees twice', 180.0 / math.pi, None),
-         ('radians, converted to radians twice', (math.pi / 180.0) ** 2, None),
          ('degrees, cut to whole numbers', 1.0, np.trunc),
          ('degrees, rounded to whole numbers', 1.0, np.round),
          ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))

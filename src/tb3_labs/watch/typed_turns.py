@@ -66,8 +66,8 @@ class Turn:
     @property
     def clear(self) -> np.ndarray:
         """The indices of the commands that turn while the side of the error is clear."""
-        size = np.abs(self.error)
-        return np.flatnonzero((size > CLEAR) & (size < 180.0 - CLEAR) & (np.abs(self.command) > 0.02))
+        is_clear = (np.abs(self.error) > CLEAR) & (np.abs(self.error) < 180.0 - CLEAR)
+        return np.flatnonzero(is_clear & (np.abs(self.command) > 0.02))
 
     def ends_at_once(self, turning: Series) -> bool:
         """Was `turning` True, and False by the first command, far from the goal?"""
@@ -130,9 +130,8 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
 
 
 def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
-    """Returns the times at which goal_yaw had changed by a letter, but `turning` did not become
-    True: while it stayed True (the next letter of a queue, or one that was typed in a turn), and
-    while it stayed False."""
+    """Returns the times at which a letter had changed goal_yaw while `turning` stayed True (it was
+    the next letter of a queue, or was typed in a turn), and while `turning` stayed False."""
     series, quantity, _ = node_run.cached(own_heading)
     turning, goal = node_run.flag('turning'), node_run.find('goal_yaw')
     in_turns: List[float] = []
