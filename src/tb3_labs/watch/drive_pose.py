@@ -18,6 +18,8 @@ from tb3_labs.watch.variables import Series, shortened_value
 
 #: A variable with fewer values is not judged.
 FEWEST_VALUES = 10
+#: The followed quantity is looked for in the NAMED_TIME around the worst value [s].
+NAMED_TIME = 60.0
 
 
 def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
@@ -26,15 +28,9 @@ def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
         yield (sum(one is not each[0] for one, each in zip(chosen, options)), *chosen)
 
 
-def part_of_frame(frame: Frame, times: np.ndarray) -> slice:
-    """Returns the samples at these times whose numbers a variable may have in a frame."""
-    return slice(*np.searchsorted(times, (frame.begin - LONGEST_LAG, frame.end)))
-
-
-def place_quantities(odometry: Any, before: Frame, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local place in a frame, as complex
-    numbers; the first two are right. `before`: the frame before."""
-    samples = odometry.take(part_of_frame(frame, odometry.arrival))
+def place_quantities(samples: Any, before: Frame, frame: Frame) -> Iterator[Quantity]:
+    """Yields the quantities that a node may take for its local place, as complex numbers, by these
+    samples of the odometry; the first two are right. `before`: the frame before."""
     here, scale = samples.x + 1j * samples.y, POSE_TOLERANCE / SAME_SHARE
     turned, turned_before = (each.odometry_yaw - each.declared_yaw for each in (frame, before))
     bases = (('the displacement since the reset', here - frame.place),
@@ -63,13 +59,13 @@ LOCAL_FORMULAS = ((' since the reset', 1, -1, 0), (' since the reset before', 1,
 REFERENCE_FORMULAS = ((' at the reset', 0, 1, 0), (' at the reset before', 0, 0, 1), ('', 1, 0, 0))
 
 
-def readings(node_run: NodeRun, before: Frame, frame: Frame,
-             name: str) -> Iterator[Tuple[Quantity, Any, Any]]:
+def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
+             window: Tuple[float, float]) -> Iterator[Tuple[Quantity, Any, Any]]:
     """Yields (a quantity that a node may read for a yaw or a reference, its value at the begin of
     the frame, and of the frame before). The first is right."""
     sensor = 'IMU' if name in ('local_yaw', 'initial_global_yaw') else 'odometry'
     samples = node_run.run.imu if sensor == 'IMU' else node_run.run.odometry
-    samples = samples.take(part_of_frame(frame, samples.arrival))
+    samples = samples.take(slice(*np.searchsorted(samples.arrival, window)))
     if 'yaw' not in name:
         yield Quantity('the place of the odometry', samples.arrival, samples.x + 1j * samples.y,
                        0.0), frame.place, before.place
@@ -81,7 +77,7 @@ def readings(node_run: NodeRun, before: Frame, frame: Frame,
         yield yaw, frame.odometry_yaw, before.odometry_yaw
     for quantities in (node_run.imu_quantities, node_run.odometry_quantities):
         times = quantities[0].time
-        part = part_of_frame(frame, times)
+        part = slice(*np.searchsorted(times, window))
         this, last = np.searchsorted(times, (frame.begin, before.begin)).clip(max=len(times) - 1)
         times = times[part]
         for each in quantities:
@@ -94,19 +90,23 @@ def readings(node_run: NodeRun, before: Frame, frame: Frame,
                                     mistakes=mistakes), each.value[this], each.value[last]
 
 
-def pose_quantities(node_run: NodeRun, before: Frame, frame: Frame,
-                    name: str) -> Iterator[Quantity]:
-    """Yields the quantities that a variable of the pose or a reference may follow in a frame, as
-    they are compared. The first two are right: the handout does not ask for a declared pose."""
+def pose_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
+                    window: Tuple[float, float]) -> Iterator[Quantity]:
+    """Yields the quantities that a variable of the pose or a reference may follow in a `window` of
+    a frame [s], as they are compared. The first two are right: the handout does not ask for a
+    declared pose."""
     if name in ('local_x', 'local_y'):
-        for each in place_quantities(node_run.run.odometry, before, frame):
+        odometry = node_run.run.odometry
+        samples = odometry.take(slice(*np.searchsorted(odometry.arrival, window)))
+        for each in place_quantities(samples, before, frame):
             yield each._replace(value=comparable(name, each.value))
         return
     is_local = name in REFERENCES_OF
     formulas = LOCAL_FORMULAS if is_local else REFERENCE_FORMULAS
     shares = (('', is_local), (', without the declared pose', is_local - 1))
     place = frame.declared_place * np.exp(1j * (frame.odometry_yaw - frame.declared_yaw))
-    for each, at_reset, at_reset_before in readings(node_run, before, frame, name):
+    for each, at_reset, at_reset_before in readings(
+            node_run, before, frame, name, window):
         declared = place if 'yaw' not in name else frame.declared_yaw * (
             180.0 / np.pi if ' in degrees' in each.words else 1.0)
         for mistakes, (words, now, this, last), (kept, share) in mistake_combinations(
@@ -141,7 +141,8 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
     series, is_local = node_run.find(name), name in REFERENCES_OF
     if series is None or np.isnan([frame.place, frame.odometry_yaw, frame.imu_yaw]).any():
         return
-    rights = list(islice(pose_quantities(node_run, before, frame, name), 2))
+    window = (frame.begin - LONGEST_LAG, frame.end)
+    rights = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
     right = rights[0]
     # a node knows nothing of the frame before its first message in it
     first = right.time[right.time >= frame.begin][:1]
@@ -153,18 +154,20 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
     if np.isfinite(part.value).sum() < FEWEST_VALUES or matching_quantities(
             part, rights, RIGHT_SHARE):
         return
+    should = right.value[np.searchsorted(right.time, part.time).clip(1) - 1]
+    worst = int(np.argmax(np.nan_to_num(np.abs(part.value - should), nan=-1.0)))
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max(initial=0.0)
     words = ''
     if moved > 2.0 * POSE_TOLERANCE or not is_local:
-        words = followed_text(node_run, before, frame, name, part)
+        begin, end = part.time[worst] - NAMED_TIME / 2.0, part.time[worst] + NAMED_TIME / 2.0
+        words = followed_text(part.between(begin, end), pose_quantities(
+            node_run, before, frame, name, (max(window[0], begin), min(window[1], end))))
     words = words or late_text(part, right)
     if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
             series.text_at(frame.begin - SHORT_LAG) == part.text[0])):
         words = 'stayed ' + shortened_value(part.text[0])
     elif not is_local and 'followed' not in words:
         return      # it has another meaning here
-    should = right.value[np.searchsorted(right.time, part.time).clip(1) - 1]
-    worst = int(np.argmax(np.nan_to_num(np.abs(part.value - should), nan=-1.0)))
     yield BrokenLink('{}: it was {} when this was {:.3g}'.format(
         expected(f'{frame.words}{series.name} {words}', right.words),
         shortened_value(part.text[worst]),
@@ -172,10 +175,9 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
         part.time[worst], series.name)
 
 
-def followed_text(node_run: NodeRun, before: Frame, frame: Frame, name: str, part: Series) -> str:
+def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
     """Returns a clause on the followed quantities with the fewest mistakes, '' if there is none."""
-    found = matching_quantities(
-        part, pose_quantities(node_run, before, frame, name), RIGHT_SHARE)
+    found = matching_quantities(part, quantities, RIGHT_SHARE)
     fewest = min((each.mistakes for each in found), default=0)
     texts = dict.fromkeys(each.words for each in found if each.mistakes == fewest)
     return 'followed ' + ', or '.join(list(texts)[:2]) if texts else ''
