@@ -35,7 +35,8 @@ class BrokenLink(NamedTuple):
     is_weak: bool = False
 
 
-#: A function that yields the BrokenLinks of one link; the first of them is reported.
+#: A function that yields the BrokenLinks of one link, of which the first is reported. Its docstring
+#: says what is broken.
 Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 
 
@@ -147,12 +148,17 @@ def is_constant(series: Series) -> bool:
     return len(series.text) > ENOUGH and len(set(series.text[len(series.text) // 20:])) == 1
 
 
+def farthest(series: Series, should: np.ndarray) -> int:
+    """Returns the index of the value that differs most from the value that it should have."""
+    apart = np.abs(series.value - should)
+    return int(np.argmax(np.where(np.isfinite(apart), apart, -1.0)))
+
+
 def wrong_value(series: Series, behaviour: str, right: Quantity) -> BrokenLink:
     """Returns the BrokenLink of a variable with this `behaviour` that should follow the right
     quantity. Its numbers are those of the largest difference."""
-    should = right.value[np.searchsorted(right.time, series.time).clip(1, len(right.time)) - 1]
-    apart = np.abs(series.value - should)
-    worst = int(np.argmax(np.where(np.isfinite(apart), apart, -1.0)))
+    should = right.at(series.time)
+    worst = farthest(series, should)
     return BrokenLink('{} {}: it was {:.4g} when {} was {:.4g}'.format(
         series.name, behaviour, series.value[worst], right.words.partition(',')[0], should[worst]),
         series.time[worst], series.name)

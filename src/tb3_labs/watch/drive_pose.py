@@ -9,7 +9,7 @@ from typing import Any, Iterator, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, farthest
 from tb3_labs.watch.drive_states import (
     LONGEST_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, frames,
     part_with_control, unit_of)
@@ -154,8 +154,8 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
     if np.isfinite(part.value).sum() < FEWEST_VALUES or matching_quantities(
             part, rights, RIGHT_SHARE):
         return
-    should = right.value[np.searchsorted(right.time, part.time).clip(1) - 1]
-    worst = int(np.argmax(np.nan_to_num(np.abs(part.value - should), nan=-1.0)))
+    should = right.at(part.time)
+    worst = farthest(part, should)
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max(initial=0.0)
     words = ''
     if moved > 2.0 * POSE_TOLERANCE or not is_local:
