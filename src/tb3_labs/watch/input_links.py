@@ -6,7 +6,7 @@
 """
 import re
 from itertools import product
-from typing import Iterator, List, Optional
+from typing import Any, Iterator, List, Optional
 
 import numpy as np
 
@@ -122,27 +122,30 @@ def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
                                turning.at(time)).mean() for time in times])
 
 
+def mouse_forms(received: Any, axis: str) -> List[Quantity]:
+    """Returns the quantities that a node may take for x or y of the mouse; the first is right."""
+    is_far = {each: np.abs(getattr(received, each)) > MOUSE_DEAD_ZONE for each in 'xy'}
+    zones = ((' outside of the dead zone', is_far[axis]), ('', 1.0),
+             (' outside of both dead zones', is_far['x'] & is_far['y']))
+    times = (('', received.active), (', also while it is not active', 1.0))
+    return [Quantity(axis + zone + time, received.arrival,
+                     getattr(received, axis) * is_counted * is_on, 1.0)
+            for (zone, is_counted), (time, is_on) in product(zones, times)]
+
+
 def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
     """Returns the fields that do not follow the mouse."""
     commands, received, mouse = node_run.commands, node_run.run.mouse, mouse_of(node_run)
     commands = commands.take(turning_share(node_run, commands.arrival) == 0.0)
-    x_is_far, y_is_far = (np.abs(each) > MOUSE_DEAD_ZONE for each in (received.x, received.y))
-    forms = {axis: [Quantity(axis + zone + active, received.arrival, place * is_far * is_on, 1.0)
-                    for (zone, is_far), (active, is_on) in product(
-                        ((' outside of the dead zone', axis_is_far), ('', 1.0),
-                         (' outside of both dead zones', x_is_far & y_is_far)),
-                        (('', received.active), (', also while it is not active', 1.0)))]
-             for axis, place, axis_is_far in (('x', received.x, x_is_far),
-                                              ('y', received.y, y_is_far))}
+    x_forms, y_forms = mouse_forms(received, 'x'), mouse_forms(received, 'y')
     up = 1.0
     # the marker records y as up for a client whose sign it knows; the y of another may count down
     if not any(event['up'] for _, event in events_of(node_run, 'mouse client')):
         y = np.append(received.y, 0.0)[mouse.index_at(commands.arrival)]
         up = np.sign(np.dot(commands.linear, y)) or 1.0
-    return [*wrong_factor(node_run, mouse, commands, 'linear.x', forms['y'] + forms['x'],
-                          up * MOUSE_FULL),
-            *wrong_factor(node_run, mouse, commands, 'angular.z', forms['x'] + forms['y'],
-                          -MOUSE_FULL)]
+    return [
+        *wrong_factor(node_run, mouse, commands, 'linear.x', y_forms + x_forms, up * MOUSE_FULL),
+        *wrong_factor(node_run, mouse, commands, 'angular.z', x_forms + y_forms, -MOUSE_FULL)]
 
 
 def mouse_ignored(node_run: NodeRun) -> Iterator[BrokenLink]:
