@@ -25,9 +25,8 @@ ENOUGH = 10
 
 
 class BrokenLink(NamedTuple):
-    """A link that is broken: a sentence without its full stop, the moment [s], and the variable
-    that is wrong. The link `is_weak` if the node does not keep the handout's law, but may turn and
-    drive well."""
+    """A link that is broken: a sentence without its full stop, the moment [s], the wrong variable.
+    It `is_weak` if the node does not keep the handout's law, but may turn and drive well."""
 
     words: str
     moment: float
@@ -164,10 +163,10 @@ def wrong_value(series: Series, behaviour: str, right: Quantity) -> BrokenLink:
         series.time[worst], series.name)
 
 
-def followed_heading(series: Series, quantities: List[Quantity]) -> Tuple[
-        Optional[Quantity], Optional[BrokenLink]]:
-    """Returns (the quantity that a variable follows, None) if it is a usable heading, else (None,
-    the BrokenLink). The first of the `quantities` is right."""
+def followed_heading(series: Series, quantities: List[Quantity]
+                     ) -> Tuple[Optional[Quantity], Optional[BrokenLink]]:
+    """Returns (the usable heading that a variable follows, None), or (None, the BrokenLink). The
+    first of the `quantities` is right."""
     right = quantities[0]
     found = matching_quantities(series, quantities)
     usable = [each for each in found or quantities if is_usable_heading(each, right)]

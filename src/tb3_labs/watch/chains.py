@@ -25,9 +25,8 @@ class Place(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain: a question that the node's owner can answer, the function that finds
-    whether the link is broken, the place that explains the link, and the parts of the lab in which
-    it shows."""
+    """A link of a chain: a question that the node's owner can answer, the function that looks for
+    broken links, the place that explains it, and the parts of the lab in which it shows."""
 
     question: str
     check: Check
@@ -97,8 +96,8 @@ NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'l
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
                  weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first link that is broken in these `parts` of the lab (None: in all parts).
-    Without `weak`, a link is not broken if it is_weak."""
+    """Returns the first link that is broken in these `parts` of the lab, by default in all parts.
+    Without `weak`, a BrokenLink that is_weak does not count."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -114,8 +113,8 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, link, BrokenLink) of each node in a recording whose lab is known and whose
-    chain is broken. A weak link is not broken here: the node may be right."""
+    """Returns (node, Link, BrokenLink) of each node of a recording whose lab is known and whose
+    chain is broken. Weak ones do not count: the node may be right."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)

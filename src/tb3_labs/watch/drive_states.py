@@ -16,8 +16,7 @@ from tb3_labs.watch.variables import Series
 #: A pose is right within POSE_TOLERANCE [m], [rad]. A law is kept if RIGHT_SHARE of the values are
 #: right.
 POSE_TOLERANCE, RIGHT_SHARE = 0.03, 0.9
-#: A variable is read at most LONGEST_LAG after its cause, and a change at most SHORT_LAG after it
-#: [s].
+#: A variable is read at most LONGEST_LAG after its cause, most changes within SHORT_LAG [s].
 LONGEST_LAG, SHORT_LAG = 0.4, 0.1
 #: A robot rests for this time after its node was started [s].
 REST_TIME = 1.5
@@ -33,9 +32,8 @@ GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YA
 
 
 class Frame(NamedTuple):
-    """A local frame: its begin and end [s], the place and the yaw that were declared, whether a
-    reset began it, and at its begin the odometry's place and yaw and the IMU's yaw, NaN if they are
-    unknown."""
+    """A local frame: its begin and end [s], the declared place and yaw, whether a reset began it,
+    and the odometry's place and yaw and the IMU's yaw at its begin, NaN if they are unknown."""
 
     begin: float
     end: float
@@ -135,8 +133,7 @@ class Pose(NamedTuple):
 
 
 def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
-    """Returns the Pose at each time. A goal that is not shown is that of the lab if a marker
-    started the node."""
+    """Returns the Pose at each time. In a trial a goal that is not shown is that of the lab."""
     known = GOAL if node_run.run.starts else {}
     value, unit = {}, {}
     for name in (*REFERENCES_OF, *GOAL):

@@ -111,15 +111,13 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the longest delay [s] with which a variable follows a quantity; inf if it does not
-    follow it."""
+    """Returns the longest delay [s] with which a variable follows a quantity, else inf."""
     found = np.sort(ages(thinned(series), quantity, LONGEST_DELAY))
     return float(found[int(FOLLOWING_SHARE * (len(found) - 1))]) if len(found) else math.inf
 
 
 def median_pause(series: Series, quantity: Quantity) -> float:
-    """Returns the median time between two changes of a variable while a quantity changes [s]; 0 if
-    it is unknown."""
+    """Returns the median pause between changes of a variable while a quantity changes [s], or 0."""
     edges = np.searchsorted(quantity.time, series.changes).clip(0, len(quantity.time) - 1)
     steps = np.abs(np.diff(quantity.value[edges]))
     pauses = np.diff(series.changes)[steps > MOVED_SHARE * quantity.scale]

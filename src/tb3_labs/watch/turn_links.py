@@ -10,10 +10,8 @@ from tb3_labs.watch.typed_turns import (
     CLEAR, OVER_TOLERANCE, READING_PERIOD, Turn, by_the_short_way, own_heading, turns)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: An angle is right within NEAR [deg].
-NEAR = 3.0
-#: A finer tolerance than the handout's is reached in this time [s].
-FINER_TIME = 2.5
+#: An angle is right within NEAR [deg]. A finer tolerance is reached within FINER_TIME [s].
+NEAR, FINER_TIME = 3.0, 2.5
 
 
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -36,10 +34,11 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue        # the letter is not read yet
         after, sides = to_number(turn.after), [turn.side] if turn.side else [1, -1]
         off = by_the_short_way((after - turn.own) / unit - TURN_DEG * np.array(sides))
-        # a letter that is not recorded may be read at any moment until goal_yaw was
-        turned = by_the_short_way(
-            (series.at(turn.begin + 2.0 * READING_PERIOD) - turn.own) / unit)
-        if (np.abs(off) <= NEAR + (0.0 if turn.side else np.abs(turned))).any():
+        near = NEAR
+        if not turn.side:       # an unrecorded letter is read at any moment until goal_yaw was
+            soon = series.at(turn.begin + 2.0 * READING_PERIOD)
+            near += abs(by_the_short_way((soon - turn.own) / unit))
+        if (np.abs(off) <= near).any():
             right = right or turn
             goals = turn.goal[turn.moving]
             if len(set(goals)) > 5 and abs(goals[-1] - after) > NEAR * unit:
@@ -47,12 +46,12 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
                     f'{goal.name} went on from {after:.4g} to {goals[-1]:.4g} in the turn after '
                     f'{turn.letter}; it should stay', turn.begin, goal.name)
             continue
-        goal_text = '{} {}'.format('stayed' if turn.before == turn.after else 'became',
-                                   shortened_value(turn.after))
-        right_text = f'{TURN_DEG * unit:g} more or less' if not turn.side else \
-            '{:.4g}'.format((turn.own + turn.side * TURN_DEG * unit) % (360.0 * unit))
+        change = 'stayed' if turn.before == turn.after else 'became'
+        right_goal = f'{TURN_DEG * unit:g} more or less'
+        if turn.side:
+            right_goal = f'{(turn.own + turn.side * TURN_DEG * unit) % (360.0 * unit):.4g}'
         words = expected(f'after {turn.letter}, with {series.name} {turn.own:.4g}, {goal.name} '
-                         + goal_text, right_text)
+                         f'{change} {shortened_value(turn.after)}', right_goal)
         yield BrokenLink(words + goal_remark(node_run, turn, right), turn.begin, goal.name)
 
 
@@ -228,8 +227,7 @@ def same_time_text(node_run: NodeRun) -> str:
 
 
 def not_over(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a `turning` that is still True at the next letter. Without recorded letters it is not
-    known."""
+    """Yields a `turning` that is still True when the next letter is typed."""
     turning, found = node_run.flag('turning'), node_run.cached(turns)
     if turning is None or not len(node_run.run.letters):
         return

@@ -153,8 +153,8 @@ def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
 
 
 def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
-    """Returns (begin, end, is_cut, side) of each letter as it was typed. If letters were not
-    recorded, they are found by `turning` and `goal_yaw`."""
+    """Returns (begin, end, is_cut, side) of each typed letter. If letters were not recorded, they
+    are found by `turning` and `goal_yaw`."""
     typed, turning, goal = node_run.run.letters, node_run.flag('turning'), node_run.find('goal_yaw')
     mouse, found = node_run.run.mouse, []
     times, sides = typed.arrival, typed.value
