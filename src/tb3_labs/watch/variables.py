@@ -4,6 +4,7 @@ In this room a `run` is a RunData (:mod:`tb3_labs.report.run_data`). All times a
 recorder [s].
 """
 import math
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any, Dict, List, Optional, Tuple
 
@@ -60,9 +61,8 @@ def shortened_value(text: str) -> str:
     return text[:40] if np.isnan(value) else f'{value:.4g}'
 
 
-def variables_by_node(run: Any) -> Dict[str, Dict[str, Series]]:
-    """Returns {node: {name: Series}} in the order of arrival."""
-    rows = run.variables
+def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
+    """Returns {node: {name: Series}} of the `variables` of a run, in the order of arrival."""
     numbers = {text: to_number(text) for text in set(rows.value.tolist())}
     indices: Dict[Tuple[str, str], List[int]] = {}
     for index, key in enumerate(zip(rows.node.tolist(), rows.name.tolist())):
@@ -77,11 +77,12 @@ def variables_by_node(run: Any) -> Dict[str, Dict[str, Series]]:
 
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of a node, by default of the node with the most values."""
-    nodes = variables_by_node(run)
-    counts = {each: sum(len(series.time) for series in found.values())
-              for each, found in nodes.items()}
-    most = max(sorted(nodes), key=lambda each: counts[each], default='')
-    return nodes.get(node or most, {})
+    rows = run.variables
+    counts = Counter(rows.node.tolist())
+    most: str = max(sorted(counts), key=lambda each: counts[each], default='')
+    chosen = node or most
+    is_own = np.array([each == chosen for each in rows.node], dtype=bool)
+    return variables_by_node(rows.take(is_own)).get(chosen, {})
 
 
 def bare_name(name: str) -> str:

@@ -65,7 +65,7 @@ def nodes(run: RunData) -> List[str]:
 @cached_per_run
 def variables(run: RunData) -> List[Series]:
     """The variables of a run, in their order; with two nodes the names have the node's."""
-    found, nodes = [], variables_by_node(run)
+    found, nodes = [], variables_by_node(run.variables)
     for node, series_of in nodes.items():
         name = '{1}' if len(nodes) == 1 else '{}: {}'
         found += [replace(
