@@ -19,7 +19,7 @@ from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import archives, launch, sandbox, submissions
-from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
+from tb3_labs.marking.labs.criteria import TOOK, Criterion, judge
 from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
 from tb3_labs.marking.marks_csv import MarksTable
@@ -30,6 +30,7 @@ from tb3_labs.marking.trial.ros_stimuli import changed
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.report.run_data import Commands, Poses
+from tb3_labs.watch.chains import Place
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 
@@ -258,7 +259,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
         ('start', 1.5, 'the node is started')]
 
 
-def test_the_drives_of_a_mark_are_in_their_local_frames():
+def test_the_drives_of_a_mark_are_in_their_drive_states():
     """The second one's frame stands at (1, 2) in the world, turned by 90 degrees."""
     local = Pose2(1.0, 2.0, math.pi / 2.0).inverse()
     frames = [[0.0, 0.0, 0.0], [local.x, local.y, local.yaw]]

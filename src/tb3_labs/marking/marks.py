@@ -25,7 +25,8 @@ from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import LONGEST, NO_RUN, Observation
 from tb3_labs.watch import chains
-from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
+from tb3_labs.watch.chains import Link, first_broken
 
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100

@@ -14,6 +14,7 @@ from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
     NOT_THEIRS, STOPPED_BY, exceptions_in, other_fields, reason_of, why_idle, why_missing)
+from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
 
 #: A clause on the node's behaviour, by which a criterion is not met; '' if the criterion is met.
@@ -30,25 +31,8 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-@dataclass(frozen=True)
-class Place:
-    """A place in a lab sheet: a heading, and a numbered step below it, or 0 for no step."""
-
-    sheet: str
-    heading: str
-    step: int = 0
-
-    def __str__(self) -> str:
-        step = f', step {self.step}' if self.step else ''
-        return f'doc/{self.sheet}, "{self.heading}"{step}'
-
-
-IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
-HEADING_EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
 #: The places to which the criteria of several labs point.
 IMU_EXTRAS = Place(IMU_SHEET, 'Beyond the handout')
-STATES = Place(TRANSFORMATION_SHEET, '2. The four states')
-THUMB = Place(TRANSFORMATION_SHEET, '4. By thumb')
 BEYOND = Place(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 

@@ -9,10 +9,11 @@ import yaml
 
 from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, PRINTED_RESET, SET_POSE
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
+    ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, Criterion,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
+from tb3_labs.watch.chains import BY_THUMB
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
@@ -54,7 +55,7 @@ STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other spe
 #: The default of the option: the pad that the marker plays.
 HANDOUT = 'handout'
 #: The step that names the mistakes of a reset.
-Y_STEP = Place(THUMB.sheet, THUMB.heading, 3)
+Y_STEP = BY_THUMB.at_step(3)
 
 
 def pad_called(name: str) -> Dict[str, int]:
@@ -169,21 +170,21 @@ def _once(observation: Observation) -> Reason:
 
 
 CRITERIA = [
-    Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts, limits=IN_TIME),
+    Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        MAX_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(
+        MAX_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
             *FORWARD, 'm/s', HELD, NEAR, *HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        MAX_TURN), THUMB, _turns, limits=STICK_LIMITS.format(
+        MAX_TURN), BY_THUMB, _turns, limits=STICK_LIMITS.format(
             *TURN_RANGE, 'rad/s', HELD, NEAR, *HALF)),
-    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
+    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB, _lets_go,
               limits='zero velocity ' + STOPS_AT_ONCE),
-    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
+    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', BY_THUMB,
               partial(_control, name=HAND_OVER, wanted=True), limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              THUMB, _silent_meanwhile, limits=f'the stick is up for {HELD:g} s'),
+              BY_THUMB, _silent_meanwhile, limits=f'the stick is up for {HELD:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              THUMB, _regains, limits=f'within {PUBLISH_TIME:g} s; the stick within {HELD:g} s'),
+              BY_THUMB, _regains, limits=f'within {PUBLISH_TIME:g} s; the stick within {HELD:g} s'),
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE} with (0, 0, 0)', Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
@@ -191,8 +192,8 @@ CRITERIA = [
                   RESET_BUTTON).printed.lower() else
               f'"{PRINTED_RESET}." was not printed after Y',
               limits=within(RESET_TIME)),
-    ends_cleanly(BUTTONS, THUMB),
-    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
+    ends_cleanly(BUTTONS, BY_THUMB),
+    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', BY_THUMB,
               _says_why_not, limits=within(RESET_TIME)),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),

@@ -5,10 +5,10 @@ from typing import List
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,
-    ends_cleanly, prints, starts)
+    CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, ends_cleanly, prints, starts)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
+from tb3_labs.watch.chains import HEADING_EXERCISE
 
 #: The parts of the exercise.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
@@ -30,7 +30,7 @@ HEADING_TOLERANCE = 1.0
 LATE_HEADINGS = 1
 
 LISTENING, EXERCISE, IMU_AT_CTRL_C = (
-    Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 3, 4))
+    HEADING_EXERCISE.at_step(step) for step in (2, 3, 4))
 
 
 def headings(text: str) -> List[float]:

@@ -13,12 +13,13 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, CTRL_RELINQ, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG, MAX_SPEED,
     MAX_TURN, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STATES, STOPS_AT_ONCE,
-    TRANSFORMATION_SHEET, Criterion, Place, Reason, ends_cleanly, not_stopped,
-    starts, stops_robot, stops_when_lost)
+    ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
+    ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
+from tb3_labs.watch.chains import (
+    THE_LOCAL_POSE, THE_RESET, FOUR_STATES, TRANSFORMATION_SHEET, Place)
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
@@ -68,11 +69,10 @@ PLACE_LIMITS = 'within {:g} m, and {:g} for stopping; begun within {:g} s, over 
 HEADING_LIMITS = 'within {:g} rad ({:.1f} degrees), and {:g} degrees for stopping'.format(
     ANGLE_TOLERANCE, ANGLE, MORE_ANGLE)
 
-AT_RESET, ANALYSIS = (
-    Place(TRANSFORMATION_SHEET, heading) for heading in ('3. The reset', '6. Analysis'))
+ANALYSIS = Place(TRANSFORMATION_SHEET, '6. Analysis')
 #: The step that names the mistakes of a drive after a reset.
-TURNED_STEP = Place(TRANSFORMATION_SHEET, '3. The reset', 2)
-TWO_ZEROS = Place(TRANSFORMATION_SHEET, '1. The local pose', 4)
+TURNED_STEP = THE_RESET.at_step(2)
+TWO_ZEROS = THE_LOCAL_POSE.at_step(4)
 
 
 def _place(observation: Observation, name: str,
@@ -198,25 +198,25 @@ def remarks_on_parts(observation: Observation, parts: Sequence[str]) -> List[str
 
 
 CRITERIA = [
-    Criterion('starts', DRIVE, 'runs and listens to odom', STATES, starts, limits=IN_TIME),
-    Criterion('waits', DRIVE, 'does not move before it has control', STATES,
+    Criterion('starts', DRIVE, 'runs and listens to odom', FOUR_STATES, starts, limits=IN_TIME),
+    Criterion('waits', DRIVE, 'does not move before it has control', FOUR_STATES,
               _waits, limits=f'for {WATCHED:g} s, and after a reset'),
-    Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', STATES,
+    Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', FOUR_STATES,
               partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
-    Criterion('goal_heading', DRIVE, FACES + ' there', STATES,
+    Criterion('goal_heading', DRIVE, FACES + ' there', FOUR_STATES,
               partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', STATES, _says_reached),
-    Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', STATES,
+    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _says_reached),
+    Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', FOUR_STATES,
               _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its '
               'arrival on'.format(LAST_COMMAND)),
     Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
-        MAX_SPEED, MAX_TURN), STATES, _within_limits,
+        MAX_SPEED, MAX_TURN), FOUR_STATES, _within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
-        SET_POSE), AT_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
+        SET_POSE), THE_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
               'degrees within {:g} s'.format(ANSWER_TIME, LEAST_TURN, IN_DRIVE)),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              AT_RESET, lambda observation: '' if PRINTED_POSE_SET.lower() in observation.scene(
+              THE_RESET, lambda observation: '' if PRINTED_POSE_SET.lower() in observation.scene(
                   RESET_TO_ORIGIN).printed.lower() else
               f'no line "{PRINTED_POSE_SET} to x=..., y=..., yaw=..." was printed',
               limits=f'within {TAKES_EFFECT:g} s after the answer'),
@@ -227,9 +227,9 @@ CRITERIA = [
     Criterion('second_heading', RESET, FACES + ' of the new frame', TURNED_STEP,
               lambda observation: _reset(observation) or _heading(observation, SECOND_DRIVE),
               limits='as goal_heading'),
-    Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken', STATES,
-              _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
-    ends_cleanly(CONTROL, STATES),
+    Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
+              FOUR_STATES, _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
+    ends_cleanly(CONTROL, FOUR_STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(

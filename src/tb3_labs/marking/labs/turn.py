@@ -8,11 +8,12 @@ import numpy as np
 from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
-    STOPS_AT_ONCE, TURN_LAB, Criterion, Place, Reason, ends_cleanly, not_stopped,
-    prints, starts, steers, stops_robot, stops_when_lost, times, within)
+    ANGULAR, AT_ONCE, IMU_EXTRAS, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE,
+    Criterion, Reason, ends_cleanly, not_stopped, prints, starts, steers, stops_robot,
+    stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
+from tb3_labs.watch.chains import TURN_LAB
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
@@ -21,7 +22,7 @@ IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
 #: Places in the sheet. Step 4 (START) also names the mistakes of the heading.
 AT_MOUSE, START, LAW, TO_RIGHT, AT_CTRL_C = (
-    Place(IMU_SHEET, TURN_LAB, step) for step in (2, 4, 5, 6, 7))
+    TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
 
 
 class TurnStimulus(NamedTuple):
