@@ -1,7 +1,7 @@
 """Angles in arrays, and in degrees, as recorded runs have them.
 
-Units: radians, except in ``difference_degrees``. Edge case: infinity becomes NaN, since one invalid
-sample must not hide the others.
+Units: radians, except in ``difference_degrees``. Edge case: an infinite angle becomes NaN.
+It raises no error, since one invalid sample must not hide the valid samples.
 """
 import math
 from typing import Sequence, Tuple, Union
@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
 
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
-    """:func:`wrap` for an array of any shape."""
+    """Returns the same directions as `angles`, in (-pi, pi]; an array of any shape."""
     angles = np.asarray(angles, dtype=float)
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - WHOLE_TURN * np.round(angles / WHOLE_TURN), math.pi)
@@ -29,7 +29,7 @@ def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
                           z: np.ndarray) -> np.ndarray:
-    """:func:`tb3_labs.geometry.angles.yaw_from_quaternion` for arrays; NaN for each invalid one."""
+    """Returns the headings [rad] of quaternions; NaN for each quaternion that is invalid."""
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         norm = np.sqrt(w * w + x * x + y * y + z * z)
         roll, pitch, yaw = euler(w / norm, x / norm, y / norm, z / norm)

@@ -39,7 +39,7 @@ def difference(target: float, start: float) -> float:
 
 
 def unwrap(angle: float, previous: float) -> float:
-    """`angle` plus the whole turns that bring it nearest to `previous`: no jump at +/-pi."""
+    """Returns `angle` plus whole turns, nearest to `previous`: it does not jump at +/-pi."""
     return previous + difference(angle, previous)
 
 
@@ -51,13 +51,13 @@ def interpolate_angle(start: float, end: float, fraction: float) -> float:
 def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     """Heading [rad] of a robot that stands on a floor.
 
-    Raises ``ValueError``, saying why, for NaN, infinity, a norm that is not 1, and a tilt of
+    Raises ``ValueError`` with the reason for NaN, infinity, a norm that is not 1, and a tilt of
     more than 45 degrees.
     """
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
-    # as Quaternion.to_euler() does, which takes three times as long
+    # the formulas of Quaternion.to_euler(), which takes three times as long
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))

@@ -7,7 +7,7 @@ A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B i
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
 Poses chain by their frames' names: ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-A pose that a person types is in degrees, and within bounds that catch errors of the unit
+The heading of a pose that a person types is in degrees. Bounds find a number in a wrong unit
 (:class:`TypedPose`).
 
 Units: metres and radians. Edge case: a computed yaw is in (-pi, pi].
@@ -80,7 +80,7 @@ def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
 
 @dataclass(frozen=True)
 class TypedPose(Config):
-    """A pose in the local frame in the numbers that a person types."""
+    """A pose in the local frame, as a person types it."""
 
     x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
     y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
@@ -93,15 +93,15 @@ class TypedPose(Config):
 
 
 def check_pose(pose: Pose2) -> None:
-    """Raises ``ValueError``, in the words of a TypedPose, if a Pose2 is too far away."""
+    """Raises the ``ValueError`` of a TypedPose if `pose` is too far from the origin."""
     TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are not Python's
 
 
 @dataclass(frozen=True)
 class RequestedPose:
-    """A pose of a goal or a reset, as its sender gave it: in ``local`` or in ``odom``.
+    """The pose that a goal or a reset asks for. Its sender chose the frame: ``local`` or ``odom``.
 
-    A pose in odom is converted when it is used, by the local frame that is in force then.
+    A pose in odom is converted to local when it is used.
     """
 
     pose: Pose2

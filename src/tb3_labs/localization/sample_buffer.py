@@ -1,7 +1,7 @@
 """The recent samples of both sensors, and their readings at one instant.
 
-A node reads every message of the odometry, but not every sample of the IMU. The odometry bridges a
-longer gap of the IMU: in the gap, the IMU's yaw is taken to turn as the odometry's.
+A node reads every message of the odometry, but not every sample of the IMU. In a longer gap of the
+IMU, its yaw is assumed to turn as the odometry's yaw does.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
 Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry longer than
@@ -98,13 +98,13 @@ class SampleBuffer:
             self._unpaired.popleft()
 
     def shift(self, shift: Pose2) -> None:
-        """The frame of the odometry jumped: its old frame has the pose `shift` in the new one."""
+        """Convert all samples to a new frame ``odom``, in which the old one is at `shift`."""
         self._odometry.change(lambda pose: shift @ pose)
         self._unpaired = deque((time, sample._replace(pose=shift @ sample.pose))
                                for time, sample in self._unpaired)
 
     def pop_pair(self) -> Optional[Tuple[OdometrySample, float]]:
-        """The latest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
+        """Returns the latest (OdometrySample, IMU yaw at its stamp) once, or None."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()
@@ -128,7 +128,7 @@ class SampleBuffer:
         if end - begin > MAX_BRIDGE or before is None or here is None:
             return None
         yaw = start + difference(here.yaw, before.yaw)
-        if after is not None:    # else the odometry has not passed the gap yet
+        if after is not None:    # else there is no odometry after the gap yet
             drift = difference(stop - start, difference(after.yaw, before.yaw))
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)
