@@ -1,10 +1,10 @@
 """An approach drives the remaining way, and comes to rest where it is zero, in spite of delays.
 
 From each sample `braking` predicts the *way at rest*: the way that would remain if the robot were
-told to stop now. It uses the delay, lag and gain that `motor_response` identifies. An `Estimate`
-takes the noise out of these predictions: between two samples, only the command changes the way at
-rest. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
-they are short commands to a robot that was told to stop. A `PreciseTurn` approaches a heading.
+commanded to stop now. It uses the delay, lag and gain that `motor_response` identifies. An
+`Estimate` filters the noise of these predictions: between two samples, only the command changes the
+way at rest. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
+they are short commands after the first stop. A `PreciseTurn` approaches a heading.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.braking.braking_speed`.
@@ -42,8 +42,8 @@ class ApproachConfig:
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
     #: would swing about zero at the lowest speed.
     close_enough: float
-    #: A robot that was told to stop gets no command this near to zero. If `close_enough` is larger,
-    #: it is the limit instead.
+    #: After the first stop the robot gets no command this near to zero. A larger `close_enough`
+    #: takes precedence.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -64,7 +64,7 @@ class Approach:
     """One axis (turning or driving) that comes to rest where `remaining` is zero."""
 
     def __init__(self, config: ApproachConfig, response: Response) -> None:
-        """`response`: what was learned of the robot so far; this approach adds to it."""
+        """`response`: the known response of the robot, which this approach improves."""
         self._config = config
         self._response = response
         self.start()
@@ -73,11 +73,11 @@ class Approach:
         """Begin again with a robot that stands."""
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # the latest sample
-        #: The way that would remain if the robot were told to stop now.
+        #: The way that would remain if the robot were commanded to stop now.
         self.at_rest = Estimate()
         self._direction = 0.0     # sign of the latest command that was not zero
         self._reversals = 0       # changes of that direction
-        self._nudges = False      # was the robot told to stop since the start?
+        self._nudges = False      # was the robot commanded to stop since the start?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._begin(math.nan, 0.0)
 
@@ -93,7 +93,7 @@ class Approach:
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
     def cruises(self, fastest: float) -> bool:
-        """Is the command `fastest` now, and for two more periods?"""
+        """Is the command `fastest` now, and will it be for two more periods?"""
         later = abs(self.at_rest.value) - 2.0 * self._config.period * fastest
         return abs(self._history.command) == fastest and (
             braking_speed(later, self._config.braking, self._config.gain) >= fastest)
@@ -189,8 +189,8 @@ class PreciseTurn:
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
                  response: Response) -> None:
-        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: this robot's
-        delay and lag as far as known."""
+        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: the known
+        delay and lag of this robot."""
         self._fastest = fastest
         self._tolerance = tolerance
         self._approach = Approach(turning_approach(acceleration, tolerance), response)

@@ -8,12 +8,12 @@ two periods.
 *Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
 a first-order *lag*. A controller that brakes by the measured position alone overshoots by the
 travel that is still to come. A Smith predictor brakes by the way that would remain if the robot
-were told to stop now,
+were commanded to stop now,
 
     remaining - (speed of the motors) * lag - (travel of the commands under way)
 
 The middle term is the way that a first-order motor coasts: the integral of v exp(-t / lag) is
-v lag. An `Estimate` takes the noise out of the way at rest.
+v lag. An `Estimate` filters the noise of the way at rest.
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are treated
 alike. Edge cases of a Pace: a clock that goes back makes a step due. The first step, and the first
@@ -31,7 +31,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Steps after the first step are planned earlier by this [s]. The sample for a step may come 5 ms
 #: late, and the robot obeys the command before until a late command arrives.
 EARLY = 0.0035
-#: While the robot is not driven, samples are left alone for a little more than a period [s].
+#: While the robot is not driven, samples are not read for a little more than a period [s].
 LONGEST_IDLE = 0.036
 #: In 95 of 100 cases the true value is within two standard deviations of the estimate.
 STANDARD_ERRORS = 2.0
@@ -97,7 +97,7 @@ class Pace:
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
-        """Leave out a step that was due. The next step is due a period later."""
+        """Skip a step that was due. The next step is due a period later."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def prolong(self) -> None:
@@ -182,13 +182,13 @@ def first_order_response(speed: float, command: float, lag: float, dt: float) ->
 
 def remaining_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
                       lag: float, gain: float = 1.0) -> float:
-    """The part of `remaining` that would remain if the robot were told to stop now."""
+    """Returns the part of `remaining` that would remain after a stop that is commanded now."""
     return remaining - motor_speed * lag - gain * history.travel_under_way(delay)
 
 
 class Estimate:
-    """An estimate of a number by samples. While the number does not change, it is their mean. When
-    the number changes, later samples have more weight."""
+    """An estimate of a number from samples. While the number does not change, the estimate is their
+    mean. When the number changes, later samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.

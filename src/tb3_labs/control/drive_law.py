@@ -28,7 +28,7 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
 
 
 class DriveLaw:
-    """Drives as fast as the limits allow, and stops exactly.
+    """Drives as fast as the limits allow, and stops at the goal.
 
     Each turn is a PreciseTurn. The way along the line from start to goal is an Approach. While
     driving, the robot steers towards a point of the line a little ahead. Each driving state has a
@@ -36,7 +36,7 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    #: The robot begins to drive at this angle from the line; its turn ends while it drives.
+    #: The robot begins to drive at this angle from the line, and ends its turn while it drives.
     FACING = 0.1                  # [rad]
     #: An interrupted drive goes on along its line if the robot faces within this angle of it.
     ALONG = 0.3                   # [rad]
@@ -45,7 +45,7 @@ class DriveLaw:
     #: The robot steers towards a point of the line this far ahead. A larger distance is calmer, a
     #: smaller one keeps nearer to the line.
     LOOK_AHEAD = 0.20             # [m]
-    #: At full speed, with less steering than this, every second step is left out.
+    #: At full speed, with less steering than this, every second step is skipped.
     CALM = 0.05                   # [rad/s]
     #: A robot that is slower stands.
     REST_SPEED = 0.01             # [m/s]
@@ -130,7 +130,7 @@ class DriveLaw:
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """The distance from the goal in words, if it is outside the tolerance; else ''."""
+        """Returns the distance from the goal in words if it is above the tolerance; else ''."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''

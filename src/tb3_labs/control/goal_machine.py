@@ -36,7 +36,7 @@ class GoalMachine:
         self.failure = ''
         #: True after a person or program cancelled the drive. Only a new goal starts another drive.
         self.cancelled = False
-        #: True once the robot has been told to move for this goal.
+        #: True after the first command to move to this goal.
         self.begun = False
         #: Will the command of the last step hardly change in the next period?
         self.cruises = False
@@ -60,7 +60,7 @@ class GoalMachine:
         self.restart()
 
     def restart(self) -> None:
-        """Begin the drive to the goal again, as after a reset, unless it was cancelled."""
+        """Begin the drive to the goal again after a reset or a change, unless it was cancelled."""
         if self.goal is not None and not self.cancelled:
             self.failure = ''
             self.begun = self._interrupted = False

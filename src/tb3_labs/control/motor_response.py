@@ -2,8 +2,8 @@
 
 A command arrives after a *delay*: it crosses the network and waits for the next control period of
 the firmware. The motors then follow with a *lag*: they are modelled as first-order. The steady
-speed is the command times a *gain*, which is not quite 1: motors take whole steps of speed, and the
-distance of the wheels differs from robot to robot. A robot that started from rest has
+speed is the command times a *gain*. The gain is not quite 1: motors run at whole steps of speed,
+and the distance of the wheels differs from robot to robot. A robot that started from rest has
 
     the travel   x(t) = gain U(t - delay) - lag v(t)
 
@@ -19,10 +19,10 @@ w = x / (gain u) of one sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
-The delay is the round trip's, to the robot and back, since a robot sets its clock by the same slow
-link: the stamps of late samples look fresh. The time that a command needs is known from
-measurements (`COMMAND_TIME`). The rest of the delay is taken as the *sample delay*. If commands
-need longer than `COMMAND_TIME`, the sample delay is too large.
+This is the delay of the round trip, to the robot and back. A robot sets its clock over the same
+slow link, so the stamps of late samples look fresh. The time that a command needs is known from
+measurements (`COMMAND_TIME`). The rest of the delay is assumed to be the *sample delay*. If
+commands need longer than `COMMAND_TIME`, the sample delay is too large.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -61,11 +61,11 @@ MAX_LAG = 0.15
 #: Standard deviations of the values with which an approach begins: gain, delay [s], lag [s].
 DOUBTS = 0.03, 0.03, 0.05
 #: Standard deviation of the lag if the measured speed is a mean [s]. A mean does not show the lag,
-#: so this is small enough to keep the lag as it was.
+#: so this is small enough for the lag not to change.
 BELIEVED = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DOUBT = 0.002
-#: Each measurement at cruise has this weight in the values with which the next approach begins.
+#: Weight of each measurement at cruise in the values with which the next approach begins.
 LEARNING = 0.1
 #: Least weight of a measurement in the usual delay, which is learned over several approaches.
 SLOW_LEARNING = 0.01
@@ -148,15 +148,15 @@ class Identification:
         self._response = response
         self._first = copy(response)    # the equations are solved for the difference
         self._speed_is_prompt = speed_is_prompt
-        self._from_rest = False          # did the robot stand when the approach began,
-        self._start_observed = False     # and was it seen to speed up?
+        self._from_rest = False          # did the robot stand when the approach began?
+        self._start_observed = False     # did a sample show that it speeds up?
         gain, delay, lag = DOUBTS
         doubts = np.array([gain, delay, lag if speed_is_prompt else BELIEVED])
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """The first command is given now, to a robot with this measured `speed`. Only a start from
-        rest shows delay and lag: earlier commands caused any other motion."""
+        """The first command is sent now, and the robot has this measured `speed`. Only a start from
+        rest shows delay and lag: an earlier command may have caused another motion."""
         self._from_rest = abs(speed) <= ONSET
 
     def update(self, history: CommandHistory, travelled: float, speed: float,

@@ -9,8 +9,8 @@ goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
 * The same holds when the drive to a repeated goal was given up: a repetition is not a new request.
 * A repetition during the drive to this goal, or during the wait for sensors, changes nothing.
 
-Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
-is not silent while this process sleeps. A link that delays a sender for `SENDER_PAUSE` is a pause.
+Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sleep
+of this process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network is a pause.
 """
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional
@@ -66,7 +66,7 @@ class _Repetition:
 
 
 class GoalRequests:
-    """The goal that the robot drives to, and the goals that were heard a moment ago."""
+    """The present goal, and the latest goal of each sender."""
 
     def __init__(self, present: GoalRequest, sleep: SleepWatch) -> None:
         #: The request of the goal that was accepted last.
@@ -107,17 +107,17 @@ class GoalRequests:
             repetition is self._repetition_of(self.present))
 
     def accept(self, request: GoalRequest) -> None:
-        """`request` is driven to from now on."""
+        """Drive to the goal of `request` from now on."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self._answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present = self._open = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
-        """`request` changes nothing."""
+        """Reject `request` with an answer to its client."""
         self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
-        """The drive has ended. Its client is told once."""
+        """The drive has ended: its client gets one answer."""
         if self._open is not None:
             self._answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None

@@ -38,9 +38,9 @@ class _Grant:
     """The permission that one sender gave, and its renewals."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        #: When the grant was given, and the latest time at which its True was sent [s].
+        #: Arrival of the True, and the latest time at which it can have been sent [s].
         self.given_at = self.sent_before = now
-        #: Were the sensors there since it was given?
+        #: Were the sensors fresh at any time since the grant?
         self.has_robot = False
         self._renews = renews
         self._received_for = 0.0
@@ -56,7 +56,7 @@ class _Grant:
         self.sent_before = self.given_at - (too_early if is_late else 0.0)
 
     def silent_for(self, now: float) -> float:
-        """Time since the last True [s]; 0 if it needs no renewal."""
+        """Time since the last True [s]; 0 if the grant needs no renewal."""
         return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
@@ -69,7 +69,7 @@ class Permission:
     """The permission that follows from the messages of all senders."""
 
     def __init__(self, granted: bool, log: Callable[[str, bool], None]) -> None:
-        """`granted`: from the start; `log(text, warning)` gets each line for the user."""
+        """`granted`: is there a grant at the start? `log(text, warning)`: logs for the user."""
         #: Number of grants so far.
         self.count = 0
         self._sensor_problem, self._patience = 'no sensors yet', ROBOT_START
@@ -77,7 +77,7 @@ class Permission:
         self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, False)} if granted else {}
         self._last_value: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
-        self._refused: Set[str] = set()    # senders whose ignored True has had its line
+        self._refused: Set[str] = set()    # senders whose ignored True was logged
         self._now = math.nan           # the time of the last update
         self._began_at = math.nan      # time of the first update, or of the end of a long sleep
         self.sleep = SleepWatch()
@@ -90,7 +90,7 @@ class Permission:
 
     @property
     def has_grant(self) -> bool:
-        """Is there a grant that nobody has taken? Its sender may be silent for a moment."""
+        """Is there a grant that has not ended? It may be suspended."""
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
@@ -100,7 +100,7 @@ class Permission:
             self._grants[''] = _Grant(now, False)
 
     def set_sensor_problem(self, sensor_problem: str) -> None:
-        """Take in the problem of the sensors, '' if they are there, after each :meth:`update`."""
+        """Take in the problem of the sensors after each :meth:`update`; '' if all are fresh."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
             self._patience = RESUME_TIME
@@ -108,16 +108,16 @@ class Permission:
                 grant.has_robot = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        """A sender says True or False; `message.renews`: does the sender renew its grant?"""
+        """Take in a True or a False of a sender."""
         now, sender, granted = message.at, message.sender, message.what
         self.update(now)
-        if message.age is Age.RESTARTED:    # another process bore this name before
+        if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
         was_granted = self._last_value.get(sender, False)
         self._last_value[sender] = granted
         if message.age is Age.OLD and not granted and not any(self._grants):
-            return    # '' is the grant at the start
+            return    # any() leaves out '', the grant at the start
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
                            if now - at <= OLDEST_GRANT}
@@ -177,5 +177,5 @@ class Permission:
     def _end(self, sender: str, reason: str) -> None:
         self._log(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
                   'gives it again', True)
-        self._refused.add(sender)    # so its next True needs no line
+        self._refused.add(sender)    # so its next True is not logged
         del self._grants[sender]

@@ -1,7 +1,7 @@
 """May a motion go on? Its sensors must be alive, and the robot must obey.
 
-A sensor is lost if no message arrives, and frozen if it repeats one reading while the robot moves,
-as a driver that hangs does. A robot is stalled if it is told to move and gets no nearer to its
+A sensor is lost if no message arrives. It is frozen if it repeats one reading while the robot
+moves, because its driver hangs. A robot is stalled if it is told to move and gets no nearer to its
 goal. The robot has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
@@ -13,7 +13,7 @@ from typing import Any, Optional
 from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
-#: The reason why a robot stands whose sensors are fresh.
+#: The reason why a robot stands although its sensors are fresh.
 UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If the robot is told to drive faster than this, the readings must show a motion [m/s].
 SURELY_DRIVES = 0.02
@@ -23,7 +23,7 @@ SURELY_TURNS = 0.1
 STALL_TIME = 1.3
 #: The robot got nearer if the remaining way is less by at least this much [m or rad].
 STALL_STEP = 0.004
-#: A drive waits for the robot to settle for at most this long, the sum of all its rests [s].
+#: A drive waits for the robot to settle for at most this time in total [s].
 LONGEST_REST = 4.0
 #: The goal is missed when the remaining way grows again by this much, half a second at full speed
 #: [m or rad]. A short stall of the network makes the robot overshoot by less.
@@ -44,17 +44,17 @@ class SensorStatus(Enum):
 
 
 class Sensor(Freshness):
-    """A sensor that a motion needs: when it was heard, and what it read."""
+    """A sensor that a motion needs: the time and the content of its last message."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         #: Contents of the last message, without its stamp.
         self.reading: Any = None
-        #: At the last look the reading had not changed for this long, although it must change [s].
+        #: The reading has not changed for this long, although it must change [s].
         self.repeated_for = 0.0
-        #: The longest silence between two messages since the last pause [s]; a sleep is one, too.
+        #: The longest time between two messages since the last pause [s].
         self.longest_gap = 0.0
-        self._changed_at = math.nan    # when the reading changed; NaN: at the next look
+        self._changed_at = math.nan    # when the reading changed; NaN: at the next check
 
     def received(self, now: float, reading: Any = None) -> float:
         """A valid message with this content arrived. Returns the silence before it [s]."""
@@ -87,14 +87,15 @@ class SensorWatch:
 
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
-        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
+        #: The status at the last :meth:`update`. The first update after a silence finds BACK_SOON
+        #: or LATE, the next one FRESH.
         self.status = SensorStatus.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
-        #: Length of the last silence [s]. It begins again when a motion is asked for.
+        #: Length of the last silence [s], since the request of the motion if that came later.
         self.silent_for = 0.0
         self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
-        self._since = math.nan          # beginning of the silence; NaN: the next update
+        self._since = math.nan          # begin of the silence; NaN: at the next update
         self._were_fresh = False        # at the last update
 
     def request_motion(self) -> None:
@@ -102,9 +103,9 @@ class SensorWatch:
         self._since = math.nan
 
     def update(self, now: float, is_checked: bool = True) -> None:
-        """To be called repeatedly, also at each step while the robot is being driven. `is_checked`:
-        False until gyro and wheels were compared. A motion waits for the sensors, then as long
-        again for this comparison.
+        """Find the status. To be called repeatedly, also at each step of a drive. `is_checked`:
+        were gyro and wheels compared? A motion waits for the sensors, then as long again for this
+        comparison.
         """
         oldest, are_fresh = 0.0, True
         for source in self._sources:
@@ -145,7 +146,7 @@ class SensorWatch:
     def problem(self, now: float, with_age: bool = False) -> str:
         """The lost sensors, in words; '' while all sensors are fresh.
 
-        If one sensor is lost, each that is silent for half its timeout is lost, too.
+        If one sensor is lost, each sensor that is silent for half its timeout is named, too.
         """
         if self.are_fresh(now):
             return ''
@@ -206,7 +207,7 @@ class StallWatch:
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    The samples are ordered by the times of measurement: a sample that is read again may be old.
+    The samples are ordered by their times of measurement: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:
