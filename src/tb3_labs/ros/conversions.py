@@ -1,4 +1,4 @@
-"""Messages <-> the core's types, and the names of their frames.
+"""Converts messages to the types of the cores, and back. Also the names of frames.
 
 No other file reads or fills quaternion fields. An invalid message (NaN, infinity, an invalid
 quaternion) raises ``ValueError``.
@@ -13,8 +13,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
 
-#: The environment variable with the path of a named pipe. The simulated robot writes its true poses
-#: there, a line with x, y [m], yaw [rad] each, and not to a topic, which any node can read.
+#: The environment variable with the path of a named pipe. The simulated robot writes a line with x,
+#: y [m], yaw [rad] there for each true pose. It does not use a topic, which any node can read.
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 

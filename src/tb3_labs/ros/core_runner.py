@@ -4,7 +4,7 @@ When a node that drives stops, for any reason, it publishes exactly one zero and
 that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
 that ended it), and when its clock stands still.
 
-Locks are taken in this order, each only before those below it:
+A thread that holds a lock takes only locks further down in this list:
     1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
        diagnostics, actionlib. A node that calls these parts holds no lock.
     2  the lock of the node, its CoreRunner's, which guards its core and its commands
@@ -55,9 +55,9 @@ class CoreRunner:
         self._watchdog = Watchdog(self.check, self._note_clock)
 
     def handle(self, method, *arguments):
-        """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
-        Returns the Output. `method` reads the clock: an earlier time may be older than one that the
-        core knows already."""
+        """Call ``method(*arguments)`` of the core, which takes in a message, and let the core
+        decide. Returns the Output. `method` itself reads the clock: a time from before the lock may
+        be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -70,13 +70,13 @@ class CoreRunner:
             self._decide()
 
     def query(self, method, *arguments):
-        """Returns the answer of ``method(*arguments)`` of the core. Nothing is decided: it is a
-        question, or a sample that only checks other samples."""
+        """Returns ``method(*arguments)`` of the core, without a decision: for a question, or for a
+        sample that only checks other samples."""
         with self._lock:
             return method(*arguments)
 
     def _decide(self):
-        """The caller holds the lock."""
+        """Let the core decide, and send its command. The caller holds the lock."""
         output = self._tick()
         if output.stops_first:
             self.cmd_vel.stop()
@@ -150,8 +150,8 @@ class CmdVel:
         self.stop()
 
     def note_clock(self, runs):
-        """Does ROS time run? While it stands still, nothing may be driven. Returns whether it has
-        just come to a stand."""
+        """Take in whether ROS time runs: while it stands still, nothing may be driven. Returns True
+        if it has just stopped."""
         stands, self._clock_runs = self._clock_runs and not runs, runs
         if stands:
             self.stop()
@@ -163,8 +163,8 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()`, under the lock, in a separate thread, while no message comes; and
-    `note_clock(runs)`, if the clock is simulated.
+    """Calls `check()` in a separate thread while no message arrives. Also calls `note_clock(runs)`
+    if the clock is simulated.
 
     The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.
@@ -178,7 +178,7 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def keep(self, awake):
-        """`awake`: must the node be checked often? The caller holds the node's lock."""
+        """Check the node often if it is `awake`. The caller holds the node's lock."""
         if not self._thread.ident:
             self._thread.start()
         if awake is not self._awake.is_set():    # reading it costs less than setting it again

@@ -1,10 +1,10 @@
 """Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
-package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. It
-looks at the command line of the roslaunch that runs it. If an argument is unknown or missing, it
-prints one line and fails; then roslaunch refuses the file before anything starts. Any Python can
-run it: it imports the standard library alone.
+package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. The
+command reads the command line of the roslaunch that runs it. If an argument is unknown or missing,
+the command prints one line and fails; then roslaunch refuses the file before a node starts. This
+file imports the standard library alone, so any Python can run it.
 """
 import difflib
 import os
@@ -20,22 +20,22 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: The doc of an argument that takes a file of parameters, and a line that YAML reads as empty.
+#: The doc of an argument that takes a file of parameters, and a line of it without a value.
 OWN_FILE = 'a YAML file of your own'
 NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
 #: A colon without a blank after it, as in {slip:0.1}: YAML makes it a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
 #: An argument takes numbers if its default is one, or a group of parameters.
 NUMBERS = re.compile(r'-?[\d.]+|\{\}')
-#: A whole number, and the largest of the parameter server; by a larger one roslaunch fails.
+#: A whole number, and the largest one that roslaunch can set on the parameter server.
 WHOLE = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
 LARGEST = 2 ** 31 - 1
-#: A parameter and its value in {slip: 0.1}; nothing behind a last comma.
+#: A parameter and its value, as in {slip: 0.1}. Behind a last comma the text may be empty.
 PAIR = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
 
 def _words_of(process):
-    """The words after `roslaunch` in the command line of a process; [] for another program."""
+    """Returns the words after `roslaunch` in a process's command line; [] for another program."""
     words = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     for place, word in enumerate(words[:2]):    # the first word may be python
         if os.path.basename(word) == 'roslaunch':
@@ -46,8 +46,8 @@ def _words_of(process):
 def problem_of(words, path):
     """Returns a sentence about the first unknown or missing argument; '' if all are right.
 
-    `words` are those after `roslaunch`. If they do not name the launch file `path`, because another
-    file includes it, '' is returned, too.
+    `words`: the words after `roslaunch`. If they do not name the launch file `path`, another file
+    includes it: then the result is '', too.
     """
     if not any(_means(words[:place], word, path) for place, word in enumerate(words)):
         return ''
@@ -77,7 +77,7 @@ def _means(before, word, path):
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns how the value should be, by the argument's `doc`; '' if it is right."""
+    """Returns how a wrong value should be written, by the argument's `doc`; '' for a right one."""
     if PARAMETERS_FILE.search(doc):
         in_braces = value if value.startswith('{') else '{' + value.replace('=', ':') + '}'
         right, why = NO_BLANK.sub(': ', in_braces), 'a blank is missing after the colon'
@@ -96,7 +96,7 @@ def _problem_of_value(name, value, doc, folder):
 
 
 def _problem_of_numbers(text):
-    """Returns which whole number is too large for the parameter server; '' if none is."""
+    """Returns a sentence if a whole number is too large for the parameter server; else ''."""
     for word in WHOLE.findall(text):
         digits = word.replace('_', '').lstrip('+-0')
         if len(digits) > len(str(LARGEST)) or int(digits or 0) > LARGEST:
@@ -105,7 +105,7 @@ def _problem_of_numbers(text):
 
 
 def _problem_of_file(path):
-    """Returns why roslaunch would refuse a YAML file with many lines; '' also if there is none."""
+    """Returns why roslaunch cannot read a YAML file; '' if it can, or if the file is missing."""
     try:
         text = re.sub('#.*', '', _text_of(path))
         empty = NO_VALUE.search(text)
@@ -115,7 +115,7 @@ def _problem_of_file(path):
 
 
 def _remedy(name, value, arguments, path):
-    """Returns a hint for the unknown argument `name`: the one that is meant, or how to list all."""
+    """Returns a hint for an unknown argument: which argument is meant, or how to list all."""
     known = {other: other + ':=' for other in arguments}
     for argument, item in arguments.items():
         for file in PARAMETERS_FILE.findall(item.get('doc', '')):

@@ -11,8 +11,8 @@ from tb3_labs.robot.turtlebot3 import model_called
 
 def read_config(*kinds, of=None, typed=()):
     """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters
-    and `typed`, other settings. Raises ``ValueError`` for the first that is unknown or invalid.
-    `of`: another node, whose unknown ones are ignored."""
+    and `typed`, which has other settings. Raises ``ValueError`` for the first unknown or invalid
+    one. `of`: read the parameters of this node instead, and ignore its unknown parameters."""
     given = rospy.get_param(of or '~', {})
     if not isinstance(given, dict):
         raise ValueError(f'parameter {of or rospy.get_name()} = {given!r} is not valid: the name '

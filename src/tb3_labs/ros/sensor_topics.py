@@ -44,8 +44,8 @@ def _stamp(message):
 
 
 def subscribe_wheels(callback):
-    """Hear samples of the wheels on `joint_states`, but no message of other joints, such as an
-    arm's. Returns a function that answers whether anybody publishes there."""
+    """Read the wheels' samples on `joint_states`; messages of other joints, such as an arm's, are
+    ignored. Returns a function: does any node publish this topic?"""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

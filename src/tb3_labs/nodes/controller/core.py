@@ -19,11 +19,11 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: A robot that turns faster than this without commands from here is driven by another node [rad/s].
+#: A robot that turns faster than this without a command of this node is driven by another [rad/s].
 DRIVEN_RATE = 0.1
-#: Time between two lines about turns of other nodes that are refused [s].
+#: Least time between two lines about refused turns [s].
 REFUSAL_PERIOD = 1.0
-#: A turn is judged when the robot turns slower than this [rad/s].
+#: The result of a turn is logged when the robot turns slower than this [rad/s].
 JUDGING_RATE = 0.01
 
 
@@ -39,13 +39,13 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[ActiveTurn] = None       # driven, or to be judged at rest
+        self._turn: Optional[ActiveTurn] = None       # until its result is logged
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last line about a refused turn
         self._mouse_is_new = False               # True: a command is due
-        self._mouse_logged = False               # has its user had the line on a lost mouse?
+        self._mouse_logged = False               # was the loss of the mouse logged?
         self._log = LogQueue()
 
     # -- what comes in
@@ -92,8 +92,8 @@ class ControllerCore:
                           'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg], as another node asks, see :meth:`ask`; but not if the node only
-        repeats a request from before its connection, or before a stop."""
+        """Turn by the angle [deg] that another node requests, unless it only repeats a request from
+        before its connection, or before a stop."""
         self._update(turn.at)
         doubts = self._repetitions.count(turn, self._sleep.is_waking)
         if not doubts:
@@ -103,13 +103,13 @@ class ControllerCore:
                           f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg] that a person typed here: it is never doubted."""
+        """Turn by an angle [deg] that a person typed: this request is never doubtful."""
         self._update(turn.at)
         self._refused_at = -math.inf
         self._try(turn, now)
 
     def _try(self, turn: 'Event[float]', now: float) -> None:
-        """A refusal is one line; a node that repeats itself gets one line a second."""
+        """Request a turn, and log its refusal, at most once a second."""
         try:
             self.ask(turn.what, now)
         except ValueError as refusal:
@@ -118,10 +118,8 @@ class ControllerCore:
                 self._log.add(str(refusal), warning=True)
 
     def ask(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
-
-        During a turn its goal moves by `degrees`.
-        """
+        """Turn by `degrees`, left positive. During a turn this moves its goal. Raises
+        ``ValueError`` with the reason of a refusal."""
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN else None
         whole = angle if extended is None else extended.left(self._yaw) + angle
@@ -150,7 +148,7 @@ class ControllerCore:
             self._released(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: PreciseTurn) -> None:
-        """Turn by another law from now on; a present turn goes on to the same goal."""
+        """Turn by another law from now on; a present turn keeps its goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
@@ -217,7 +215,7 @@ class ControllerCore:
         self._start_law(self._turn)
 
     def _start_law(self, turn: ActiveTurn) -> None:
-        """Begin the turn, or go on after a stop, from the present heading."""
+        """Begin the turn, or continue it after a stop, at the present heading."""
         self._law.start(self._yaw, turn.left(self._yaw))
         self._pace.pause()
 

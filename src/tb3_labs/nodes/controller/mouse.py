@@ -36,7 +36,7 @@ class _MouseSource:
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
-        #: Was its last message active? An active mouse repeats itself.
+        #: Did its last message say that it is active? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
         self._back_at = -math.inf    # end of the last silence
@@ -51,7 +51,7 @@ class _MouseSource:
         active, now, stamp = message.what.active, message.at, message.sent_at
         is_first = not self.source.count
         if not (is_first or self.reported_active) and now - self._back_at >= WAKING:
-            self.is_lost = False    # it was inactive until now
+            self.is_lost = False    # it said that it is not active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at, self.is_lost = now, self.is_lost or active
         elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
@@ -69,13 +69,13 @@ class _MouseSource:
 class Mouse:
     """Knows whether a mouse is active, and the velocity that it asks for.
 
-    A mouse is treated as lost at first, when it falls silent while it is active, and when this
-    process slept. It then stays inactive until it is in the middle of the screen, or is
-    deactivated, by a message that is neither delayed nor one of those after a silence. A
+    A mouse is treated as lost at first, when it is active but silent, and when this process slept.
+    It then stays inactive until a message shows that it is in the middle of the screen, or is
+    deactivated. A message that is delayed, or comes soon after a silence, does not show this. A
     deactivation is always a stop.
 
-    Several mice may be connected. If one is lost or deactivated, all others are lost, too: they may
-    have been activated before that. The active mouse that was heard last drives.
+    Several mice may be connected. If one is lost or deactivated, all other mice are lost, too: they
+    may have been activated before that. The active mouse with the latest message drives.
     """
 
     def __init__(self) -> None:
@@ -109,7 +109,7 @@ class Mouse:
                      if sender.active and not sender.source.is_fresh(now)), '')
 
     def lose(self, now: float, but: Optional[_MouseSource] = None) -> None:
-        """Every mouse except `but` is lost: an inactive one may have been activated since."""
+        """Treat every mouse except `but` as lost: an inactive one may have been activated since."""
         for sender in self._senders.values():
             if sender is not but:
                 sender.lose(now)

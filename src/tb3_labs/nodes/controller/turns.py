@@ -1,5 +1,5 @@
 """A turn: its settings, the heading, its request and its result. Its law is
-:class:`tb3_labs.control.approach.PreciseTurn`. Who drives: a turn or the mouse? What only repeats?
+:class:`tb3_labs.control.approach.PreciseTurn`. Also the table of who drives: a turn or the mouse.
 
 Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
 and -180 are different turns, and 360 is a full turn. The handout's law cannot distinguish them.
@@ -99,13 +99,11 @@ class ActiveTurn:
     """
 
     def __init__(self, requested: float, yaw: float, carried: float, now: float) -> None:
-        """Turn by `requested` from `yaw`, and by the error that the turn before left
-        (`carried`)."""
+        """Turn by `requested` from `yaw`, and by `carried`, the error of the turn before."""
         self.requested = requested
         self.goal = yaw + carried + requested
         self.stall = StallWatch()
-        #: The remaining angle at the end, which the law computed from many samples: one sample is
-        #: less exact.
+        #: The remaining angle at the end, which the law has computed from many samples.
         self.left_at_end = 0.0
         self._start = yaw
         self._begun_at = now
@@ -167,15 +165,15 @@ NEXT_DRIVER = {
 
 
 class Repetitions:
-    """Finds requests that only repeat a request that was doubtful, or was stopped: the same angle
-    from the same sender, without a pause of `SENDER_PAUSE`."""
+    """Finds requests that only repeat a doubtful request, or a request from before a stop. A
+    repetition is the same angle from the same sender, without a pause of `SENDER_PAUSE`."""
 
     def __init__(self) -> None:
         self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
     def count(self, event: Event, is_waking: bool = False) -> int:
-        """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: the
-        request, and its repetitions, may be older than a sleep of this process."""
+        """Take in a request. Returns the number of doubtful requests up to this one; 0 if it is
+        accepted. `is_waking`: may the request be older than a sleep of this process?"""
         last = self._requests.get(event.sender)
         if last is None or last.what != event.what or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _TurnRequest(event.what)
@@ -188,13 +186,13 @@ class Repetitions:
         return last.doubts
 
     def stop(self) -> None:
-        """A stop: a request that is being repeated, twice or more, is ignored from now on."""
+        """After a stop, ignore each request that was repeated before it."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 
 
 class _TurnRequest:
-    """The last request of one sender, until it changes, or pauses."""
+    """The last request of one sender, until the sender changes it, or pauses."""
 
     def __init__(self, what: object) -> None:
         self.what, self.source = what, Freshness('turn', SENDER_PAUSE)

@@ -21,13 +21,13 @@ from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING, HAND_BACK, LONGEST_LAPSE, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
 
-#: If the sticks do not come to rest for this long, and so do not drive, a line says so [s].
+#: If the sticks are not at rest for this long, a line says that the pad does not drive yet [s].
 RESTLESS = 3.0
 
 
 @dataclass(frozen=True)
 class PadOutput(Output):
-    """All that the pad wants done now."""
+    """The decision of a GamepadCore."""
 
     #: The holder of the robot, if it has changed.
     holder: Optional[ControlHolder] = None
@@ -57,8 +57,8 @@ class GamepadCore:
         self._is_new = False         # something changed, so a command is due
         self._reset_requested = False    # since the last tick
         self._published_holder: Optional[ControlHolder] = None
-        self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
-        self._restless_logged = False      # has the operator had the line on that?
+        self._restless_since = math.inf    # a stick is pushed, but does not drive yet
+        self._restless_logged = False      # was that logged?
         self._log = LogQueue()
 
     # -- what comes in
@@ -83,7 +83,7 @@ class GamepadCore:
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._handle(ControlEvent.LOST, now)    # the loss is noticed only now
         elif self._drives() and pushed_at < self.messages.stopped_at:
-            self._handle(ControlEvent.STOPPED, now)    # it was pushed before the stop
+            self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if state.reset and not before.reset and self._is_accepted('Y', OLDEST_RESET, now):
             self._reset_requested = True
 
@@ -91,7 +91,7 @@ class GamepadCore:
         """move_to_goal says whether it has control."""
         now = has_control.at
         if has_control.what:
-            self.messages.given_at = -math.inf    # it has heard the True
+            self.messages.given_at = -math.inf    # this answers the last True
             self._handle(ControlEvent.GRANTED, now)
         elif now - self.messages.given_at >= CROSSING:
             self._handle(ControlEvent.TAKEN, now)
@@ -103,7 +103,7 @@ class GamepadCore:
             self._on_control_taken(message.at)
 
     def on_leave(self, now: float) -> None:
-        """The node ends: its operator leaves."""
+        """Take control from move_to_goal, since this node ends."""
         if self.messages.grants:
             self._on_control_taken(now)
 
@@ -133,7 +133,7 @@ class GamepadCore:
             control_messages=self.messages.pop_all(), renews=self.messages.renews(now))
 
     def _check_rest(self, now: float) -> None:
-        """A pad at rest is ready after messages for a while. Otherwise a line names the stick."""
+        """Is the pad ready: sticks at rest, and delay known? A line names a stick that is not."""
         state, config = self._pad.state, self._config
         if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
             self._restless_since, self._restless_logged = math.inf, False
@@ -166,7 +166,7 @@ class GamepadCore:
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
     def _check_clock(self, now: float) -> None:
-        """After a sleep the pad must be ready again; a long one takes its permission back."""
+        """After a sleep the pad must be ready again. A long sleep ends its permission."""
         self._sleep.update(now)
         if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
@@ -179,7 +179,7 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? False, with a line, if it is older than `longest` [s], or may be."""
+        """Is a press accepted? Otherwise a line says that it may be older than `longest` [s]."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
@@ -226,7 +226,7 @@ class GamepadCore:
                     'gamepad.launch does')
         silence = self.joy.silence_with_age(now).capitalize()
         self._log.add(f'{silence}: robot stopped; {self._again}{hint}', warning=True)
-        self._pad.state = None      # the last one is void now
+        self._pad.state = None      # the last state is void now
         self._is_new = True
         self.messages.stop(now)
         self._handle(ControlEvent.LOST, now)

@@ -14,7 +14,7 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_TURN)
 from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER, PAD_TIMEOUT, Freshness, Lateness
 
-#: The highest index of an axis or button. No pad has as many.
+#: The highest index of an axis or button that a parameter may have.
 MOST = 31
 
 
@@ -61,34 +61,34 @@ class PadState(NamedTuple):
 
 
 class PadListener:
-    """Hears one pad, and says whether its sticks and buttons are current.
+    """Takes in the messages of one pad. Are its sticks and buttons current?
 
-    The silence of a pad that has never repeated itself does not show a loss: joy_node may send only
-    changes.
+    The silence of a pad that has never repeated a state does not show a loss: joy_node may send
+    only changes.
     """
 
     def __init__(self) -> None:
         self.source = Freshness('joy', PAD_TIMEOUT)
         #: The latest state; None before the first message, and after a loss.
         self.state: Optional[PadState] = None
-        #: Does the pad repeat an unchanged state? Does its driver repeat one message?
+        #: Does the pad repeat an unchanged state? Does its driver hang, and repeat one message?
         self.repeats = self.hangs = False
         self._lateness = Lateness()
-        self._received_since = math.inf    # from then on the lateness of messages is learned
+        self._received_since = math.inf    # the lateness of messages is learned since then
         self._last: Optional[PadState] = None
-        self._newest = -math.inf         # stamp
-        #: About the last message: the state before it, its delay [s]; did it come after a loss?
+        self._newest = -math.inf         # newest stamp
+        #: For the last message: the state before it, its delay [s]; did it come after a loss?
         self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
-        """Take in the state in a message, sent at `stamp` (0: unknown); `hangs`: it comes again. Of
-        the buttons that are down in the first one only the stop is treated as pressed now."""
+        """Take in the state of a message. `stamp`: time of sending, or 0; `hangs`: does the driver
+        repeat one message? In the first message only the stop button is treated as pressed now."""
         self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
         is_silence = hangs or stamp <= self._newest and self.lateness > PAD_TIMEOUT
-        self._newest = max(stamp, self._newest)    # a driver may repeat several messages
+        self._newest = max(stamp, self._newest)    # a driver that hangs may repeat several messages
         self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
         if not is_silence:
             self.source.received(now)
@@ -100,9 +100,9 @@ class PadListener:
         self.before = before
 
     def knows_lateness(self, now: float) -> bool:
-        """Has the pad been heard for long enough to know how late a message is?"""
+        """Have enough messages arrived to know how late a message is?"""
         return now - self._received_since >= LATENESS_KNOWN_AFTER and (
-            not self.hangs or self.source.is_fresh(now))    # a driver may stamp two at once
+            not self.hangs or self.source.is_fresh(now))    # two messages may have the same stamp
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""
@@ -127,7 +127,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
 
 
 def _outside(dead_zone: float, position: float) -> float:
-    """0 inside the dead zone; linear from its edge to the full stick."""
+    """Returns 0 inside the dead zone, and a linear value from its edge to the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:
         return 0.0

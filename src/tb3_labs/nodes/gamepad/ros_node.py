@@ -18,7 +18,7 @@ from tb3_labs.ros.topics import RENEWS, log_missing_topics, subscribe_events
 
 
 class GamepadNode:
-    """Hears the pad, and other nodes' True and False; drives, gives and takes control."""
+    """Takes in the pad, and True and False of other nodes; drives, gives and takes control."""
 
     def __init__(self):
         model, config = read_model(), read_config(PadConfig)
@@ -30,7 +30,7 @@ class GamepadNode:
                                   self._carry_out)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
-        # every message is read: a press is seen even if many messages arrive at once
+        # every message is read: no press is lost if many messages arrive at once
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
@@ -43,13 +43,13 @@ class GamepadNode:
                            'has none)? The page of web:=true is a pad, too')
 
     def _publish_output(self, output):
-        """A stop is sent twice: a listener may take a connection's first message for latched."""
+        """Publish a stop twice: a node may treat a connection's first message as latched."""
         for word in output.control_messages:
             for _ in range(1 if word else 2):
                 self._control.publish(word)
         if output.renews:
             self._control.publish(True)
-        if output.reset_requested:    # no terminal holds it up; a node that sleeps answers late
+        if output.reset_requested:    # move_to_goal may answer late
             threading.Thread(target=guarded(_reset), daemon=True).start()
 
     def _carry_out(self, output):

@@ -32,7 +32,7 @@ from tb3_labs.supervision.stale_or_stalled import (
     SURELY_DRIVES, SURELY_TURNS, Sensor, SensorStatus, SensorWatch)
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
-#: If another node commands a motion for longer than this while this node drives, both fight [s].
+#: If another node commands motions for longer than this while this node drives, a line says so [s].
 RIVAL = 0.3
 
 
@@ -56,7 +56,7 @@ class MoveToGoalConfig(Config):
 
 @dataclass(frozen=True)
 class DriveOutput(Output):
-    """All that move_to_goal wants done now."""
+    """The decision of a MoveToGoalCore."""
 
     #: Was control given, and not taken back? Its sender may be silent for a moment.
     has_grant: bool = False
@@ -121,15 +121,15 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Another node commands the robot, which may move now. A line warns of this node only while
-        move_to_goal drives. A command that crosses a grant needs no line."""
+        """Another node commands the robot, which may move now. A line warns of this node, but only
+        while move_to_goal drives, and not of the last commands before a grant."""
         if not (linear or angular):
             return
         self._localizer.driven_at = now
         if self._sent == Twist2():
             self._rivals.clear()
         elif now - self._rivals.setdefault(sender, now) > RIVAL:
-            self._rivals[sender] = math.inf    # it is told once
+            self._rivals[sender] = math.inf    # no second line
             self._log.add(f'{sender or "another program"} drives the robot, too: stop one of the '
                           'two (False on ctrl_relinq stops this one)', warning=True)
 
@@ -146,7 +146,7 @@ class MoveToGoalCore:
         self._restart()
 
     def on_goal(self, request: GoalRequest, at: float) -> None:
-        """Drive to the RequestedPose of a goal, unless this repeats the present goal or is void."""
+        """Drive to the RequestedPose of a goal, unless it repeats the present goal or is void."""
         self.on_repetition(request, at)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
@@ -167,7 +167,7 @@ class MoveToGoalCore:
             requests.accept(request)
 
     def on_repetition(self, request: GoalRequest, at: float) -> None:
-        """A goal was sent again, by the name that it had before."""
+        """A goal was sent again with its earlier GoalID."""
         self._update_control(at)    # finds a sleep: the goal may be older than the sleep
         self._check_end(at)
         self._requests.note(request, at)
@@ -200,7 +200,7 @@ class MoveToGoalCore:
         self._permission.on_message(message)
 
     def _update_control(self, at: float) -> None:
-        """Does the permission still hold?"""
+        """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(at)
         before, self.has_control = self.has_control, permission.granted
@@ -258,7 +258,7 @@ class MoveToGoalCore:
         return None
 
     def _check_end(self, at: float) -> None:
-        """Find the end of a drive, once."""
+        """Answer the client of a drive that has ended, once."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._last_ended_attempt:
             return

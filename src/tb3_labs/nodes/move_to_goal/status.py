@@ -1,4 +1,4 @@
-"""The status of a drive: its text on `goal_state`, and lines for the user when it is new."""
+"""The status of a drive: its text on `goal_state`, and lines for the user when it changes."""
 import math
 from typing import Callable, NamedTuple, Optional, Tuple
 
@@ -60,8 +60,8 @@ class Announcer:
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Returns True if the status is new. A drive's progress is one line a second, too.
-        `motion()`: the robot's Motion now."""
+        """Log a new status, and once a second the progress of a drive. Returns True if the status
+        is new. `motion()`: the robot's Motion now."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._printed:
             if abs(now - self._progress_at) >= PROGRESS_PERIOD:
