@@ -37,23 +37,23 @@ class Config:
 
 
 def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
-    """A configuration of class `kind` by the parameters `given`; NOT_GIVEN is treated as not given.
+    """Returns a configuration of class `kind` from the parameters `given`.
 
-    Parameters that it does not know are left out. Raises ``ValueError`` for the first invalid
-    value.
+    Unknown parameters, and those with the value NOT_GIVEN, are ignored. Raises ``ValueError`` for
+    the first invalid value.
     """
     return kind(**{item.name: given[item.name] for item in fields(kind)
                    if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """A hint for a name that is not among the `known` ones."""
+    """Returns a hint for a name that is not in `known`."""
     near = difflib.get_close_matches(name, list(known), 1)
     return f'is {near[0]} meant?' if near else 'known: ' + ', '.join(sorted(known))
 
 
 def _checked(item: Field, value: Any) -> Any:
-    """`value` as the field's own type; ``ValueError`` names field, value and the valid values."""
+    """Returns `value` in the field's type; ``ValueError`` with field, value and valid values."""
     wanted, rule = type(item.default), item.metadata
     # A bool is an int to Python, but "has_control: 2" and "rate: true" are both mistakes.
     if wanted is float and type(value) is int:
@@ -69,7 +69,7 @@ def _checked(item: Field, value: Any) -> Any:
 
 
 def bounds_text(item: Field) -> str:
-    """The valid values of a field, as a phrase: 'a number from 0 to 10 rad/s'."""
+    """Returns the valid values of a field in words: 'a number from 0 to 10 rad/s'."""
     rule = item.metadata
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])

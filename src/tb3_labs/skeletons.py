@@ -1,9 +1,9 @@
 """The catkin package that a student begins a lab with.
 
-The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
-@PACKAGE@ stands for the package's name. If the name of a template ends in `.in`, the file is
-written without this ending. With its plain name ROS's tools would find the template itself as a
-package or a launch file.
+The folder doc/skeletons/LAB has the package's files as templates. In each of them the text
+@PACKAGE@ stands for the package's name. The ending `.in` of a template is dropped when its file is
+written. Without this ending ROS's tools would find the template itself as a package or a launch
+file.
 """
 import keyword
 import re
@@ -12,11 +12,11 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict
 
-#: The folder of this package that has a folder of templates for each lab.
+#: The folder with one folder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
-#: A package's name, as catkin wants it.
+#: A name that catkin accepts for a package.
 PACKAGE_NAME = re.compile(r'[a-z][a-z0-9_]*')
 
 
@@ -35,15 +35,15 @@ def skeleton(templates: Path, package: str) -> Dict[str, str]:
 
 
 def checked_target(folder: Path, package: str, *taken: str) -> Path:
-    """Returns the folder of a new package in the folder src of a workspace. ``ValueError`` if
-    catkin would not find it there, or would not take its name.
+    """Returns the folder of a new `package` in `folder`, the folder src of a workspace.
+    ``ValueError`` if catkin would not find the package there, or would not accept its name.
 
-    `taken`: names of Python modules that a package of this name would hide, or be hidden by.
+    `taken`: names of other Python modules; one of two modules with the same name hides the other.
     """
     if not PACKAGE_NAME.fullmatch(package):
         raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '
                          'digits and underscores, a letter first, such as lab2')
-    # the places of Python and of what is installed, not the places of workspaces
+    # the folders of Python and of installed packages, not those of workspaces
     places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
     if (package in (*taken, *sys.builtin_module_names) or keyword.iskeyword(package)
             or PathFinder.find_spec(package, places)):

@@ -1,4 +1,4 @@
-"""The doctor's examinations, in order; each yields its lines as soon as it knows them."""
+"""The doctor's examinations, in order. Each yields a line as soon as it is known."""
 import os
 import time
 from dataclasses import replace
@@ -17,7 +17,7 @@ def examine(namespace):
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     state = master.ask('getSystemState')
     if master.uri and master.problem == 'malformed':
-        yield judge_master(master)    # all else depends on where the master is
+        yield judge_master(master)    # all further checks need the address of the master
         return
     here = address_here(master.address)
     yield judge_address(here)
@@ -35,7 +35,7 @@ def examine(namespace):
         yield judge_nodes(robot)
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
-        return    # no node is left that could be asked or heard
+        return    # no node could answer or publish
     yield from _check_return_path(here, graph, alive, drivers)
     if not python.remedy:
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
@@ -45,9 +45,9 @@ def examine(namespace):
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the lines on the messages of the drivers, and on the way from the robot to this
-    computer. `alive`, `drivers`: {node: Peer} of the robot's nodes that answer, and of those that
-    publish cmd_vel."""
+    """Yields the lines on the message type of the drivers, and on the way from the robot to this
+    computer. `alive`: {node: Peer} of the robot's nodes that answer; `drivers`: {node: Peer} of the
+    nodes that publish cmd_vel."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return

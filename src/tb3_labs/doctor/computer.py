@@ -1,8 +1,8 @@
-"""This computer: its Python, the address that its nodes tell others, and NAT in front of it.
+"""This computer: its Python, the address that its nodes advertise, and NAT in front of it.
 
 Addresses are texts such as '192.168.0.5', only IPv4, as in ROS 1; '' is not an address. Nodes
-*tell* others an address to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's own name, as
-in rospy.
+*advertise* an address, to which other nodes connect: ROS_HOSTNAME, else ROS_IP, else the
+computer's own name, as in rospy.
 """
 import importlib
 import ipaddress
@@ -24,8 +24,8 @@ NAT = ipaddress.ip_network('172.16.0.0/12')
 
 
 def check_python() -> Line:
-    """Returns the line on the interpreter and its packages. Each package is imported, because it
-    may be installed but lack a package that it needs."""
+    """Returns the line on the interpreter and its packages. Each package is imported, because an
+    installed package may lack a package that it needs."""
     missing = {}
     for name in PACKAGES:
         try:
@@ -50,7 +50,7 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
 # Addresses --------------------------------------------------------------------------------------
 
 def quoted(value: str) -> str:
-    """A value of the environment; in quotes if blanks are in it, which nobody would see."""
+    """Returns a value of the environment; in quotes if it has blanks, which do not show."""
     return repr(value) if len(value.split()) != 1 or value != value.strip() else value
 
 
@@ -74,7 +74,7 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a name; '' without one. The first look-up may take seconds."""
+    """Returns the address of a name, or ''. The first look-up may take seconds."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):
@@ -82,7 +82,7 @@ def address_of(name: str) -> str:
 
 
 def outgoing_address(address: str) -> str:
-    """Returns this computer's address on the way to `address`; '' without a way. Sends nothing."""
+    """Returns this computer's address on the way to `address`, or ''. Sends nothing."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((address, 9))
@@ -93,7 +93,7 @@ def outgoing_address(address: str) -> str:
 
 @dataclass(frozen=True)
 class Address:
-    """The address that this computer tells others, and its real addresses."""
+    """The address that this computer advertises, and its real addresses."""
 
     ros_ip: str = ''
     ros_hostname: str = ''
@@ -105,18 +105,18 @@ class Address:
 
     @property
     def advertised(self) -> str:
-        """The address or name that this computer tells others."""
+        """The address or name that this computer advertises."""
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
     def towards_others(self) -> str:
-        """The address on the way to the master; if that is here, the first one; '' without any."""
+        """The address on the way to the master; the first address if the master is here; or ''."""
         return next((each for each in (self.outgoing_address, *self.own)
                      if each and not is_loopback(each)), '')
 
     @property
     def advice(self) -> str:
-        """The commands that tell others the right address."""
+        """The commands after which this computer advertises the right address."""
         return '{}export ROS_IP={}, then start the nodes here again'.format(
             'unset ROS_HOSTNAME; ' if self.ros_hostname else '',
             self.towards_others or 'ADDRESS_OF_THIS_COMPUTER')
@@ -132,7 +132,7 @@ def address_here(master: str) -> Address:
 
 
 def judge_address(here: Address) -> Line:
-    """Can others reach this computer by the address that its nodes tell them?"""
+    """Can others reach this computer at the address that its nodes advertise?"""
     if not here.ros_ip and not here.ros_hostname:
         unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if here.master_here:
@@ -161,10 +161,10 @@ def judge_address(here: Address) -> Line:
 # NAT --------------------------------------------------------------------------------------------
 
 def nat_kind() -> str:
-    """Returns 'WSL' or 'a container' if this Linux runs in one, with a network of its own; else ''.
+    """Returns 'WSL' or 'a container' if this Linux runs in one that has its own network; else ''.
 
     WSL with its host's network (mirrored) has an interface loopback0. A container with its host's
-    network has an interface of hardware.
+    network has a hardware interface.
     """
     interfaces = [name for _, name in socket.if_nameindex()]
     with open('/proc/version') as file:

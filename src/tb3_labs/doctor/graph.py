@@ -1,6 +1,6 @@
-"""The master, and the nodes around one robot: do they and this computer find each other?
+"""The master, and the nodes around one robot: can they and this computer reach each other?
 
-Questions to them are XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org) that only read.
+They are asked by XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org) that only read.
 """
 import difflib
 import http.client
@@ -18,7 +18,7 @@ from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
 CALLER = f'/doctor_{os.getpid()}'
 #: Longest wait for an answer [s].
 ANSWERING = 1.0
-#: The problems in reaching a program at an address, and their words.
+#: {problem in reaching a program at an address: its words}
 PROBLEMS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
@@ -26,10 +26,11 @@ PROBLEMS = {
     'silent': 'does not answer as a ROS program'}
 #: The sensors of a robot: each is a topic.
 SENSORS = 'imu', 'odom', 'joint_states'
-#: The topics for which other nodes than the robot's wait, and the labs' topics.
+#: The topics that the robot, or a node of the labs, subscribes to, and all topics of the labs.
 SENT = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 TOPICS = (*SENSORS, *SENT, 'heading', 'reset')
-#: How much a name is like the right one: possibly, surely. A line names at most so many nodes.
+#: Likeness from which a name may be meant for another, and from which it surely is. A line names at
+#: most MOST_NAMED nodes.
 LIKE, VERY_LIKE, MOST_NAMED = 0.65, 0.8, 3
 TURTLE = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP = "restart the robot's bringup, and look at its first lines"
@@ -49,7 +50,7 @@ class Peer:
         self.name, self.port = (found.group(1), int(found.group(2))) if found else ('', 0)
 
     def ask(self, method, *arguments):
-        """Returns the reply; None if there is none, then `problem` has the reason."""
+        """Returns the reply. Without one it returns None, and `problem` has the reason."""
         self.address = address_of(self.name)
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
@@ -72,7 +73,7 @@ class Peer:
 
 
 def peers_of(master, nodes):
-    """Returns {node: Peer}, each by the URI that the master knows; each Peer was asked once."""
+    """Returns {node: Peer} by the URIs that the master knows. Each Peer was asked once."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -102,19 +103,19 @@ def judge_master(master: Peer) -> Line:
 # Publishers and subscribers ----------------------------------------------------------------------
 
 class RobotGraph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'), by the state of a master and
-    by its (topic, type) of each topic."""
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state`: the master's
+    getSystemState; `types`: the master's (topic, type) of each topic."""
 
     def __init__(self, namespace, state, types=()):
         self.namespace, self._types = namespace, {
             topic: kind for topic, kind in types if kind != '*'}
         self.publishers, self.subscribers, _ = publishers, subscribers, _ = [
             {topic: list(nodes) for topic, nodes in part} for part in state]
-        #: {'imu': nodes that publish it}, for each sensor, and those that publish cmd_vel.
+        #: {'imu': nodes that publish it}, for each sensor. `drivers`: nodes that publish cmd_vel.
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
         self.drivers = publishers.get(namespace + 'cmd_vel', [])
-        # Nodes that hear cmd_vel but are not a robot (a recorder, the panel, a driver that looks
-        # for other drivers) are left out if a robot's node hears cmd_vel too.
+        # If a robot's node listens to cmd_vel, other listeners (a recorder, the panel, a driver
+        # that looks for other drivers) are left out.
         listeners = subscribers.get(namespace + 'cmd_vel', [])
         there = self.sensors['imu'] + self.sensors['odom']
         self.listeners = [node for node in listeners if node in there] or [
@@ -125,8 +126,8 @@ class RobotGraph:
                               if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns (this robot's topic, one of `names`, that is most like the `topic` of a node, how
-        much it is like it); ('', 0.0) if that is right, or belongs to another robot."""
+        """Returns (topic, likeness): this robot's topic, with one of `names`, that is most like the
+        `topic` of a node. ('', 0.0): the node's topic is right, or belongs to another robot."""
         place, _, word = topic.rpartition('/')
         is_elsewhere = place + '/' not in ('/', self.namespace) and (
             node.startswith(place + '/') or not (place + '/').startswith(self.namespace))
@@ -146,8 +147,8 @@ class RobotGraph:
 
 
 def likeness(word: str, name: str) -> float:
-    """Returns how much a word is like a name, from 0 to 1; imu_data and wheel_odom are, too. Words
-    with different beginnings are not alike: return is not turn."""
+    """Returns how much a word is like a name, from 0 to 1. imu_data is like imu, wheel_odom like
+    odom. Words with different first letters are not alike: return is not turn."""
     return max((word[:1] == name[0]) * difflib.SequenceMatcher(None, word, name).ratio(),
                LIKE * (name in SENSORS) * bool(re.search('(?<![a-z])' + name, word)))
 
@@ -177,9 +178,9 @@ def judge_robot(graph: RobotGraph) -> Line:
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
-    """Yields a line if nodes hear a topic under a wrong name, such as imu_data, and a line if nodes
-    publish one, such as turtle1/cmd_vel. A node may publish more than others hear: if the right
-    name has a publisher, another name must be very much like it."""
+    """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
+    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears: if the right
+    name has a publisher, only a name that is very much like it is called wrong."""
     for subject, words, side, other, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, TOPICS),
@@ -203,7 +204,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
 # The way there ----------------------------------------------------------------------------------
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Line:
-    """Do the robot's nodes answer at the addresses that they gave the master? {node: Peer}"""
+    """Do the robot's nodes answer at the addresses that the master knows? `peers`: {node: Peer}"""
     remedy = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
         if not peer.problem:
@@ -224,8 +225,8 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
 
 
 def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str, str]) -> Line:
-    """The line on drivers that publish another message than `received`, the one that the node
-    `robot` hears on `topic`. `other_types`: {driver: type of its message}."""
+    """Returns the line on drivers that publish another type than `received`, the type to which the
+    node `robot` listens on `topic`. `other_types`: {driver: type of its messages}."""
     return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
         ', '.join('{} publishes {}'.format(*each) for each in sorted(other_types.items())),
         topic, robot, received), f'publish {received} there')
@@ -235,9 +236,9 @@ def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str,
 
 def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
                       here: Address, robot_elsewhere: bool) -> Line:
-    """Do commands of this computer reach the robot's node `robot`, which hears cmd_vel? `drivers`:
-    {node of this computer that publishes it: URI}; `received`: URIs of the nodes that
-    `robot` is connected to; `here.outgoing_address`: this computer's address on the way to the
+    """Do commands of this computer reach the robot's node `robot`, which listens to cmd_vel?
+    `drivers`: {node of this computer that publishes cmd_vel: URI}; `received`: URIs of the nodes to
+    which `robot` is connected; `here.outgoing_address`: this computer's address on the way to the
     robot."""
     for node, uri in sorted(drivers.items()):
         if uri.rstrip('/') not in received:

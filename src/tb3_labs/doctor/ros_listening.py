@@ -1,4 +1,4 @@
-"""Listens to the robot's messages as an ordinary node, which is gone when the doctor ends: the
+"""Listens to the robot's messages as an ordinary node, which ends with the doctor, and makes the
 lines on drivers, sensors, clock and gyro."""
 import os
 import time
@@ -24,7 +24,7 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
-#: The topics of a robot that the doctor hears: their messages, and how these become samples.
+#: {topic of a robot that the doctor hears: (type of its messages, function that makes a sample)}
 TOPICS = {'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
           'joint_states': (JointState, to_wheel_sample),
           'cmd_vel': (rospy.AnyMsg, lambda command: None)}
@@ -43,10 +43,11 @@ class ReceivedMessage(NamedTuple):
 
 
 def examine_messages(graph, address, round_trip, is_wall_time):
-    """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
-    [s]; `is_wall_time`: its stamps come from a real clock. `address` as in :func:`listen`."""
+    """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to the
+    robot [s]; `is_wall_time`: do its stamps come from a real clock? `address`: see :func:`listen`.
+    """
     received, ended = listen(graph.namespace, address)
-    # a robot accepts no other message type: see examination
+    # a robot accepts no other message type, see checks
     yield judge_drivers(Counter(each.sender for each in received if each.topic == 'cmd_vel'
                                 and each.kind in ('', COMMAND)))
     watch, encoders, samples, refused = compared(received, graph.namespace + 'reset')
@@ -74,9 +75,8 @@ def examine_messages(graph, address, round_trip, is_wall_time):
 
 
 def listen(namespace, address):
-    """Returns all ReceivedMessage of a robot's topics, and the time of the end [s]. `address`: of
-    this computer, on the way to the master; this node works also if the terminal's ROS_IP is
-    wrong."""
+    """Returns (all ReceivedMessages of a robot's topics, time of the end [s]). `address`: this
+    computer's address on the way to the master, which takes the place of a wrong ROS_IP."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
@@ -98,8 +98,8 @@ def listen(namespace, address):
 
 
 def compared(received, reset_topic):
-    """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: why each
-    of its other messages is refused, as the labs' nodes refuse it}."""
+    """Returns (GyroWatch, EncoderWatch, the samples that they took in, refusals). The refusals are
+    {topic: the reasons for which the labs' nodes refuse its other messages}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
     timing, samples, refused = SampleTiming(), [], {topic: [] for topic in TOPICS}
     for topic, at, _, message, _ in received:

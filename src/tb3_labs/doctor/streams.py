@@ -16,7 +16,7 @@ HEARING_TIME = 5.0
 #: CLOCK_WRONG, nothing that uses stamps works [s].
 CLOCK_OFF = 0.1
 CLOCK_WRONG = 1.0
-#: If the robot's computer is busy, its board's clock is ahead by up to this [s].
+#: If the robot's computer is busy, the clock of its board is ahead by up to this [s].
 BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
 DRIFTS = 2.0
@@ -33,15 +33,15 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
                      .format(' and '.join('{} ({:.0f}/s)'.format(node, count / HEARING_TIME)
                                           for node, count in sorted(sent.items()))),
                      'stop all but one of them')
-    # several nodes may be registered to drive: the labs' nodes give way to each other
+    # several nodes may publish cmd_vel: the labs' nodes give way to each other
     return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
               'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
                  publisher: str = '') -> Line:
-    """Do the messages of a sensor come evenly enough to drive? They came at `arrivals`; the doctor
-    listened until `ended`. `publisher`: a node, '' without one."""
+    """Do the messages of a sensor arrive evenly enough to drive? `arrivals`: their times; `ended`:
+    the time until which the doctor listened; `publisher`: a node that publishes them, or ''."""
     name = topic.rpartition('/')[2]
     if not publisher:
         return fault(name, f'nobody publishes {topic}', "restart the robot's bringup, and "
@@ -61,8 +61,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Do the nodes of the labs refuse messages of a sensor? Then a line says so; else `line`.
-    `reasons`: one for each refused message, of `count` messages."""
+    """Returns a line that says that the labs' nodes refuse messages of a sensor, or `line` if there
+    are no `reasons`, one for each refused message of all `count` messages."""
     if not reasons:
         return line
     judge = fault if len(reasons) > FEW_REFUSED * count else warning
@@ -72,9 +72,9 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
 
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
-    """Is the robot's clock the same as this computer's? `least_delay`: least arrival (on our clock)
-    minus stamp (on the robot's). `round_trip`: time of a question to the robot and its answer; the
-    fastest message took at most this long."""
+    """Does the robot's clock agree with this computer's? `least_delay`: the least difference of
+    arrival (this computer's clock) and stamp (the robot's clock). `round_trip`: time of a question
+    to the robot and its answer; the fastest message needed at most this time."""
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if abs(offset) <= max(CLOCK_OFF, exact):
         return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
@@ -96,7 +96,7 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
 # Gyro and wheels --------------------------------------------------------------------------------
 
 def judge_wheels(topic: str, sender: str) -> Line:
-    """The line on a `topic` of joint states that has no wheels."""
+    """Returns the line on a `topic` of joint states that has no wheels."""
     return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be '
                  'checked'.format(topic, sender, *WHEEL_JOINTS),
                  "let the robot's bringup publish it, and no other node")
@@ -114,7 +114,7 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
 
 
 def judge_drift(drift: float, namespace: str = '/') -> Line:
-    """Does the heading stand while the wheels stand? `drift`: by drift_of."""
+    """Does the heading stand while the wheels stand? `drift`: see :func:`drift_of`."""
     text = f'{drift:+.1f} deg/min at rest'
     if abs(drift) > DRIFTS:
         return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '

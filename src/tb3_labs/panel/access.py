@@ -38,7 +38,7 @@ class PanelConfig(Config):
 
 
 class Access:
-    """Checks requests by the names of this node and its token ('': no token is needed)."""
+    """Checks requests by the names of this computer and the token ('': no token is needed)."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names`: names and addresses of this computer, beside the loopback's."""

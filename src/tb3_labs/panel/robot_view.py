@@ -1,15 +1,15 @@
-"""All messages of one robot become the picture that a page draws.
+"""The latest messages of one robot, as the picture that a page draws.
 
-A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was heard:
+A picture is a JSON object. Poses are [x m, y m, yaw rad], null if they are not known:
 
     "odom", "local"      pose of the robot in odom, and in local
     "frame"              pose of the frame local, in odom
-    "is_own"             is local the node's own, by local_pose and tf? Else it is computed here
-                         from the odometry, since the last line "Local pose set to" of a node
+    "is_own"             does the node publish local, by local_pose and tf? Else it is computed
+                         here, from the odometry since the last line "Local pose set to" of a node
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
     "distance", "angle"  to the goal [m], and off its heading [deg]
-    "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
+    "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
     "holder"             the node that may drive, in words
@@ -20,7 +20,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
                          [[name, text]]}
     "page"               the page that drives the robot: "", "this" or "other"
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
-    "can"                {request: does any node listen to it?}
+    "can"                {type of a request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 
 NaN and infinite numbers are null too: JSON does not have them, but any node may publish them.
@@ -40,26 +40,26 @@ from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: If the odometry jumps by more than one of these, it was zeroed [m], [rad].
+#: If the odometry jumps by more than one of these, it was set to zero [m], [rad].
 JUMP, TURN_JUMP = 0.2, math.radians(60.0)
-#: The line of the handout by which a node says that local was declared: x, y [m], yaw [rad].
+#: The handout's line that a node prints when local was declared: x, y [m], yaw [rad].
 DECLARED = re.compile(
     PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: Truth and odometry that are farther apart in time than this are not compared [s].
 SAME_PICTURE = 0.3
-#: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
-#: shows nothing about the robot.
+#: Ages below this are shown as 0 [s]: the panel reads topics only a few times a second, so a small
+#: age does not show a silence.
 READ_WITHIN = 0.3
 #: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
 STANDS_BELOW = 0.02
 
-#: A page shows the variables of so many nodes, so many of each, so many characters of a text, until
-#: the node is silent for so long [s].
+#: A page shows the variables of at most this number of nodes, this number of variables for each
+#: node, this number of characters for each text, and until a node is silent for this long [s].
 MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, STALE = 4, 40, 200, 2.0
 
 
 class RobotView:
-    """The latest value of each kind that was heard from one robot."""
+    """The latest value of each kind from one robot."""
 
     def __init__(self) -> None:
         self._latest: Dict[str, Any] = {}          # kind: value
@@ -84,7 +84,7 @@ class RobotView:
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """Read a line of the log: it may say that the robot is at a pose in local now."""
+        """Read a line of the log: it may declare the robot's pose in local."""
         found, odom = DECLARED.search(text), self.latest('odom')
         if found and odom:
             with suppress(ValueError):    # 1e999 is infinite
@@ -116,7 +116,7 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The kind of the words of `goal_state`; '' if they are not known."""
+        """The kind of the text of `goal_state`; '' if the text is not known."""
         state = self.latest('state') or ''
         if state in DRIVING:
             return 'driving'

@@ -16,9 +16,9 @@ from tb3_labs.ros.topics import subscribe
 
 #: A page that drives is checked once in this time [ms].
 DEAD_MAN_PERIOD = 20.0
-#: When the node ends: longest wait until the robot is released [s].
+#: A node that ends waits at most this long until the robot is released [s].
 RELEASE_TIME = 0.5
-#: Number of log lines kept for a page that comes later.
+#: Number of log lines that are kept for pages that open later.
 LINES_KEPT = 200
 #: A log line is cut after this number of characters.
 LONGEST_LINE = 500
@@ -36,7 +36,7 @@ class Pages:
         self._lines = deque(maxlen=LINES_KEPT)
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
-        #: They run while there is a page.
+        #: These timers run while there is a page.
         self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
                         PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
@@ -45,8 +45,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends or stands still. Any thread may
-        call it."""
+        """Stop the robot if a page drives, since this node ends. Any thread may call this."""
         released = threading.Event()
 
         def release():
@@ -89,7 +88,7 @@ class Pages:
                       page='' if driver is None else 'this' if driver is page else 'other')
 
     def _on_line(self, message):
-        """Keep a line of /rosout. The lines of each node come in a thread of their own."""
+        """Keep a line of /rosout. Each node's lines arrive in another thread."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))
@@ -113,7 +112,7 @@ class Pages:
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
             page.answer(request, False, str(problem))
-        except Exception as problem:    # only this page fails: the other pages keep their STOP
+        except Exception as problem:    # the STOP of other pages must go on working
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
             self._robot.gone(page)
             page.answer(request, False, f'this cannot be done: {problem}')

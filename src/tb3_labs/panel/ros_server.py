@@ -18,7 +18,7 @@ from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import LONGEST_REQUEST
 from tb3_labs.ros.node import guarded
 
-#: The style and the program need no token; the page itself and its socket do.
+#: Files of these types need no token. The page itself and its socket need it.
 PUBLIC = ('.css', '.js', '.svg')
 #: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
@@ -26,12 +26,12 @@ PAGE_FILES = Path(__file__).resolve().parent / 'page'
 DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
 #: Each page is pinged once in this time [s].
 PING_PERIOD = 1.0
-#: A page that does not answer for this long is dropped [s]: a laptop was suspended, or a network
-#: holds up all messages. A page that runs again connects again, and sees the present picture.
+#: A page that does not answer for this long is disconnected [s]: its computer was suspended, or the
+#: network stalls. Later it connects again, and shows the present picture.
 PONG_WITHIN = 3.0
-#: A connection without a whole request for this long is closed [s].
+#: A connection without a complete request for this long is closed [s].
 REQUEST_WITHIN = 10.0
-#: Most open connections, of one address and in all: this node can have some 1000 files open.
+#: Most open connections, of one address and of all: this node may open about 1000 files.
 MOST_OF_ONE, MOST_OPEN = 32, 128
 #: Ports that are tried if the first one is in use.
 PORTS = 10
@@ -45,7 +45,7 @@ HEADERS = {
 
 
 class Server:
-    """Offers the page at the address of a PanelConfig, in a thread of its own.
+    """Offers the page at the address of a PanelConfig, in a separate thread.
 
     `open_page(send)` is called for each page that connects; `send(text)` sends a message to it. It
     returns two functions: the first is called with each message (a str) of the page, the second at
@@ -89,8 +89,8 @@ class Server:
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
-        # A body would be read before Access is asked. The page sends none, but tornado 5 takes 0
-        # for no limit.
+        # tornado reads a body before Access checks the request. The page never sends a body, but
+        # tornado 5 reads 0 as no limit.
         server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_WITHIN,
                                   idle_connection_timeout=REQUEST_WITHIN)
         server.admitted = self._admitted
@@ -99,9 +99,9 @@ class Server:
 
 
 class _ConnectionLimit(httpserver.HTTPServer):
-    """Keeps the number of open connections within its limits. Above a limit the oldest connection
-    that is no page's is closed: a browser sends its request at once. A page's connection is never
-    closed for another. If all others are pages, the new connection is closed."""
+    """Limits the number of open connections. Above a limit it closes the oldest connection that
+    does not belong to a page: a browser sends its request at once. A page's connection stays open.
+    If all other connections belong to pages, the new connection is closed."""
 
     #: The streams of pages that were admitted.
     admitted = frozenset()
@@ -121,7 +121,7 @@ class _ConnectionLimit(httpserver.HTTPServer):
 
 
 def in_thread(job):
-    """Do `job()`, which may wait, in a thread of its own: the server's thread must hear stops."""
+    """Run `job()`, which may wait, in a separate thread: the server's thread must read stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 

@@ -1,4 +1,4 @@
-"""Listens to the robot for pages, and no faster than a page draws."""
+"""Listens to the robot's topics for pages, and reads them no faster than a page draws."""
 import threading
 from operator import attrgetter
 
@@ -44,7 +44,7 @@ class RobotSubscriptions:
         self._odom, self._local = frame('odom'), frame('local')
         transforms = TFMessage, self._write(_transforms), self._read_transforms
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
-        for topic, *how in (    # every message counts
+        for topic, *how in (    # every message is read
                 ('goal_state', String, self._store('state'), _data),
                 ('has_control', Bool, self._on_control, _data),
                 ('control_holder', String, self._store('holder'), _data),

@@ -1,14 +1,14 @@
 """The robot's body: wheels that move it, and an IMU that measures its turning.
 
-A motor follows its goal speed with a first-order lag. So its speed and its angle are known in
-closed form, for steps of any length. The robot drives in arcs, which are exact at constant speed.
+A motor follows its goal speed with a first-order lag. So its speed and its angle have a closed
+form, for steps of any length. The robot drives in arcs, which are exact at constant speed.
 While the speed changes, the arcs are short: the error is some micrometres per start or stop.
 
 The IMU's yaw is the true yaw plus a constant (the IMU is zeroed only when the board boots), a drift
 that grows with time, and a little white noise. Its rate is the true rate plus the drift's rate and
-white noise of its own. Both are older than their stamp by the `lag`.
+another white noise. Both were measured earlier than their stamp, by the `lag`.
 
-The gyro shows the rate minus the bias that the calibration found, and has a dead zone.
+The gyro shows the rate minus the bias of the last calibration, and has a dead zone.
 
 Units: SI; motor angles in radians, positive forwards. Noise: a Burger at rest shows a few 0.001 deg
 from one sample to the next.
@@ -29,7 +29,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 LONGEST_ARC = 1.0 / 60.0
 #: A motor this near to its goal speed has reached it [rad/s].
 STEADY_SPEED = 1e-6
-#: Bias of a gyro that is not calibrated; one gyro was measured [rad/s].
+#: Bias of a gyro that is not calibrated, as one gyro has it [rad/s].
 RAW_BIAS = math.radians(0.71)
 #: One step of the gyro's reading: 2000 deg/s over 16 bit with a sign [rad/s].
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
@@ -62,7 +62,7 @@ class Drivetrain:
         self._settle()
 
     def _settle(self) -> None:
-        """Compute the values that are constant until speeds or goals change."""
+        """Compute the values that stay constant until speeds or goals change."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
         self._steady = not self._lag or (
@@ -133,7 +133,8 @@ class Drivetrain:
 
 
 class ImuModel:
-    """The IMU. At the start `yaw` is the true yaw, and `offset` the IMU's yaw minus `yaw` [rad]."""
+    """The IMU. `yaw`: the true yaw at the start; `offset`: the IMU's yaw minus the true yaw [rad].
+    """
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         #: Yaw of the IMU minus true yaw [rad].
@@ -143,8 +144,8 @@ class ImuModel:
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._now = 0.0         # up to this time `error` includes drift and bias [s]
-        #: Motions that are not yet measured to their end, oldest first: each is its start, the yaw
-        #: of the IMU then, and the last three values of `turning`.
+        #: Motions that are not yet measured to their end, oldest first. Each has its start [s], the
+        #: yaw of the IMU at that time, and the last three values of `turning`.
         self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
         self.follow(0.0, (yaw, 0.0, 0.0, 0.0))
 
@@ -211,7 +212,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved = 0.0           # time up to which the drivetrain has moved
-        # motions whose wheels are not yet read to their end, oldest first: (begin, drivetrain)
+        # motions whose wheels are not yet read to their end, oldest first: (start, drivetrain)
         self._past: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property

@@ -1,7 +1,7 @@
 """The robot's own board. It turns commands into motor speeds, and encoder readings into odometry.
-While it calibrates, it is busy.
+While it calibrates its gyro, it is busy.
 
-Its faults are copied, because the labs have to work with them:
+The faults of the real firmware are copied, because the labs have to work with them:
 
 - Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
   slower and wider.
@@ -14,8 +14,8 @@ Its faults are copied, because the labs have to work with them:
 - The newest command is used for half a second from the moment at which it is read.
 - On `reset` the board first calibrates its gyro, and does nothing else meanwhile: the motors keep
   their speed, and commands and further resets wait in their order. The gyro's bias becomes the mean
-  rate of turn. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then on
-  they differ. The next odometry adds the turn that the IMU saw during the calibration.
+  rate of turn. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw, so that both
+  yaws differ. The next odometry adds the turn that the IMU measured during the calibration.
 - If the servos do not answer, the odometry repeats its last step for ever, while the angles of the
   wheels stand.
 
@@ -50,7 +50,7 @@ def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[floa
 
 
 def _received(speed: float) -> float:
-    """The speed that arrives by rosserial."""
+    """Returns the speed that the board receives by rosserial."""
     if math.isfinite(speed):
         return speed
     return math.copysign(1.5 if math.isnan(speed) else 1.0, speed)
@@ -73,7 +73,7 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        #: Yaw of the IMU from which the next update measures the turn [rad].
+        #: Yaw of the IMU at the last update [rad].
         self.theta_last = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = self._step = self._ticks
@@ -117,7 +117,7 @@ class Board:
     """The board's state (calibrating or free), and the command that it obeys."""
 
     def __init__(self) -> None:
-        self._waiting: Deque[Arrival] = deque()     # not read yet
+        self._waiting: Deque[Arrival] = deque()     # messages that were not read yet
         self._free_since = -math.inf
         self._yaw_before = self._pause = 0.0
         #: Is the board busy? Then it does not read and does not send.
@@ -138,8 +138,8 @@ class Board:
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
     def read(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived. Is a reset next? If so, the messages behind it
-        wait."""
+        """Read the messages that have arrived, until a reset. Returns True if the last one read is
+        a reset: then later messages wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()

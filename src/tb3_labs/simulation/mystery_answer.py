@@ -1,8 +1,8 @@
 """Is an answer to a mystery robot right: the fault, and its value?
 
-Units: each fault's value has a unit of its own. Edge cases: a wrong fault in an answer shows
-nothing about the right one; an angle may be off by whole turns; an answer without a value is not
-complete, so it is not right.
+Units: the value of each fault has another unit. Edge cases: the text for a wrong fault tells
+nothing about the right fault; an angle may be off by whole turns; an answer without a value is not
+right, since it is not complete.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -100,7 +100,7 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
 
 
 def with_unit(fault: Fault, value: float) -> str:
-    """A value as it was drawn, with its unit; a signed value shows its +, too."""
+    """Returns a drawn value with its unit; a value that may be negative has its sign, also +."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'
 

@@ -7,7 +7,7 @@ A number from 1 to LAST_NUMBER always gives the same robot. In each block of num
 Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
 `mystery.py --answer`. The exercise asks for a measurement that proves the fault.
 
-Units: each fault's value has a unit of its own; times are in seconds since the robot's start.
+Units: the value of each fault has another unit; times are in seconds since the robot's start.
 """
 import random
 from dataclasses import dataclass, field, fields, replace
@@ -40,7 +40,7 @@ class Fault:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: All kinds of faults, by the names of the answers. A further kind would change the robot of each
+#: All kinds of faults, with the names that answers use. Another kind would change the fault of each
 #: number.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'imu_offset_deg'),
@@ -59,10 +59,10 @@ FAULT_KINDS = (
 
 
 class HiddenFault:
-    """The fault of mystery `number` in a robot that is `plain` otherwise.
+    """The fault of mystery `number`, which changes the settings `plain` of a robot.
 
-    Raises ``ValueError`` if there is no such number. Raises it also if `plain`, or a config of
-    `around`, changes a setting that is not in PLAIN.
+    Raises ``ValueError`` if there is no such number, or if `plain` or a config in `around` has a
+    setting that is neither its default nor in PLAIN.
     """
 
     def __init__(self, number: int, plain: SimulatorConfig, *around: Config) -> None:
@@ -103,7 +103,7 @@ def draw(number: int) -> Tuple[Fault, float, int]:
 
 
 def _order(block: int) -> List[int]:
-    """The faults of a block of numbers; the first one is not the last one of the block before."""
+    """Returns the order of the faults in a block; neighbours in two blocks differ, too."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
         order[:2] = order[1], order[0]

@@ -1,10 +1,10 @@
 """The network between the simulated robot and a computer: it decides when a message arrives.
 
-A link is one direction and behaves as TCP does: messages are not lost, and stay in their
-order. A message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
-message that comes during a stall waits for the end of the stall. A cut is a stall until the setting
-is switched off. Messages of the same moment arrive together. The links of both directions have the
-same stalls.
+A link is one direction and behaves as TCP does: messages are not lost, and keep their order. A
+message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
+message that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts
+until the setting is switched off. Messages of the same moment arrive together. The links of both
+directions have the same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
 not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and
@@ -61,7 +61,7 @@ class Interruptions:
         self._end = self._start + self._random.uniform(*self._lengths)
 
     def release(self, moment: float) -> float:
-        """Returns `moment`, or the end of the interval around it. Ask in order of time."""
+        """Returns `moment`, or the end of the interval around it. Call it in order of time."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment

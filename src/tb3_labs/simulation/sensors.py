@@ -1,4 +1,4 @@
-"""The samples of IMU and odometry: their moments, their faults, and the board's own clock.
+"""The samples of IMU and odometry: their times, their faults, and the board's own clock.
 
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
 a driver that went on sending one sample with new stamps for half a minute).
@@ -28,27 +28,27 @@ SYNC_PERIOD = 5.0
 
 
 class Rhythm:
-    """The moments 1/rate, 2/rate, ... after `start`; each is taken once, in order."""
+    """The moments 1/rate, 2/rate, ... after `start`. Each is returned once, in order."""
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
         self._rate = self.due = 0.0     # `due`: the next moment [s]; an attribute, for speed
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use another rate, counted from `now` on; the same rate changes nothing."""
+        """Use another rate from `now` on; the same rate changes nothing."""
         if rate != self._rate:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate
 
     def pop(self) -> float:
-        """Take the moment that is due [s]; the next one becomes due."""
+        """Returns the moment that is due [s]; then the next moment is due."""
         due = self.due
         self._count += 1
         self.due = self._base + self._count / self._rate
         return due
 
     def pop_until(self, end: float) -> List[float]:
-        """Take all moments before `end` [s]; a moment at `end` itself stays due."""
+        """Returns all moments before `end` [s]; a moment at `end` itself stays due."""
         moments, due, count = [], self.due, self._count
         while due < end:
             moments.append(due)
@@ -108,14 +108,14 @@ class Sensors:
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
         self._body, self._config = body, config
-        #: Pose and wheels as the board counts them.
+        #: Pose and wheels as the board computes them.
         self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.error))
         self.imu_rhythm = Rhythm(config.imu_rate)
         self.odom_rhythm = Rhythm(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry begin at zero?
         self.resetting = False
-        #: The place of the odometry's frame, world_T_odom, from the true pose at the last reset.
+        #: The pose of the odometry's frame, world_T_odom, by the true pose at the last reset.
         self.origin = Pose2()
         #: At each odometry, arrived or not: its stamp [s], the wheels' angles [rad] and speeds.
         self.wheels: Deque[Tuple[float, Pair, Pair]] = deque(maxlen=MOST_HELD)

@@ -64,7 +64,7 @@ class Simulator:
         return self._body.at(self.now).velocity
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use other settings from now on; those of `STARTING` only count at the start."""
+        """Use other settings from now on, except those in `STARTING`."""
         if config is self.config:
             return
         self._body.move_to(self.now)
@@ -101,8 +101,8 @@ class Simulator:
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
-        """:meth:`step`, but samples that arrive at the same moment, for instance after a stall, are
-        in one list."""
+        """As :meth:`step`, but the samples that arrive at one moment, as after a stall, are in one
+        list."""
         self._pass(dt)
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
@@ -150,7 +150,7 @@ class Simulator:
             self._body.motion_changed()
 
     def _read(self, stamp: float) -> None:
-        """The board reads what has arrived; by a reset it calibrates its gyro."""
+        """Let the board read its messages; on a reset it begins to calibrate its gyro."""
         if self._board.read(self._command_link.pop(stamp)):
             self._body.move_to(stamp)
             self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
