@@ -2,8 +2,7 @@
 
 A configuration is a frozen dataclass whose fields are made by :func:`setting`. Default, unit,
 bounds and meaning of a field stand in one place. The dataclass refuses an invalid value with one
-sentence. From the same fields the bridge reads, documents and reconfigures ROS parameters. A
-configuration stands in the file that uses it: `git grep '(Config)'` lists all.
+sentence. From the same fields the bridge reads, documents and reconfigures ROS parameters.
 
     @dataclass(frozen=True)
     class TurnConfig(Config):

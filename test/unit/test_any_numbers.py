@@ -95,7 +95,7 @@ class Driven:
                 elif what == 'reset':
                     self.mover.on_reset(Reset(RequestedPose(Pose2(a, b, yaw))), self.now, self.now)
                 else:
-                    self.controller.ask(a, self.now)
+                    self.controller.request_turn(a, self.now)
             except ValueError as problem:
                 assert str(problem) and 'math domain' not in str(problem)
 

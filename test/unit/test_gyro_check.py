@@ -285,7 +285,7 @@ def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     for words in status.text, status.sensor_problem:
         assert 'the gyro contradicts the wheels' in words
     with pytest.raises(ValueError, match='cannot turn: the gyro contradicts the wheels'):
-        turns.ask(90.0, watched.robot.now)
+        turns.request_turn(90.0, watched.robot.now)
     assert watched.robot.truth == Pose2()
     assert 'gyro' in turns.problem(watched.robot.now)
 
@@ -302,7 +302,7 @@ def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, setti
         core.set_goal(Pose2(1.0, 1.0, 0.0))
     else:
         watched.run(0.05)
-        core.ask(90.0, watched.robot.now)
+        core.request_turn(90.0, watched.robot.now)
     watched.run(3.0, until=lambda: watched.robot.truth != Pose2())
     assert (1.1 < watched.robot.now < 1.6) is (watched.robot.truth != Pose2()) is begins
 

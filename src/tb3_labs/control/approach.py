@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from tb3_labs.control.braking import (
     CommandHistory, Estimate, LawStep, braking_speed, first_order_response, remaining_at_rest)
-from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
+from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Response
 from tb3_labs.geometry.angles import clamp, difference, unwrap
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
@@ -139,7 +139,8 @@ class Approach:
         history.advance(dt)
         commanded = history.commanded(history.begin) - before
         fastest = max(abs(speed), abs(history.command))
-        self.at_rest.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
+        self.at_rest.shift(-self._identification.estimate.gain * commanded,
+                           TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         """The speed as measured, or as the model predicts it."""

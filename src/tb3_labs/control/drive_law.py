@@ -66,14 +66,14 @@ class DriveLaw:
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the line to the goal, and whether to drive it forwards or backwards."""
         self._line = pose.bearing_to(goal)
-        self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
+        self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
         turns, reverse_turns = (sum_of_turns(pose.yaw, face, goal.yaw)
                                 for face in (self._line, backwards))
         self._reverse = self._config.allow_reverse and reverse_turns < turns
         self._begin_turn(pose, backwards if self._reverse else self._line)
         self._driving.start()
-        self._final = False
+        self._final_turn_begun = False
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
         """Returns the state in which an interrupted drive goes on.
@@ -87,7 +87,7 @@ class DriveLaw:
             self._turning.start(pose.yaw, off)
             self._driving.start()
         elif state is GoalState.ROTATE_TO_FINAL:
-            self._final = False
+            self._final_turn_begun = False
         else:
             state = GoalState.ROTATE_TO_GOAL
             self.start(pose, goal)
@@ -95,7 +95,7 @@ class DriveLaw:
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to face along the line, and brake so that the turn would end there."""
-        if self._there:
+        if self._is_at_goal:
             return LawStep(Twist2(), 0.0, True)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
@@ -119,12 +119,12 @@ class DriveLaw:
         turn = self._turn(motion, dt)
         cruises = (self._driving.cruises(self._max_linear)
                    and abs(turn.command.angular) <= self.CALM)
-        return self._step(speed, turn, ahead, self._there or arrived, cruises)
+        return self._step(speed, turn, ahead, self._is_at_goal or arrived, cruises)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""
-        if not self._final:
-            self._final = True
+        if not self._final_turn_begun:
+            self._final_turn_begun = True
             self._begin_turn(motion.pose, goal.yaw)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, turn.finished)

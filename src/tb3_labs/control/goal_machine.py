@@ -5,8 +5,6 @@ and says when the state is finished. This module chooses the state. If the robot
 the drive is given up with a reason. The goal is reached when the robot has settled there, as shown
 by samples that were measured while it rested.
 
-A reset or a new goal starts again at ROTATE_TO_GOAL; a reset does not start a cancelled goal again.
-
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
 failure the command is None, not a zero.
 """

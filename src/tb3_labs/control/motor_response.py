@@ -59,12 +59,12 @@ MAX_DELAY = 0.4
 #: A measured lag is clipped to this [s].
 MAX_LAG = 0.15
 #: Standard deviations of the values with which an approach begins: gain, delay [s], lag [s].
-DOUBTS = 0.03, 0.03, 0.05
+FIRST_DEVIATIONS = 0.03, 0.03, 0.05
 #: Standard deviation of the lag if the measured speed is a mean [s]. A mean does not show the lag,
 #: so this is small enough for the lag not to change.
-BELIEVED = 1e-6
+FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
-TIME_DOUBT = 0.002
+TIME_DEVIATION = 0.002
 #: Weight of each measurement at cruise in the values with which the next approach begins.
 LEARNING = 0.1
 #: Least weight of a measurement in the usual delay, which is learned over several approaches.
@@ -83,7 +83,7 @@ ONSET = 0.03
 #: A robot that speeds up has a speed between these shares of the command.
 SPEEDING_UP = 0.1, 1.5
 #: A first command slower than this shows too little of the motors [rad/s].
-TELLING = 0.2
+SLOWEST_FIRST_COMMAND = 0.2
 #: If the motors have more than this share of the command at the first look, their lag is 0.
 PROMPT_SHARE = 0.98
 
@@ -128,7 +128,7 @@ def identify_at_start(time: float, first: float, travelled: float,
     speed of this command; `travelled` and `speed` come from the sample. `speed` must be the
     speed at this moment, not a mean over a period.
     """
-    if abs(first) < TELLING or not 0.0 < speed * first:
+    if abs(first) < SLOWEST_FIRST_COMMAND or not 0.0 < speed * first:
         return None
     reached, distance = speed / first, travelled / first
     lag = 0.0 if reached > PROMPT_SHARE else distance / (-math.log1p(-reached) - reached)
@@ -150,8 +150,8 @@ class Identification:
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # did the robot stand when the approach began?
         self._start_observed = False     # did a sample show that it speeds up?
-        gain, delay, lag = DOUBTS
-        doubts = np.array([gain, delay, lag if speed_is_prompt else BELIEVED])
+        gain, delay, lag = FIRST_DEVIATIONS
+        doubts = np.array([gain, delay, lag if speed_is_prompt else FIXED_LAG_DEVIATION])
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
@@ -197,7 +197,7 @@ class Identification:
         arrived = history.commanded(history.now) - history.command * (first.delay + age)
         row = np.array([arrived, -first.gain * history.command, -speed])
         missing = travelled - (first.gain * arrived - first.lag * speed)
-        weight = (TIME_DOUBT * fastest) ** -2.0
+        weight = (TIME_DEVIATION * fastest) ** -2.0
         self._squares += weight * np.outer(row, row)
         self._right += weight * missing * row
         gain, delay, lag = map(float, np.linalg.solve(self._squares, self._right))

@@ -92,11 +92,6 @@ class TypedPose(Config):
         return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
 
 
-def check_pose(pose: Pose2) -> None:
-    """Raises the ``ValueError`` of a TypedPose if `pose` is too far from the origin."""
-    TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are not Python's
-
-
 @dataclass(frozen=True)
 class RequestedPose:
     """The pose that a goal or a reset asks for. Its sender chose the frame: ``local`` or ``odom``.
@@ -116,5 +111,6 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        check_pose(pose)
+        # a TypedPose checks the distance; it takes Python's numbers only, not numpy's
+        TypedPose(float(pose.x), float(pose.y))
         return pose

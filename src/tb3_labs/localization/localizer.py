@@ -8,9 +8,6 @@ the reset. If the odometry jumps and the robot did not move, ``local`` is shifte
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
 lost: there is no local frame until a reset declares one.
 
-`on_imu`, `on_odometry` and `on_reset` take in samples and resets. `pop_fix`, `pop_jumps` and
-`pop_resets` return each event once.
-
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
 import math

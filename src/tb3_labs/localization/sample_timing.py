@@ -32,11 +32,11 @@ from tb3_labs.supervision.timeouts import (
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
 #: Weight of each new sample in the variance of the noise, after the first ones.
-SHARE = 0.02
+NOISE_WEIGHT = 0.02
 #: A robot turns slowly if its rate is below this [rad/s].
 SLOW_TURN = 0.2
 #: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
-EVEN = 0.03
+EVEN_TURN = 0.03
 
 
 class TimedSample(NamedTuple):
@@ -191,7 +191,7 @@ class YawNoise:
         before, (_, yaw, rate), step = timed.before, timed.sample, timed.step
         if before is None or not 0.0 < step < NOISE_GAP:
             return
-        if abs(rate) > SLOW_TURN or abs(rate - before.yaw_rate) > EVEN:
+        if abs(rate) > SLOW_TURN or abs(rate - before.yaw_rate) > EVEN_TURN:
             return
         turned = 0.5 * (before.yaw_rate + rate) * step
         # the difference of two samples has twice the variance of one
@@ -199,4 +199,4 @@ class YawNoise:
         self._count += 1
         variance = self.deviation ** 2
         self.deviation = math.sqrt(
-            variance + max(SHARE, 1.0 / self._count) * (square - variance))
+            variance + max(NOISE_WEIGHT, 1.0 / self._count) * (square - variance))

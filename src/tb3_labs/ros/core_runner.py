@@ -193,11 +193,11 @@ class Watchdog:
             is_awake = self._awake.wait(IDLE_PERIOD)
             self._check_clock()
             quiet_time = self._messages.timeout if is_awake else IDLE_PERIOD
-            patient_for = quiet_time - self._messages.age(steady_time())
-            if patient_for <= 0.0:
+            quiet_left = quiet_time - self._messages.age(steady_time())
+            if quiet_left <= 0.0:
                 self._check()
             if is_awake:
-                time.sleep(max(CHECK_PERIOD, patient_for))
+                time.sleep(max(CHECK_PERIOD, quiet_left))
 
     def _check_clock(self):
         if not is_wall_time():

@@ -49,7 +49,7 @@ def problem_of(words, path):
     `words`: the words after `roslaunch`. If they do not name the launch file `path`, another file
     includes it: then the result is '', too.
     """
-    if not any(_means(words[:place], word, path) for place, word in enumerate(words)):
+    if not any(_names_file(words[:place], word, path) for place, word in enumerate(words)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
@@ -69,7 +69,7 @@ def problem_of(words, path):
     return ''
 
 
-def _means(before, word, path):
+def _names_file(before, word, path):
     """Is `word`, after the words `before`, the launch file `path`?"""
     if word == path.name and before and before[-1] == PACKAGE:
         return True

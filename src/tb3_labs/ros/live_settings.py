@@ -33,8 +33,7 @@ _GROUP = 'Default'
 class LiveSettings:
     """Offers the fields of the Config `config`, except the fields named in `fixed`.
 
-    `apply` is called with each new configuration, in a thread of rospy. It raises ValueError to
-    refuse one.
+    `apply` is called with each new configuration, in a thread of rospy; ValueError refuses one.
     """
 
     def __init__(self, config, apply, fixed=()):

@@ -26,7 +26,7 @@ from tb3_labs.ros.rospy_internals import (
 from tb3_labs.terminal import SafeStream
 
 #: Period of the main thread: does a master answer, has another thread ended the node? [s]
-POLL_PERIOD = 0.2
+MAIN_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LOG_TIME = 0.1
 #: A node that ends waits this long for its hooks and its master, and checks with this period [s].
@@ -52,7 +52,7 @@ def run(name, make_node, interface=None):
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(POLL_PERIOD)
+                pause(MAIN_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_end_has_begun.set)
         log_without_the_master()
@@ -62,7 +62,7 @@ def run(name, make_node, interface=None):
         node = make_node()    # noqa: F841 (it lives as long as this name)
         rospy.on_shutdown(_log_failure)
         while not _end_has_begun.is_set():
-            pause(POLL_PERIOD)
+            pause(MAIN_PERIOD)
     except (ValueError, OverflowError) as problem:    # the latter: an integer that rospy cannot set
         ignore_signals()
         end_roslaunch()
@@ -74,8 +74,7 @@ def run(name, make_node, interface=None):
 
 
 def leave(status=0):
-    """End this process when the hooks of its shutdown are done. rospy's own end takes 0.6 s more of
-    computing time."""
+    """End this process when its hooks are done, without the 0.6 s that rospy's own end takes."""
     deadline = time.monotonic() + LONGEST_END
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_POLL)

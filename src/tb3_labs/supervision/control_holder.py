@@ -59,7 +59,7 @@ class ControlMessages:
         self.grants = False
         self._waiting: List[bool] = []
         #: Time of the last True without an answer of move_to_goal [s].
-        self.given_at = -math.inf
+        self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
@@ -69,7 +69,7 @@ class ControlMessages:
         messages, self._waiting = self._waiting, []
         return messages
 
-    def renews(self, now: float) -> bool:
+    def pop_renewal(self, now: float) -> bool:
         """Returns True if a renewal is due. Then the caller sends it."""
         is_due = self.grants and now - self._sent_at >= RENEWAL
         if is_due:
@@ -79,7 +79,7 @@ class ControlMessages:
     def grant(self, now: float, lateness: float) -> None:
         """Queue a True for a press that was delayed by `lateness` [s], and one renewal for each
         `RENEWAL` since the press: their number shows the delay."""
-        self.grants, self.given_at, self._sent_at = True, now, now
+        self.grants, self.granted_at, self._sent_at = True, now, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:

@@ -39,21 +39,23 @@ class _Grant:
 
     def __init__(self, now: float, renews: bool) -> None:
         #: Arrival of the True, and the latest time at which it can have been sent [s].
-        self.given_at = self.sent_before = now
+        self.granted_at = self.sent_before = now
         #: Were the sensors fresh at any time since the grant?
-        self.has_robot = False
+        self.had_sensors = False
         self._renews = renews
         self._received_for = 0.0
         self._source = Freshness('control', LAPSE)
         self._source.received(now)
 
-    def renewed(self, now: float) -> None:
+    def renew(self, now: float) -> None:
+        """Take in a later True. Too many in a short time show that the first one was delayed."""
         self._source.received(now)
-        self._received_for = received_for = now - self.given_at
-        too_early = RENEWAL * (self._source.count - 1) - received_for    # by its renewals
+        self._received_for = now - self.granted_at
+        self.sent_before = self.granted_at
+        delay = RENEWAL * (self._source.count - 1) - self._received_for
         # after the longest lapse the clocks may differ by as much
-        is_late = self._renews and too_early > 0.0 and received_for < LONGEST_LAPSE
-        self.sent_before = self.given_at - (too_early if is_late else 0.0)
+        if self._renews and delay > 0.0 and self._received_for < LONGEST_LAPSE:
+            self.sent_before -= delay
 
     def silent_for(self, now: float) -> float:
         """Time since the last True [s]; 0 if the grant needs no renewal."""
@@ -105,7 +107,7 @@ class Permission:
         if not sensor_problem:
             self._patience = RESUME_TIME
             for grant in self._grants.values():
-                grant.has_robot = True
+                grant.had_sensors = True
 
     def on_message(self, message: 'Event[bool]') -> None:
         """Take in a True or a False of a sender."""
@@ -125,7 +127,7 @@ class Permission:
             self._grants = {}
             self._refused.discard(sender)
         elif sender in self._grants:
-            self._grants[sender].renewed(now)
+            self._grants[sender].renew(now)
             self._check_delay(sender, self._grants[sender])
         elif message.age.is_doubtful:
             self._refuse(sender, f'Control was given by {sender} before this node could hear it, '
@@ -159,7 +161,7 @@ class Permission:
                 self._grants = {}
                 self._log('Control is gone: ' + self.sleep.as_text(), True)
         for sender, grant in list(self._grants.items()):
-            if not grant.has_robot and now - grant.given_at > self._patience:
+            if not grant.had_sensors and now - grant.granted_at > self._patience:
                 self._end(sender, f'{self._sensor_problem} for {self._patience:.0f} s (is the '
                                   'robot running?)')
             elif grant.silent_for(now) > LONGEST_LAPSE:
@@ -167,9 +169,9 @@ class Permission:
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant whose renewals show that its True was delayed."""
-        if grant.given_at - grant.sent_before > OLDEST_GRANT:
+        if grant.granted_at - grant.sent_before > OLDEST_GRANT:
             self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
-        elif grant.sent_before < min(self._began_at, grant.given_at):
+        elif grant.sent_before < min(self._began_at, grant.granted_at):
             self._end(sender, 'it was given before this node started, or woke')
         elif any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             self._end(sender, 'it was taken while the network delayed it')

@@ -40,7 +40,7 @@ class SensorStatus(Enum):
     FRESH = 'go on'
     SILENT = 'stand'
     BACK_SOON = 'fresh again after a short silence: go on, knowing that it stood'
-    LATE = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
+    TIMED_OUT = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
 
 
 class Sensor(Freshness):
@@ -88,7 +88,7 @@ class SensorWatch:
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
         #: The status at the last :meth:`update`. The first update after a silence finds BACK_SOON
-        #: or LATE, the next one FRESH.
+        #: or TIMED_OUT, the next one FRESH.
         self.status = SensorStatus.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
@@ -123,18 +123,22 @@ class SensorWatch:
             self._patience = RESUME_TIME
         self._were_fresh = are_fresh
         if not (are_fresh and is_checked):
-            # The first reason is kept, so that it does not change with each further lost source.
-            self.hold_reason = UNCHECKED if are_fresh else self.hold_reason or self.problem(now)
-            self.status, self.silent_for = (SensorStatus.LATE if is_late else SensorStatus.SILENT,
-                                            silent_for)
+            if are_fresh:
+                self.hold_reason = UNCHECKED
+            elif not self.hold_reason:    # it stays the same when another sensor is lost
+                self.hold_reason = self.problem(now)
+            self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
+            self.silent_for = silent_for
             return
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
-        if gap <= SENSOR_TIMEOUT and not is_late:
+        if is_late:
+            self.status, self.silent_for = SensorStatus.TIMED_OUT, silent_for
+        elif gap > SENSOR_TIMEOUT:
+            self.status, self.silent_for = SensorStatus.BACK_SOON, gap
+        else:
             self.status = SensorStatus.FRESH
             return
-        self.status, self.silent_for = (
-            (SensorStatus.LATE, silent_for) if is_late else (SensorStatus.BACK_SOON, gap))
         self.pause()
 
     def pause(self) -> None:

@@ -44,7 +44,7 @@ class ControllerCore:
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last line about a refused turn
-        self._mouse_is_new = False               # True: a command is due
+        self._mouse_is_due = False               # is a command of the mouse due?
         self._mouse_logged = False               # was the loss of the mouse logged?
         self._log = LogQueue()
 
@@ -79,13 +79,16 @@ class ControllerCore:
             if not was_active:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
-            self._mouse_is_new = True
+            self._mouse_is_due = True
             self._handle(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
                          else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
             self._mouse_logged = active
-            self._released('messages of the mouse are late: move it to the middle of the screen to '
-                           'use it again' if active else 'the mouse was deactivated')
+            reason = 'the mouse was deactivated'
+            if active:
+                reason = ('messages of the mouse are late: move it to the middle of the screen to '
+                          'use it again')
+            self._release_mouse(reason)
         elif active and not self._mouse_logged:
             self._mouse_logged = True
             self._log.add('The mouse was active before: move it to the middle of the screen to '
@@ -95,9 +98,9 @@ class ControllerCore:
         """Turn by the angle [deg] that another node requests, unless it only repeats a request from
         before its connection, or before a stop."""
         self._update(turn.at)
-        doubts = self._repetitions.count(turn, self._sleep.is_waking)
+        doubts = self._repetitions.count_doubts(turn, self._sleep.is_waking)
         if not doubts:
-            self._try(turn, now)
+            self._request_or_log(turn, now)
         elif doubts == 1:
             self._log.add(f'A turn of {turn.sender} only repeats an earlier one, and does not '
                           f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
@@ -106,24 +109,24 @@ class ControllerCore:
         """Turn by an angle [deg] that a person typed: this request is never doubtful."""
         self._update(turn.at)
         self._refused_at = -math.inf
-        self._try(turn, now)
+        self._request_or_log(turn, now)
 
-    def _try(self, turn: 'Event[float]', now: float) -> None:
+    def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
         """Request a turn, and log its refusal, at most once a second."""
         try:
-            self.ask(turn.what, now)
+            self.request_turn(turn.what, now)
         except ValueError as refusal:
             if turn.at - self._refused_at >= REFUSAL_PERIOD:
                 self._refused_at = turn.at
                 self._log.add(str(refusal), warning=True)
 
-    def ask(self, degrees: float, now: float) -> None:
+    def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn this moves its goal. Raises
         ``ValueError`` with the reason of a refusal."""
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN else None
-        whole = angle if extended is None else extended.left(self._yaw) + angle
-        self._check(whole, now)
+        whole = angle if extended is None else extended.remaining(self._yaw) + angle
+        self._check_turn(whole, now)
         if extended is None:
             self._begin_turn(angle, now)
         else:
@@ -144,8 +147,8 @@ class ControllerCore:
         if self._sleep.slept_for or silence:
             self.mouse.lose(at)
         if was_active and not self.mouse.active:
-            self._mouse_is_new = self._mouse_logged = True
-            self._released(silence + ': move it to the middle of the screen to use it again')
+            self._mouse_is_due = self._mouse_logged = True
+            self._release_mouse(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: PreciseTurn) -> None:
         """Turn by another law from now on; a present turn keeps its goal."""
@@ -160,7 +163,7 @@ class ControllerCore:
     def tick(self, now: float, at: float) -> Output:
         """Look at both clocks, and decide."""
         self._update(at)
-        is_due = self._mouse_is_new or self.driver is Driver.TURN and (
+        is_due = self._mouse_is_due or self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
         command = (self._command(now) or Twist2()) if is_due else None
         has_changed, self._last_driver = self.driver is not self._last_driver, self.driver
@@ -175,11 +178,11 @@ class ControllerCore:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
     def _command(self, now: float) -> Optional[Twist2]:
-        self._mouse_is_new = False
+        self._mouse_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
-            return self._turn_on(now)
+            return self._turn_step(now)
         return None
 
     # -- turns
@@ -189,7 +192,7 @@ class ControllerCore:
         assert self._heading.yaw is not None    # no turn begins before the IMU is fresh
         return self._heading.yaw
 
-    def _check(self, angle: float, now: float) -> None:
+    def _check_turn(self, angle: float, now: float) -> None:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
         if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
             most = round(math.degrees(self._law.MAX_ANGLE))
@@ -216,7 +219,7 @@ class ControllerCore:
 
     def _start_law(self, turn: ActiveTurn) -> None:
         """Begin the turn, or continue it after a stop, at the present heading."""
-        self._law.start(self._yaw, turn.left(self._yaw))
+        self._law.start(self._yaw, turn.remaining(self._yaw))
         self._pace.pause()
 
     def _sensors_allow(self, now: float) -> bool:
@@ -231,12 +234,12 @@ class ControllerCore:
             self._log.add('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)
-        elif self._sensors.status is SensorStatus.LATE:
+        elif self._sensors.status is SensorStatus.TIMED_OUT:
             reason = self._sensors.hold_reason or 'the IMU was silent'
             self._handle(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
-    def _turn_on(self, now: float) -> Optional[Twist2]:
+    def _turn_step(self, now: float) -> Optional[Twist2]:
         turn, heading, imu = self._turn, self._heading, self._timing.imu
         assert turn is not None and imu is not None
         dt = self._pace.step(now)
@@ -248,18 +251,18 @@ class ControllerCore:
                 step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
         if not step.finished and not problem:
             return step.command
-        turn.left_at_end = step.remaining
+        turn.remaining_at_end = step.remaining
         self._handle(DriverEvent.TURN_OVER, problem)
         return None
 
     def _judge_turn(self, turn: ActiveTurn, now: float) -> None:
         self._log.add(turn.result(now))
-        self._carried = turn.left_at_end
+        self._carried = turn.remaining_at_end
         self._turn = None
 
     # -- who drives
 
-    def _released(self, reason: str) -> None:
+    def _release_mouse(self, reason: str) -> None:
         self._log.add(reason[0].upper() + reason[1:])
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
@@ -272,7 +275,7 @@ class ControllerCore:
             self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
-            left = abs(math.degrees(self._turn.left(self._yaw)))
+            left = abs(math.degrees(self._turn.remaining(self._yaw)))
             self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}', True)
             self._turn = None
             self._carried = 0.0

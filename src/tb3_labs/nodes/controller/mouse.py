@@ -98,30 +98,33 @@ class Mouse:
         self.source.received(now)
         sender.received(message, not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
-            self.lose(now, but=sender)
+            self.lose(now, kept=sender)
         if sender.active:
             self.twist = twist
         return deactivated
 
     def silence(self, now: float) -> str:
         """'no mouse for 0.3 s' if an active mouse is silent, else ''."""
-        return next((sender.source.silence_with_age(now) for sender in self._senders.values()
-                     if sender.active and not sender.source.is_fresh(now)), '')
-
-    def lose(self, now: float, but: Optional[_MouseSource] = None) -> None:
-        """Treat every mouse except `but` as lost: an inactive one may have been activated since."""
         for sender in self._senders.values():
-            if sender is not but:
+            if sender.active and not sender.source.is_fresh(now):
+                return sender.source.silence_with_age(now)
+        return ''
+
+    def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
+        """Treat every mouse but `kept` as lost: an inactive one may have been activated since."""
+        for sender in self._senders.values():
+            if sender is not kept:
                 sender.lose(now)
 
 
 def mouse_twist(x: float, y: float) -> Twist2:
-    """The velocity that a mouse at (x, y) asks for.
+    """Returns the velocity that a mouse at (x, y) asks for."""
+    return Twist2(_speed(y), _speed(-x))
 
-    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of the
-    zone the velocity is MOUSE_FULL times the position. A position beyond the screen's edge is taken
-    as the edge.
-    """
-    linear, angular = (0.0 if abs(position) <= MOUSE_DEAD_ZONE
-                       else MOUSE_FULL * clamp(position, -1.0, 1.0) for position in (y, -x))
-    return Twist2(linear, angular)
+
+def _speed(position: float) -> float:
+    """Returns 0 in the dead zone, its bounds included; outside, MOUSE_FULL times the position, at
+    most at the screen's edge."""
+    if abs(position) <= MOUSE_DEAD_ZONE:
+        return 0.0
+    return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -104,7 +104,7 @@ class ActiveTurn:
         self.goal = yaw + carried + requested
         self.stall = StallWatch()
         #: The remaining angle at the end, which the law has computed from many samples.
-        self.left_at_end = 0.0
+        self.remaining_at_end = 0.0
         self._start = yaw
         self._begun_at = now
 
@@ -114,13 +114,13 @@ class ActiveTurn:
         self.goal += angle
         self.stall = StallWatch()
 
-    def left(self, yaw: float) -> float:
+    def remaining(self, yaw: float) -> float:
         """The angle from `yaw` to the goal."""
         return self.goal - yaw
 
     def result(self, now: float) -> str:
         """The result in words, for a robot that rests."""
-        error, whole = self.left_at_end, self.goal - self._start
+        error, whole = self.remaining_at_end, self.goal - self._start
         side = 'short of' if error * self.requested > 0.0 else 'beyond'
         seconds = now - self._begun_at
         text = (f'Turned {math.degrees(whole - error):.2f} degrees in {seconds:.1f} s: '
@@ -171,7 +171,7 @@ class Repetitions:
     def __init__(self) -> None:
         self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
-    def count(self, event: Event, is_waking: bool = False) -> int:
+    def count_doubts(self, event: Event, is_waking: bool = False) -> int:
         """Take in a request. Returns the number of doubtful requests up to this one; 0 if it is
         accepted. `is_waking`: may the request be older than a sleep of this process?"""
         last = self._requests.get(event.sender)

@@ -54,7 +54,7 @@ class GamepadCore:
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
         self._silent_until = 0.0
-        self._is_new = False         # something changed, so a command is due
+        self._command_is_due = False    # something changed, so a command is due
         self._reset_requested = False    # since the last tick
         self._published_holder: Optional[ControlHolder] = None
         self._restless_since = math.inf    # a stick is pushed, but does not drive yet
@@ -69,7 +69,7 @@ class GamepadCore:
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
-        self._is_new = True
+        self._command_is_due = True
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
             self._handle(ControlEvent.REGAIN, now)
@@ -91,9 +91,9 @@ class GamepadCore:
         """move_to_goal says whether it has control."""
         now = has_control.at
         if has_control.what:
-            self.messages.given_at = -math.inf    # this answers the last True
+            self.messages.granted_at = -math.inf    # this answers the last True
             self._handle(ControlEvent.GRANTED, now)
-        elif now - self.messages.given_at >= CROSSING:
+        elif now - self.messages.granted_at >= CROSSING:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
@@ -121,7 +121,7 @@ class GamepadCore:
         self._check_clock(now)
         self._check_rest(now)
         self._check_loss(now)
-        command = self._command(now) if self._is_new else None
+        command = self._command(now) if self._command_is_due else None
         holder = None if self.holder is self._published_holder else self.holder
         watched = self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is ControlHolder.NOBODY)
@@ -130,7 +130,7 @@ class GamepadCore:
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             reset_requested=reset_requested,
-            control_messages=self.messages.pop_all(), renews=self.messages.renews(now))
+            control_messages=self.messages.pop_all(), renews=self.messages.pop_renewal(now))
 
     def _check_rest(self, now: float) -> None:
         """Is the pad ready: sticks at rest, and delay known? A line names a stick that is not."""
@@ -151,7 +151,7 @@ class GamepadCore:
                           'a larger dead_zone', warning=True)
 
     def _command(self, now: float) -> Twist2:
-        self._is_new = False
+        self._command_is_due = False
         state = self._pad.state
         if state is None or not self._drives() or now < self._silent_until:
             return Twist2()
@@ -193,7 +193,7 @@ class GamepadCore:
 
     def _handle(self, event: ControlEvent, now: float) -> None:
         before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
-        self._is_new = self._is_new or self.holder is not before
+        self._command_is_due = self._command_is_due or self.holder is not before
         if before is ControlHolder.MOVE_TO_GOAL is not self.holder:
             self._silent_until = now + HAND_BACK
             if self.messages.grants:       # another node took control
@@ -203,14 +203,14 @@ class GamepadCore:
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:
-            self._log.add(f'Another node stopped the robot: {self._again}', warning=True)
+            self._log.add(f'Another node stopped the robot: {self._remedy}', warning=True)
         elif self.holder is ControlHolder.MOVE_TO_GOAL:
             self._log.add('move_to_goal drives: press B to take the robot back')
         elif self.holder is ControlHolder.GAMEPAD:
             self._log.add('The gamepad drives: press A to let move_to_goal drive')
 
     @property
-    def _again(self) -> str:
+    def _remedy(self) -> str:
         return ('press the hold button' if self._config.has_hold
                 else 'let go of the sticks') + ' to drive again'
 
@@ -225,8 +225,8 @@ class GamepadCore:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
         silence = self.joy.silence_with_age(now).capitalize()
-        self._log.add(f'{silence}: robot stopped; {self._again}{hint}', warning=True)
+        self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
         self._pad.state = None      # the last state is void now
-        self._is_new = True
+        self._command_is_due = True
         self.messages.stop(now)
         self._handle(ControlEvent.LOST, now)

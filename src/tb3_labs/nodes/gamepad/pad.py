@@ -15,21 +15,21 @@ from tb3_labs.handout import (
 from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER, PAD_TIMEOUT, Freshness, Lateness
 
 #: The highest index of an axis or button that a parameter may have.
-MOST = 31
+MAX_INDEX = 31
 
 
 @dataclass(frozen=True)
 class PadConfig(Config):
     """The functions of axes and buttons. Indices count from 0, as in sensor_msgs/Joy."""
 
-    linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', low=0, high=MOST)
-    angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', low=0, high=MOST)
-    relinquish_button: int = setting(BUTTON_A, 'gives the robot to move_to_goal: A', low=0,
-                                     high=MOST)
-    regain_button: int = setting(BUTTON_B, 'takes it back: B', low=0, high=MOST)
-    reset_button: int = setting(BUTTON_Y, 'declares the robot to be at (0, 0, 0): Y', low=0,
-                                high=MOST)
-    hold_button: int = setting(-1, 'drives only while it is held; -1: none', low=-1, high=MOST)
+    linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', '', 0, MAX_INDEX)
+    angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', '', 0, MAX_INDEX)
+    relinquish_button: int = setting(BUTTON_A, 'gives the robot to move_to_goal: A', '', 0,
+                                     MAX_INDEX)
+    regain_button: int = setting(BUTTON_B, 'takes it back: B', '', 0, MAX_INDEX)
+    reset_button: int = setting(BUTTON_Y, 'declares the robot to be at (0, 0, 0): Y', '', 0,
+                                MAX_INDEX)
+    hold_button: int = setting(-1, 'drives only while it is held; -1: none', '', -1, MAX_INDEX)
     dead_zone: float = setting(0.08, 'sticks nearer to their middle are at rest', low=0.0, high=0.9)
     linear_scale: float = setting(0.26, "full stick; the robot's own limit holds as well", 'm/s',
                                   low=0.01, high=1.0)
@@ -120,13 +120,13 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError(f'stick ({forward}, {left}) is not finite')
     return PadState(
-        _outside(config.dead_zone, forward), _outside(config.dead_zone, left),
+        _stick_speed(config.dead_zone, forward), _stick_speed(config.dead_zone, left),
         relinquish=bool(buttons[config.relinquish_button]),
         regain=bool(buttons[config.regain_button]), reset=bool(buttons[config.reset_button]),
         hold=config.has_hold and bool(buttons[config.hold_button]), sent=(axes, buttons))
 
 
-def _outside(dead_zone: float, position: float) -> float:
+def _stick_speed(dead_zone: float, position: float) -> float:
     """Returns 0 inside the dead zone, and a linear value from its edge to the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:

@@ -35,18 +35,18 @@ class GamepadNode:
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events(ignore_own_messages('ctrl_relinq'), Bool,
-                         lambda word: self._runner.handle(self._core.on_ctrl_relinq, word))
+                         lambda event: self._runner.handle(self._core.on_ctrl_relinq, event))
         subscribe_events('has_control', Bool,
-                         lambda word: self._runner.handle(self._core.on_has_control, word))
+                         lambda event: self._runner.handle(self._core.on_has_control, event))
         Diagnostics(model.name, lambda: self._runner.query(self._diagnose))
         log_missing_topics({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
                            'has none)? The page of web:=true is a pad, too')
 
     def _publish_output(self, output):
         """Publish a stop twice: a node may treat a connection's first message as latched."""
-        for word in output.control_messages:
-            for _ in range(1 if word else 2):
-                self._control.publish(word)
+        for granted in output.control_messages:
+            for _ in range(1 if granted else 2):
+                self._control.publish(granted)
         if output.renews:
             self._control.publish(True)
         if output.reset_requested:    # move_to_goal may answer late

@@ -33,7 +33,7 @@ from tb3_labs.supervision.stale_or_stalled import (
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
 #: If another node commands motions for longer than this while this node drives, a line says so [s].
-RIVAL = 0.3
+RIVAL_TIME = 0.3
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,9 @@ class MoveToGoalCore:
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
-        self._sent = Twist2()
+        self._last_command = Twist2()
         self._last_ended_attempt = 0    # number of the last attempt whose end was found
-        self._rivals: Dict[str, float] = {}    # since when another node drives, too
+        self._rivals_since: Dict[str, float] = {}    # since when another node drives, too
         self._announcer = Announcer(self._log)
 
     # -- what comes in
@@ -126,10 +126,10 @@ class MoveToGoalCore:
         if not (linear or angular):
             return
         self._localizer.driven_at = now
-        if self._sent == Twist2():
-            self._rivals.clear()
-        elif now - self._rivals.setdefault(sender, now) > RIVAL:
-            self._rivals[sender] = math.inf    # no second line
+        if self._last_command == Twist2():
+            self._rivals_since.clear()
+        elif now - self._rivals_since.setdefault(sender, now) > RIVAL_TIME:
+            self._rivals_since[sender] = math.inf    # no second line
             self._log.add(f'{sender or "another program"} drives the robot, too: stop one of the '
                           'two (False on ctrl_relinq stops this one)', warning=True)
 
@@ -204,8 +204,8 @@ class MoveToGoalCore:
         permission, machine = self._permission, self._machine
         permission.update(at)
         before, self.has_control = self.has_control, permission.granted
-        given, self._grants = permission.count > self._grants, permission.count
-        if given and (machine.failure or not before):
+        is_new_grant, self._grants = permission.count > self._grants, permission.count
+        if is_new_grant and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
@@ -240,7 +240,7 @@ class MoveToGoalCore:
         elif refusal:
             self._machine.give_up(refusal)
             self._pause()
-        elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.LATE):
+        elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
@@ -250,8 +250,8 @@ class MoveToGoalCore:
                 if self._machine.cruises and max(
                         self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
                     self._pace.prolong()
-                self._sent = command or Twist2()
-                if self._sent != Twist2():
+                self._last_command = command or Twist2()
+                if self._last_command != Twist2():
                     self._localizer.driven_at = now
                 return command
         self._pace.skip(now)
@@ -265,9 +265,10 @@ class MoveToGoalCore:
         self._last_ended_attempt = machine.attempt
         if machine.failure:
             self._requests.give_up(at)
-        self._requests.end(GoalOutcome.CANCELED if machine.cancelled else
-                           GoalOutcome.GIVEN_UP if machine.failure else GoalOutcome.REACHED,
-                           machine.failure or PRINTED_REACHED + '!')
+            outcome = GoalOutcome.CANCELED if machine.cancelled else GoalOutcome.GIVEN_UP
+            self._requests.end(outcome, machine.failure)
+        else:
+            self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
         """The status, if it is new."""
@@ -315,15 +316,15 @@ class MoveToGoalCore:
             self._pace.pause()
         if sensors.status is SensorStatus.BACK_SOON:
             self._machine.interrupt()
-        elif (sensors.status is SensorStatus.LATE and self._permission.has_grant
+        elif (sensors.status is SensorStatus.TIMED_OUT and self._permission.has_grant
               and self._machine.active):
             self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
                                   f'{sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
-        drives = abs(self._sent.linear) > SURELY_DRIVES
-        turns = abs(self._sent.angular) > SURELY_TURNS
+        drives = abs(self._last_command.linear) > SURELY_DRIVES
+        turns = abs(self._last_command.angular) > SURELY_TURNS
         odometry = self._timing.odometry
         assert odometry is not None
         before, after = odometry.before, odometry.sample
@@ -338,7 +339,7 @@ class MoveToGoalCore:
         """The robot stands, or another node drives it: the next command is treated as the first."""
         self._pace.pause()
         self._sensors.pause()
-        self._sent = Twist2()
+        self._last_command = Twist2()
 
     def _restart(self) -> None:
         """A person or node asked for a motion, which begins from standing."""

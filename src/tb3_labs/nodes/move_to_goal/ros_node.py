@@ -97,7 +97,8 @@ class MoveToGoalNode:
         subscribe(ignore_own_messages('cmd_vel'), Twist, self._on_command_of_others)
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
         runner.check()
-        subscribe_events('ctrl_relinq', Bool, lambda word: runner.handle(core.on_ctrl_relinq, word))
+        subscribe_events('ctrl_relinq', Bool,
+                         lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # Every message is read: any message may have the displacement that the firmware reverses.

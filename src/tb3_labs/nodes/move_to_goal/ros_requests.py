@@ -36,11 +36,11 @@ ODOM = 'odom'
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal: the method of actionlib's handle that answers its client}
-TELLS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
-         GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
-         GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
-         GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
-         GoalOutcome.CANCELED: ServerGoalHandle.set_canceled}
+ANSWER_METHODS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
+                  GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
+                  GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
+                  GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
+                  GoalOutcome.CANCELED: ServerGoalHandle.set_canceled}
 
 
 class GoalServer(ActionServer):
@@ -78,7 +78,7 @@ class GoalServer(ActionServer):
             if outcome is not GoalOutcome.REJECTED:
                 self._present = request.client if outcome is GoalOutcome.ACCEPTED else None
             result = () if outcome is GoalOutcome.ACCEPTED else (MoveBaseResult(),)
-            TELLS[outcome](request.client, *result, text)
+            ANSWER_METHODS[outcome](request.client, *result, text)
 
     def feedback(self, fix):
         """Send a localizer.Fix to the client of the present goal, if there is one."""
@@ -123,8 +123,8 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            take = self._core.on_goal if handle else self._core.on_repetition
-            self._runner.handle(lambda: take(request, steady_time()))
+            on_request = self._core.on_goal if handle else self._core.on_repetition
+            self._runner.handle(lambda: on_request(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         with self.lock:

@@ -28,7 +28,7 @@ class DriveStatus(NamedTuple):
     has_control: bool             # may the node drive?
     sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
 
-    def left(self, motion: Optional[Motion]) -> Tuple[float, float]:
+    def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
         """The distance [m] and the angle [deg, not negative] from here to the goal."""
         assert self.goal is not None and motion is not None
         distance, angle = errors(motion.pose, self.goal)
@@ -67,7 +67,7 @@ class Announcer:
             if abs(now - self._progress_at) >= PROGRESS_PERIOD:
                 self._progress_at = now
                 if status.text in DRIVING:
-                    self._log.add(f'{status.text}: {to_go(*status.left(motion()))}')
+                    self._log.add(f'{status.text}: {to_go(*status.remaining(motion()))}')
             return False
         self._printed, self._progress_at = key, now
         begins = status.begun and status.attempt != self._begun
@@ -76,12 +76,12 @@ class Announcer:
         if status.failure:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', True)
         elif not status.active:
-            distance, angle = status.left(motion())
+            distance, angle = status.remaining(motion())
             self._log.add(f'{handout.PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
                           f'after {now - self._begun_at:.1f} s')
         elif status.text in DRIVING:
             if begins:
-                self._log.add(f'Goal ({status.goal}): {to_go(*status.left(motion()))}')
+                self._log.add(f'Goal ({status.goal}): {to_go(*status.remaining(motion()))}')
             self._log.add(status.text)
         elif is_stopped(status.text):
             self._log.add(status.text.capitalize(), warning=True)
