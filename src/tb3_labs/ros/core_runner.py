@@ -42,11 +42,11 @@ class CoreRunner:
     own. So a terminal that takes no text, or actionlib, holds up no message and no stop.
     """
 
-    def __init__(self, tick, at_once=None, carry_out=None):
-        """``tick()`` returns the Output of now. ``at_once(output)`` is called with the lock held,
+    def __init__(self, tick, publish=None, carry_out=None):
+        """``tick()`` returns the Output of now. ``publish(output)`` is called with the lock held,
         after the command was sent, and must not wait. ``carry_out(output)`` is called without it.
         """
-        self._tick, self._at_once, self._carry_out = tick, at_once, carry_out
+        self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting = queue.SimpleQueue()    # Outputs that are not carried out yet
         threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
@@ -82,9 +82,9 @@ class CoreRunner:
             self.cmd_vel.stop()
         if output.command is not None:
             self.cmd_vel.send(output.command)
-        if self._at_once is not None:
-            self._at_once(output)
-        self._watchdog.keep(output.watched)
+        if self._publish is not None:
+            self._publish(output)
+        self._watchdog.set_awake(output.watched)
         if output.has_more:
             self._waiting.put(output)
         return output
@@ -166,7 +166,7 @@ class Watchdog:
     """Calls `check()` in a separate thread while no message arrives. Also calls `note_clock(runs)`
     if the clock is simulated.
 
-    The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
+    The thread begins with the first call of :meth:`set_awake`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.
     """
 
@@ -177,12 +177,16 @@ class Watchdog:
         self._clock, self._last = Freshness('/clock', STANDSTILL), 0.0
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
-    def keep(self, awake):
+    def set_awake(self, awake):
         """Check the node often if it is `awake`. The caller holds the node's lock."""
         if not self._thread.ident:
             self._thread.start()
-        if awake is not self._awake.is_set():    # reading it costs less than setting it again
-            (self._awake.set if awake else self._awake.clear)()
+        if awake is self._awake.is_set():    # reading it costs less than setting it again
+            return
+        if awake:
+            self._awake.set()
+        else:
+            self._awake.clear()
 
     def feed(self):
         """Tell the watchdog that a message has arrived and was processed."""

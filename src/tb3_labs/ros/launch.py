@@ -79,20 +79,30 @@ def _names_file(before, word, path):
 def _problem_of_value(name, value, doc, folder):
     """Returns how a wrong value should be written, by the argument's `doc`; '' for a right one."""
     if PARAMETERS_FILE.search(doc):
-        in_braces = value if value.startswith('{') else '{' + value.replace('=', ':') + '}'
-        right, why = NO_BLANK.sub(': ', in_braces), 'a blank is missing after the colon'
-        if right != value:
-            return f"{why if in_braces == value else 'in braces, with colons'}: {name}:=\"{right}\""
-        for part in value.strip('{} ').split(','):
-            if not PAIR.fullmatch(part):
-                return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
-                    part.strip())
+        problem = _problem_of_group(name, value)
+        if problem:
+            return problem
     for start, end in CHOICE_OF_FILES.findall(doc):
         known = sorted(str(file.relative_to(folder))[len(start):-len(end)]
                        for file in folder.glob(start + '*' + end))
         if value not in known:
             return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
     return _problem_of_file(Path(value)) if doc == OWN_FILE else ''
+
+
+def _problem_of_group(name, value):
+    """Returns how a wrong group of parameters should be written; '' for a right one."""
+    if not value.startswith('{'):
+        corrected = NO_BLANK.sub(': ', '{' + value.replace('=', ':') + '}')
+        return f'in braces, with colons: {name}:="{corrected}"'
+    corrected = NO_BLANK.sub(': ', value)
+    if corrected != value:
+        return f'a blank is missing after the colon: {name}:="{corrected}"'
+    for pair in value.strip('{} ').split(','):
+        if not PAIR.fullmatch(pair):
+            return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
+                pair.strip())
+    return ''
 
 
 def _problem_of_numbers(text):
@@ -121,10 +131,11 @@ def _remedy(name, value, arguments, path):
         for file in PARAMETERS_FILE.findall(item.get('doc', '')):
             for parameter in _parameters_in(path.parent / file):
                 known.setdefault(parameter, f'{argument}:="{{{parameter}: {value}}}"')
-    near = [name] if name in known else difflib.get_close_matches(name, known, 1)
-    if not near:
-        return f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
-    return known[name] if name in known else f'is {known[near[0]]} meant?'
+    if name in known:
+        return known[name]
+    for near in difflib.get_close_matches(name, known, 1):
+        return f'is {known[near]} meant?'
+    return f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
 
 
 def _parameters_in(file):

@@ -1,7 +1,4 @@
-"""The settings of a node that may change while it runs.
-
-A person changes them by the program :mod:`tb3_labs.ros.dynparam`, or in rqt_reconfigure, through
-the messages of dynamic_reconfigure.
+"""The settings of a node that may change while it runs, by dynparam or in rqt_reconfigure.
 
 dynamic_reconfigure 1.7.3 (Debian 12) has a Python server of its own. It is not used because of
 measured defects (test/ros/parameters_test.py shows that LiveSettings has none):

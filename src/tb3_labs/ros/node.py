@@ -135,8 +135,6 @@ def end_roslaunch():
         os.kill(roslaunch_of_this(), signal.SIGTERM)
 
 
-# ----- signals -----
-
 class Interrupted(BaseException):
     """A signal of END_SIGNALS; a BaseException, so that no ``except Exception`` catches it."""
 

@@ -180,7 +180,8 @@ class _Writer:
 def publish_together(publisher, messages):
     """Publish messages by one write, as a network delivers delayed ones: a subscriber with
     queue_size=1 keeps only the last (`impl.buff` and `seq`; test/ros/fake_robot.test)."""
-    topic, (*before, last) = publisher.impl, messages
+    *before, last = messages
+    topic = publisher.impl
     topic.buff.truncate(topic.buff.seek(0))    # the rest for a subscriber that left
     for message in before:
         topic.seq += 1

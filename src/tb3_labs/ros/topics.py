@@ -27,8 +27,7 @@ FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
 class WarningThrottle:
-    """Logs at most one warning in WARNING_PERIOD. rospy's own throttle stops with a simulated
-    clock."""
+    """Logs one warning in WARNING_PERIOD; rospy's own throttle stops with a simulated clock."""
 
     def __init__(self):
         self._warned_at = -WARNING_PERIOD
@@ -117,14 +116,14 @@ def publishers_of(topic):
     return {node for name, nodes in published if name == topic for node in nodes}
 
 
-def log_missing_topics(heard, hint='is the robot running?'):
-    """Log reminders while /clock, or a topic in `heard`, has no message. `heard`: {topic: function
+def log_missing_topics(received, hint='is the robot running?'):
+    """Log reminders while /clock, or another topic, has no message. `received`: {topic: function
     that returns whether a message has arrived}; `hint`: the thing to check."""
     def run():
         time.sleep(FIRST_REMINDER)
         while not rospy.is_shutdown():
-            missing = [rospy.resolve_name(topic) for topic, was_heard in heard.items()
-                       if not was_heard()]
+            missing = [rospy.resolve_name(topic) for topic, is_received in received.items()
+                       if not is_received()]
             if rospy.get_time() == 0.0:
                 rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a '
                              'simulation, or: rosparam set /use_sim_time false, and start again')

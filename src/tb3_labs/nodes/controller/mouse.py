@@ -123,8 +123,7 @@ def mouse_twist(x: float, y: float) -> Twist2:
 
 
 def _speed(position: float) -> float:
-    """Returns 0 in the dead zone, its bounds included; outside, MOUSE_FULL times the position, at
-    most at the screen's edge."""
+    """Returns 0 in the closed dead zone; else MOUSE_FULL times the position on the screen."""
     if abs(position) <= MOUSE_DEAD_ZONE:
         return 0.0
     return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -1,6 +1,4 @@
-"""One pad: its settings and its messages.
-
-The default numbers of axes and buttons come from the course's gamepad lab.
+"""One pad: its settings, by default for the pad of the course's lab, and its messages.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
