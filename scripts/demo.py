@@ -70,7 +70,7 @@ class Demo:
         self._config = read_config(DemoConfig)
         self._received = {}     # {topic: [(arrival [s], value)]}
         self._granted = False   # does move_to_goal have control from this node?
-        self._taken = False
+        self._control_taken = False
         # not latched: a latched message could come from an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         self._keep('goal_state', String, lambda message: message.data)
@@ -96,7 +96,7 @@ class Demo:
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
-            self._taken = self._granted
+            self._control_taken = self._granted
 
     def _run(self):
         for topic in ('local_pose', 'current_goal'):
@@ -131,11 +131,11 @@ class Demo:
             if after_reset or attempt:
                 self._wait_for('a reset', is_reset)
             self._give_control()
-            begun, state = self._first('goal_state', found=lambda state: is_over(state) or (
+            begun, state = self._first('goal_state', matches=lambda state: is_over(state) or (
                 state == GoalState.ROTATE_TO_GOAL.name))
             if not is_over(state):
                 break
-        ended, state = self._first('goal_state', found=is_over)
+        ended, state = self._first('goal_state', matches=is_over)
         _, reached = self._first('ground_truth', ended + REST)
         return DemoDrive(state, self._first('current_goal')[1], self._first('local_pose', ended)[1],
                          world_T_local.inverse() @ reached, ended - begun)
@@ -144,7 +144,7 @@ class Demo:
         """Give control until move_to_goal says that it has control. A node that was slow to start
         does not take the first permission, which may be old. A person's stop is not undone."""
         def is_given():
-            has_control = self._taken or self._first('has_control')[1]
+            has_control = self._control_taken or self._first('has_control')[1]
             if not has_control:
                 self._control.publish(False)
                 self._control.publish(True)
@@ -152,14 +152,14 @@ class Demo:
         self._wait_for('move_to_goal to take control', is_given)
         self._granted = True
 
-    def _first(self, topic, since=0.0, found=lambda value: True):
+    def _first(self, topic, since=0.0, matches=lambda value: True):
         """Wait for the first value of `topic` that arrived at `since` [s] or later, and is `found`.
         Returns (arrival, value)."""
         def values():
-            if self._taken:
+            if self._control_taken:
                 raise ControlTaken
             return [(at, value) for at, value in list(self._received[topic])
-                    if at >= since and found(value)]
+                    if at >= since and matches(value)]
         self._wait_for(topic, values)
         return values()[0]
 

@@ -20,7 +20,7 @@ from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot, judge_types)
-from tb3_labs.doctor import fault, ok, printed, summary, warning
+from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused, judge_stream)
@@ -32,7 +32,7 @@ OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 def check(line, verdict, *words):
     """The verdict and the words in the line; a line that is not ok says what to do.
     """
-    text = printed(line)
+    text = as_text(line)
     assert line.severity == verdict, text
     for word in words:
         assert word in text
@@ -43,10 +43,10 @@ def check(line, verdict, *words):
 # ----- one line, and all lines
 
 def test_a_line_is_one_line_with_its_verdict_in_front():
-    assert printed(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
-    assert printed(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
-    assert printed(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
-    assert printed(fault('Disk', 'a', 'b')).startswith('FAULT')
+    assert as_text(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
+    assert as_text(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
+    assert as_text(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
+    assert as_text(fault('Disk', 'a', 'b')).startswith('FAULT')
 
 
 @pytest.mark.parametrize('lines, words', [

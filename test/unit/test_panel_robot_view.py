@@ -247,4 +247,4 @@ def test_a_stop_is_done_when_the_robot_stands_and_nobody_has_control(
     view.on_message('has_control', control, 99.0)
     if heard_at is not None:
         view.on_odometry(OdometrySample(0.0, Pose2(), speed, 0.0), heard_at)
-    assert view.why_not_stopped(100.0) == problem
+    assert view.stop_problem(100.0) == problem

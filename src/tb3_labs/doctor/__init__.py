@@ -25,11 +25,12 @@ class Line(NamedTuple):
 ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 'FAULT'))
 
 
-def printed(line: Line) -> str:
+def as_text(line: Line) -> str:
     """Returns the line as a single line of text. Texts of other programs may contain line ends, or
     codes that a terminal obeys: these become spaces."""
-    text = '{:<7} {:<8} {}{}'.format(line.severity, line.subject, line.text,
-                                     line.remedy and '. Do: ' + line.remedy)
+    text = '{:<7} {:<8} {}'.format(line.severity, line.subject, line.text)
+    if line.remedy:
+        text += '. Do: ' + line.remedy
     return ''.join(sign if sign.isprintable() else ' ' for sign in text)
 
 
@@ -40,5 +41,6 @@ def summary(lines: Sequence[Line]) -> str:
         return f'{faults} faults: begin with the first fault'
     if faults:
         return '1 fault'
-    warned = any(line.severity == 'warning' for line in lines)
-    return 'no fault found' + ', but see the warnings' * warned
+    if any(line.severity == 'warning' for line in lines):
+        return 'no fault found, but see the warnings'
+    return 'no fault found'

@@ -24,7 +24,7 @@ def examine(namespace):
     graph = RobotGraph(namespace, state or ([], [], []),
                        state and Peer(master.uri).ask('getTopicTypes') or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
-    yield judge_nat(nat_kind(), here.towards_others, not here.master_here or any(
+    yield judge_nat(nat_kind(), here.lan_address, not here.master_here or any(
         not is_own(peer.address) for peer in robot.values() if peer.address))
     yield judge_master(master)
     if state is None:
@@ -59,20 +59,25 @@ def _check_return_path(here, graph, alive, drivers):
                    if received and kind not in ('', received)}
     if other_types:
         yield judge_types(topic, robot_node, received, other_types)
-    mine = {node: peer.uri for node, peer in drivers.items() if (
-        peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)
-        and node not in graph.robot_nodes and node not in other_types}
-    if mine:
+    own_drivers = {}
+    for node, peer in drivers.items():
+        may_be_own = is_own(peer.address) and not peer.problem or peer.problem == 'unresolved'
+        if may_be_own and node not in graph.robot_nodes and node not in other_types:
+            own_drivers[node] = peer.uri
+    if own_drivers:
         time.sleep(1.0)    # in which the robot connects to a driver that was started just now
     connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
         address = alive[robot_node].address
         connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
-        yield judge_return_path(mine, connected, robot_node,
+        yield judge_return_path(own_drivers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
                                 not is_own(address))
 
 
 def _type_of(topic, peer, question):
     """Returns the type of a node's topic, by its answer to `question`; '' if it is not known."""
-    return next((str(kind) for name, kind in peer.ask(question) or () if name == topic), '')
+    for name, kind in peer.ask(question) or ():
+        if name == topic:
+            return str(kind)
+    return ''

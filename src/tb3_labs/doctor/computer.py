@@ -41,8 +41,10 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
     here = f'Python {version} ({executable})'
     if missing:
         first, *others = missing
-        return fault('Python', '{} cannot import {} ({}){}'.format(
-            here, first, missing[first], ', nor ' + ', '.join(others) if others else ''),
+        text = f'{here} cannot import {first} ({missing[first]})'
+        if others:
+            text += ', nor ' + ', '.join(others)
+        return fault('Python', text,
                      'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py')
     return ok('Python', here + ' has all packages')
 
@@ -109,17 +111,19 @@ class Address:
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
-    def towards_others(self) -> str:
+    def lan_address(self) -> str:
         """The address on the way to the master; the first address if the master is here; or ''."""
-        return next((each for each in (self.outgoing_address, *self.own)
-                     if each and not is_loopback(each)), '')
+        for address in (self.outgoing_address, *self.own):
+            if address and not is_loopback(address):
+                return address
+        return ''
 
     @property
     def advice(self) -> str:
         """The commands after which this computer advertises the right address."""
         return '{}export ROS_IP={}, then start the nodes here again'.format(
             'unset ROS_HOSTNAME; ' if self.ros_hostname else '',
-            self.towards_others or 'ADDRESS_OF_THIS_COMPUTER')
+            self.lan_address or 'ADDRESS_OF_THIS_COMPUTER')
 
 
 def address_here(master: str) -> Address:
@@ -139,12 +143,11 @@ def judge_address(here: Address) -> Line:
             return ok('Address', unset + 'good for this computer alone')
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
-    known = here.resolved in ('', here.advertised) or is_loopback(here.resolved)
-    source = 'ROS_{}={}{}{}'.format(
-        'HOSTNAME' if here.ros_hostname else 'IP', quoted(here.advertised),
-        '' if known else ' ({})'.format(here.resolved),
-        ' (it goes before ROS_IP={})'.format(quoted(here.ros_ip))
-        if here.ros_hostname and here.ros_ip else '')
+    source = 'ROS_{}={}'.format('HOSTNAME' if here.ros_hostname else 'IP', quoted(here.advertised))
+    if here.resolved not in ('', here.advertised) and not is_loopback(here.resolved):
+        source += f' ({here.resolved})'
+    if here.ros_hostname and here.ros_ip:
+        source += f' (it goes before ROS_IP={quoted(here.ros_ip)})'
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):
@@ -179,13 +182,15 @@ def nat_kind() -> str:
 def judge_nat(kind: str, outgoing_address: str, others_elsewhere: bool) -> Line:
     """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
     `others_elsewhere`: is the master or the robot on another computer?"""
-    if not kind or not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT:
-        return ok('NAT', f'this is {kind}, but its address is not one of NAT' if kind else
-                  'this computer has no network of its own behind another computer')
+    if not kind:
+        return ok('NAT', 'this computer has no network of its own behind another computer')
+    if not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT:
+        return ok('NAT', f'this is {kind}, but its address is not one of NAT')
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
             kind, outgoing_address))
-    return fault(
-        'NAT', f'this is {kind} behind NAT: no robot can reach {outgoing_address}',
-        'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else use a Linux '
-        'of its own' if kind == 'WSL' else 'start the container with the network of its host')
+    remedy = 'start the container with the network of its host'
+    if kind == 'WSL':
+        remedy = ('networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else '
+                  'use a Linux of its own')
+    return fault('NAT', f'this is {kind} behind NAT: no robot can reach {outgoing_address}', remedy)

@@ -17,7 +17,7 @@ from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
 #: The name under which the doctor asks; it is registered nowhere.
 CALLER = f'/doctor_{os.getpid()}'
 #: Longest wait for an answer [s].
-ANSWERING = 1.0
+ANSWER_TIMEOUT = 1.0
 #: {problem in reaching a program at an address: its words}
 PROBLEMS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',
@@ -27,12 +27,12 @@ PROBLEMS = {
 #: The sensors of a robot: each is a topic.
 SENSORS = 'imu', 'odom', 'joint_states'
 #: The topics that the robot, or a node of the labs, subscribes to, and all topics of the labs.
-SENT = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
-TOPICS = (*SENSORS, *SENT, 'heading', 'reset')
+SUBSCRIBED = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
+TOPICS = (*SENSORS, *SUBSCRIBED, 'heading', 'reset')
 #: Likeness from which a name may be meant for another, and from which it surely is. A line names at
 #: most MOST_NAMED nodes.
-LIKE, VERY_LIKE, MOST_NAMED = 0.65, 0.8, 3
-TURTLE = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
+POSSIBLY_MEANT, SURELY_MEANT, MOST_NAMED = 0.65, 0.8, 3
+TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP = "restart the robot's bringup, and look at its first lines"
 
 
@@ -57,7 +57,7 @@ class Peer:
             return None
         begun = time.monotonic()
         try:
-            link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWERING)
+            link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWER_TIMEOUT)
             link.request('POST', '/', xmlrpc.client.dumps((CALLER, *arguments), method),
                          {'Content-Type': 'text/xml'})
             with link.getresponse() as answer:
@@ -90,14 +90,17 @@ def judge_master(master: Peer) -> Line:
         where += f' ({master.address})'
     if not master.problem:
         return ok('Master', f'{where} answers in {1000.0 * master.round_trip:.0f} ms')
-    bare = 'http://' + master.uri.strip()    # rospy takes no address without http
-    return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', {
-        'refused': 'start roscore, or a launch file, on that computer; first end each launch file '
-                   'that runs there without its master',
-        'silent': 'is that computer on, in the same network, and is the address still its own? '
-                  'ping ' + master.address,
-    }.get(master.problem, 'export ROS_MASTER_URI=' + (
-        bare if Peer(bare).name else 'http://ADDRESS:11311')))
+    with_http = 'http://' + master.uri.strip()    # rospy takes no address without http
+    if master.problem == 'refused':
+        remedy = ('start roscore, or a launch file, on that computer; first end each launch file '
+                  'that runs there without its master')
+    elif master.problem == 'silent':
+        remedy = ('is that computer on, in the same network, and is the address still its own? '
+                  'ping ' + master.address)
+    else:
+        remedy = 'export ROS_MASTER_URI=' + (
+            with_http if Peer(with_http).name else 'http://ADDRESS:11311')
+    return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
 
 
 # Publishers and subscribers ----------------------------------------------------------------------
@@ -107,10 +110,11 @@ class RobotGraph:
     getSystemState; `types`: the master's (topic, type) of each topic."""
 
     def __init__(self, namespace, state, types=()):
-        self.namespace, self._types = namespace, {
-            topic: kind for topic, kind in types if kind != '*'}
-        self.publishers, self.subscribers, _ = publishers, subscribers, _ = [
-            {topic: list(nodes) for topic, nodes in part} for part in state]
+        self.namespace = namespace
+        self._types = {topic: kind for topic, kind in types if kind != '*'}
+        publishers, subscribers = (
+            {topic: list(nodes) for topic, nodes in part} for part in state[:2])
+        self.publishers, self.subscribers = publishers, subscribers
         #: {'imu': nodes that publish it}, for each sensor. `drivers`: nodes that publish cmd_vel.
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
         self.drivers = publishers.get(namespace + 'cmd_vel', [])
@@ -132,7 +136,7 @@ class RobotGraph:
         is_elsewhere = place + '/' not in ('/', self.namespace) and (
             node.startswith(place + '/') or not (place + '/').startswith(self.namespace))
         if topic in [self.namespace + name for name in TOPICS] or is_elsewhere and not (
-                topic.startswith(node + '/') or TURTLE.match(topic)):
+                topic.startswith(node + '/') or TURTLESIM.match(topic)):
             return '', 0.0
         outer = place.rpartition('/')[2].lower()    # imu/data
         like, name = max((max(likeness(part, name) for part in (
@@ -143,14 +147,19 @@ class RobotGraph:
         same = [name for name in names if kind and kinds[name] == kind]
         if same and package != 'std_msgs':      # vel_cmd, odometry/filtered
             return self.namespace + same[0], 1.0
-        return self.namespace + name, like * (name in same or not (kind and kinds[name]))
+        is_another_type = kind and kinds[name] and name not in same
+        return self.namespace + name, 0.0 if is_another_type else like
 
 
 def likeness(word: str, name: str) -> float:
     """Returns how much a word is like a name, from 0 to 1. imu_data is like imu, wheel_odom like
     odom. Words with different first letters are not alike: return is not turn."""
-    return max((word[:1] == name[0]) * difflib.SequenceMatcher(None, word, name).ratio(),
-               LIKE * (name in SENSORS) * bool(re.search('(?<![a-z])' + name, word)))
+    like = 0.0
+    if word[:1] == name[0]:
+        like = difflib.SequenceMatcher(None, word, name).ratio()
+    if name in SENSORS and re.search('(?<![a-z])' + name, word):
+        like = max(like, POSSIBLY_MEANT)
+    return like
 
 
 def judge_robot(graph: RobotGraph) -> Line:
@@ -185,12 +194,12 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, TOPICS),
             ('Senders', '{} publishes {}, which nobody hears; {} is heard by {}',
-             graph.publishers, graph.subscribers, SENT)):
+             graph.publishers, graph.subscribers, SUBSCRIBED)):
         found = []
         for topic, node in ((topic, node) for topic in sorted(set(side) - set(other))
                             for node in side[topic]):
             right, like = graph.right_name(topic, node, names)
-            least = VERY_LIKE if subject == 'Senders' and right in side else LIKE
+            least = SURELY_MEANT if subject == 'Senders' and right in side else POSSIBLY_MEANT
             # a node that also uses the right name is not mistaken
             if like >= least and right in other and node not in [
                     *graph.robot_nodes, *other[right], *side.get(right, [])]:
@@ -214,12 +223,15 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
         if is_loopback(peer.address):
             return fault('Nodes', text + ': others cannot reach that',
                          'if it has ended: rosnode cleanup; else ' + remedy)
-        return fault('Nodes', text, {
-            'unresolved': f'{remedy}; or here: add "ITS_ADDRESS {peer.name}" to /etc/hosts',
-            'refused': 'rosnode cleanup, then start {} again; is {} really {}?'.format(
-                node, peer.name, peer.address),
-        }.get(peer.problem, 'is the robot on, and in this network? ping {}; {}'.format(
-            peer.address or peer.name, remedy)))
+        if peer.problem == 'unresolved':
+            remedy += f'; or here: add "ITS_ADDRESS {peer.name}" to /etc/hosts'
+        elif peer.problem == 'refused':
+            remedy = 'rosnode cleanup, then start {} again; is {} really {}?'.format(
+                node, peer.name, peer.address)
+        else:
+            remedy = 'is the robot on, and in this network? ping {}; {}'.format(
+                peer.address or peer.name, remedy)
+        return fault('Nodes', text, remedy)
     return ok('Nodes', ', '.join('{} answers in {:.0f} ms'.format(
         node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
 

@@ -13,7 +13,7 @@ from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor import fault
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
-    HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
+    LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
     judge_stream, judge_wheels)
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
@@ -50,7 +50,7 @@ def examine_messages(graph, address, round_trip, is_wall_time):
     # a robot accepts no other message type, see checks
     yield judge_drivers(Counter(each.sender for each in received if each.topic == 'cmd_vel'
                                 and each.kind in ('', COMMAND)))
-    watch, encoders, samples, refused = compared(received, graph.namespace + 'reset')
+    watch, encoders, samples, refused = run_watches(received, graph.namespace + 'reset')
     for name in SENSORS:
         arrivals = [each.at for each in received if each.topic == name]
         line = judge_stream(graph.namespace + name, arrivals, ended,
@@ -91,13 +91,13 @@ def listen(namespace, address):
                         disable_rostime=True, disable_signals=True)
         for name, (kind, _) in TOPICS.items():
             rospy.Subscriber(namespace + name, kind, on_message, name)
-        time.sleep(HEARING_TIME)
+        time.sleep(LISTENING_TIME)
         return list(received), time.time()
     finally:
         rospy.signal_shutdown('the doctor has heard enough')
 
 
-def compared(received, reset_topic):
+def run_watches(received, reset_topic):
     """Returns (GyroWatch, EncoderWatch, the samples that they took in, refusals). The refusals are
     {topic: the reasons for which the labs' nodes refuse its other messages}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()

@@ -63,7 +63,7 @@ class BrowserPad(NamedTuple):
         return axes, buttons
 
 
-class Held(NamedTuple):
+class Grip(NamedTuple):
     """The pad and the mouse pad of a page; None if the person does not grip it."""
 
     pad: Optional[BrowserPad] = None
@@ -139,7 +139,7 @@ def _pose(message: Dict) -> TypedPose:
         _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
-def _held(message: Dict) -> Held:
+def _grip(message: Dict) -> Grip:
     pad, mouse = _checked(message, 'pad', dict, None), _checked(message, 'mouse', list, None)
     if pad is not None:
         pad = BrowserPad(_number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
@@ -148,12 +148,12 @@ def _held(message: Dict) -> Held:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
         mouse = tuple(_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
-    return Held(pad, mouse, _checked(message, 'first', bool, False))
+    return Grip(pad, mouse, _checked(message, 'first', bool, False))
 
 
 #: {type: the reader of a message's value}
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'joy': _held, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
+    'joy': _grip, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
     'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg')}
 
 

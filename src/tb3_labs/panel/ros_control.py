@@ -46,7 +46,7 @@ class PanelRobot:
         self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         #: Hears the robot's topics.
-        self.subscriptions = RobotSubscriptions(lambda: server.soon(self._stopped))
+        self.subscriptions = RobotSubscriptions(lambda: server.soon(self._on_stop))
 
     # -- what a page sees
 
@@ -60,9 +60,9 @@ class PanelRobot:
                     can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
                          'turn': bool(subscribers_of(self._turn)),
                          'mouse': bool(subscribers_of(self._mouse))},
-                    pad=self._pad_words(joy))
+                    pad=self._pad_status(joy))
 
-    def _pad_words(self, listeners):
+    def _pad_status(self, listeners):
         """Returns 'ready', or why the pad of a page does not drive."""
         if not listeners:
             return 'the node gamepad does not run'
@@ -70,8 +70,9 @@ class PanelRobot:
             return 'another node publishes joy'
         # the handout's node does not publish control_holder
         holder = self.subscriptions.read_view(lambda view: view.latest('holder')) or 'gamepad'
-        return {'gamepad': 'ready', 'move_to_goal': 'move_to_goal has control: B takes it'}.get(
-            holder, 'connecting: hold still')
+        if holder == 'move_to_goal':
+            return 'move_to_goal has control: B takes it'
+        return 'ready' if holder == 'gamepad' else 'connecting: hold still'
 
     # -- what a page asks for
 
@@ -82,22 +83,22 @@ class PanelRobot:
 
     def _hold(self, page, request):
         """Drive by the grip of a person on `page`; an empty grip lets go."""
-        held = request.value
-        if not (held.pad or held.mouse):
+        grip = request.value
+        if not (grip.pad or grip.mouse):
             if self.dead_man.let_go(page):
                 self._release()
             return ''
-        if held.mouse:
+        if grip.mouse:
             self._refuse_beside_move_to_goal()
         is_new, now = self.dead_man.page is None, steady_time()
         lateness = request.lateness(now)
-        if not self.dead_man.hold(page, request.stops, now, lateness, held.is_first):
+        if not self.dead_man.hold(page, request.stops, now, lateness, grip.is_first):
             return ''
         if is_new:
             in_thread(self._read_pad_numbers)
-        if held.pad:
-            self._send_pad(held.pad, lateness)
-        self._send_mouse(held.mouse)
+        if grip.pad:
+            self._send_pad(grip.pad, lateness)
+        self._send_mouse(grip.mouse)
         return ''
 
     def _stop(self, page, request):
@@ -114,18 +115,18 @@ class PanelRobot:
     def _send_goal(self, _page, request):
         self._check(request, LONGEST_DELAY)
         self._require(self._goal, 'move_base_simple/goal: is move_to_goal running?')
-        place = request.value
-        self._goal.publish(to_pose_stamped(place.pose, frame('local'), rospy.get_time()))
-        return f'goal sent: {place.x:.2f} m, {place.y:.2f} m, {place.yaw_deg:.0f} deg'
+        typed = request.value
+        self._goal.publish(to_pose_stamped(typed.pose, frame('local'), rospy.get_time()))
+        return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):
         """Call the service in a separate thread: the call may take a second."""
         self._check(request, OLDEST_RESET)    # a late reset would declare another place
-        place = request.value
+        typed = request.value
 
         def call():
             try:
-                fulfilled, text = True, call_reset(place.x, place.y, place.yaw_deg)
+                fulfilled, text = True, call_reset(typed.x, typed.y, typed.yaw_deg)
             except Exception as problem:    # any: the STOP of other pages must go on working
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
@@ -161,7 +162,7 @@ class PanelRobot:
         self._cmd_vel.publish(Twist())    # for a robot that a simple node drives
         self.dead_man.stop()
 
-    def _stopped(self):
+    def _on_stop(self):
         """Another node stopped the robot."""
         if self.dead_man.page is not None:
             self._release()
@@ -175,7 +176,7 @@ class PanelRobot:
             rospy.logwarn('The page that drives is silent for %.1f s: the robot is stopped',
                           silence)
 
-    def gone(self, page):
+    def on_lost(self, page):
         """The connection to `page` has ended."""
         if self.dead_man.page is page:
             self.stop()
@@ -186,11 +187,11 @@ class PanelRobot:
         if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
             page.answer(request, False, 'no node hears it')
             return
-        problem, answer = self.subscriptions.read_view(lambda view: (view.why_not_stopped(since), (
-            'the robot stands' if view.latest('has_control') is None
-            else 'control taken, the robot stands')))
+        problem = self.subscriptions.read_view(lambda view: view.stop_problem(since))
         if not problem:
-            page.answer(request, True, answer)
+            has_control = self.subscriptions.read_view(lambda view: view.latest('has_control'))
+            page.answer(request, True, 'the robot stands' if has_control is None
+                        else 'control taken, the robot stands')
         elif steady_time() - since > CONFIRM_WITHIN:
             page.answer(request, False, problem)
         else:
@@ -211,13 +212,13 @@ class PanelRobot:
         message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))
         self._joy.publish(message)
 
-    def _send_mouse(self, place):
+    def _send_mouse(self, position):
         """Publish `mouse_info` as mouse_client.py does: a new mouse begins inactive."""
-        if self._mouse_active != bool(place):
+        if self._mouse_active != bool(position):
             self._publish_mouse(False, 0.0, 0.0)
-        self._mouse_active = bool(place)
-        if place:
-            self._publish_mouse(True, *place)
+        self._mouse_active = bool(position)
+        if position:
+            self._publish_mouse(True, *position)
 
     def _publish_mouse(self, active, x, y):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)

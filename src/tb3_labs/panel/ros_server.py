@@ -23,7 +23,8 @@ PUBLIC = ('.css', '.js', '.svg')
 #: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: The names of the files that draw a robot, as a regular expression.
-DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
+DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir()
+                         if path.suffix in PUBLIC)
 #: Each page is pinged once in this time [s].
 PING_PERIOD = 1.0
 #: A page that does not answer for this long is disconnected [s]: its computer was suspended, or the
@@ -32,7 +33,7 @@ PONG_WITHIN = 3.0
 #: A connection without a complete request for this long is closed [s].
 REQUEST_WITHIN = 10.0
 #: Most open connections, of one address and of all: this node may open about 1000 files.
-MOST_OF_ONE, MOST_OPEN = 32, 128
+MOST_OF_ADDRESS, MOST_CONNECTIONS = 32, 128
 #: Ports that are tried if the first one is in use.
 PORTS = 10
 #: The page loads nothing from elsewhere, and no other site can show it in a frame.
@@ -53,12 +54,12 @@ class Server:
     """
 
     def __init__(self, config, open_page):
-        is_open = config.address == LOOPBACK
-        token = '' if is_open else secrets.token_urlsafe(12)
-        self._access = Access([] if is_open else _names_of_this_computer(config.address), token)
+        is_local = config.address == LOOPBACK
+        token = '' if is_local else secrets.token_urlsafe(12)
+        self._access = Access([] if is_local else _names_of_this_computer(config.address), token)
         self._open_page = open_page
-        self._sockets, port = _bound(config.port, config.address)
-        name = 'localhost' if is_open else _shown_name(config.address)
+        self._sockets, port = _bind(config.port, config.address)
+        name = 'localhost' if is_local else _shown_name(config.address)
         #: The address to open in a browser.
         self.address = f"http://{name}:{port}/{'?token=' + token if token else ''}"
         self._admitted = WeakSet()
@@ -84,7 +85,7 @@ class Server:
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page,
                                    'admit': self._admitted.add}),
-            (f'/({DRAWN})', _File, {'access': self._access, 'path': str(drawing.FILES)}),
+            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FILES)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
@@ -110,8 +111,8 @@ class _ConnectionLimit(httpserver.HTTPServer):
     def handle_stream(self, stream, address):
         self._open = [each for each in self._open if not each[0].closed()] + [(stream, address[0])]
         for most, group in (
-                (MOST_OF_ONE, [each for each, host in self._open if host == address[0]]),
-                (MOST_OPEN, [each for each, _ in self._open if not each.closed()])):
+                (MOST_OF_ADDRESS, [each for each, host in self._open if host == address[0]]),
+                (MOST_CONNECTIONS, [each for each, _ in self._open if not each.closed()])):
             if len(group) > most:
                 rospy.logwarn_throttle(10.0, 'more than {} connections ({}): one is closed'.format(
                     most, address[0]))
@@ -183,7 +184,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
             pass
 
 
-def _bound(port, address):
+def _bind(port, address):
     """Returns (sockets, port), bound to the first free port; ``ValueError`` if that fails."""
     for number in range(port, port + PORTS):
         try:

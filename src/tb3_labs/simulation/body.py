@@ -59,9 +59,9 @@ class Drivetrain:
     def set_goals(self, left: float, right: float) -> None:
         """Goal speeds of the motors [rad/s]."""
         self._left_goal, self._right_goal = left, right
-        self._settle()
+        self._update_rates()
 
-    def _settle(self) -> None:
+    def _update_rates(self) -> None:
         """Compute the values that stay constant until speeds or goals change."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
@@ -115,7 +115,7 @@ class Drivetrain:
                        self._right_goal * dt + right_excess * excess_time)
             self._left_speed = self._left_goal + left_excess * decay
             self._right_speed = self._right_goal + right_excess * decay
-        self._settle()
+        self._update_rates()
 
     def _roll(self, left: float, right: float) -> None:
         """Turn the motors by these angles [rad]: the robot drives one arc."""
@@ -172,26 +172,27 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time.
 
-        The loop runs for every IMU sample and decides the speed of the simulation, so it
-        has local names and few calls.
+        The rate of turn is a + b exp(-t / lag), as in Drivetrain.turning, and the yaw its integral.
+        The loop runs for every IMU sample and decides the speed of the simulation, so it has local
+        names and few calls.
         """
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp
         samples = []
-        for stamp, (first, second) in zip(stamps, self._noise):
-            observed = stamp - age
-            while len(motions) > 1 and motions[1][0] <= observed:
+        for stamp, (yaw_deviation, rate_deviation) in zip(stamps, self._noise):
+            moment = stamp - age
+            while len(motions) > 1 and motions[1][0] <= moment:
                 motions.popleft()
             since, yaw, rate, fading_rate, lag = motions[0]
-            dt = observed - since
+            dt = moment - since
             yaw += rate * dt
             if fading_rate:
-                fading = fading_rate * exp(-dt / lag)
-                yaw += lag * (fading_rate - fading)
-                rate += fading
-            yaw = remainder(yaw + yaw_noise * first, WHOLE_TURN)
-            rate = rate + rate_noise * second if abs(rate) > dead_zone else 0.0
+                rest = fading_rate * exp(-dt / lag)
+                yaw += lag * (fading_rate - rest)
+                rate += rest
+            yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
+            rate = rate + rate_noise * rate_deviation if abs(rate) > dead_zone else 0.0
             samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi, rate))
         return samples
 

@@ -43,13 +43,13 @@ NO_COMMAND = -math.inf, 0.0, 0.0
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
     """(left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
-    linear = clamp(_received(linear), -model.max_linear, model.max_linear)
-    angular = clamp(_received(angular), -model.max_angular, model.max_angular)
+    linear = clamp(_by_rosserial(linear), -model.max_linear, model.max_linear)
+    angular = clamp(_by_rosserial(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track
     return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
 
 
-def _received(speed: float) -> float:
+def _by_rosserial(speed: float) -> float:
     """Returns the speed that the board receives by rosserial."""
     if math.isfinite(speed):
         return speed
@@ -149,7 +149,7 @@ class Board:
             self._command = max(arrival, self._free_since), linear, angular
         return False
 
-    def wanted(self, now: float) -> Tuple[float, float]:
+    def command_in_force(self, now: float) -> Tuple[float, float]:
         """Returns the (forward speed, rate of turn) that the board obeys now."""
         read_at, linear, angular = self._command
         return (0.0, 0.0) if now - read_at > COMMAND_TIMEOUT else (linear, angular)

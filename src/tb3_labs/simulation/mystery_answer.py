@@ -20,7 +20,7 @@ class Meaning(NamedTuple):
     unit: str           # of the value
     tolerance: float    # a value this near is right
     value: str          # the meaning of the value
-    shows: str          # how the fault is found, with the sensors alone
+    symptom: str        # how the fault is found, with the sensors alone
 
 
 #: {name of a fault: its Meaning}
@@ -86,16 +86,17 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
         raise ValueError(f'value = {value} is not valid: a number in {MEANINGS[named.name].unit}')
     if named is not hidden:
         return False, (f'Wrong: mystery {number} has another fault. If it were {named.name!r}: '
-                       + MEANINGS[named.name].shows)
+                       + MEANINGS[named.name].symptom)
     if value is None:
         return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
                        f'{meaning.value}.')
-    off = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
-    given, by = _rounded(hidden, value), _rounded(hidden, off)
-    if off <= meaning.tolerance + ROUNDING:
+    error = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
+    answered, error_text = _rounded(hidden, value), _rounded(hidden, error)
+    if error <= meaning.tolerance + ROUNDING:
         return True, (f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}. '
-                      f'Your {given} is off by {by}.')
-    return False, (f'The fault is right, its value is not: {given} is off by {by}; right is within '
+                      f'Your {answered} is off by {error_text}.')
+    return False, (f'The fault is right, its value is not: {answered} is off by {error_text}; '
+                   'right is within '
                    f'{_rounded(hidden, meaning.tolerance)}. The value is {meaning.value}.')
 
 

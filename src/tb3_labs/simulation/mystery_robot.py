@@ -21,8 +21,8 @@ LAST_NUMBER = 9999
 #: Time without a fault before each occurrence of a fault that comes and goes [s].
 BETWEEN_FAULTS = 12.0
 #: Settings that may be given to a mystery robot: they are not faults.
-PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate', 'speed',
-         'mystery')
+ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
+                    'speed', 'mystery')
 
 
 @dataclass(frozen=True)
@@ -62,23 +62,23 @@ class HiddenFault:
     """The fault of mystery `number`, which changes the settings `plain` of a robot.
 
     Raises ``ValueError`` if there is no such number, or if `plain` or a config in `around` has a
-    setting that is neither its default nor in PLAIN.
+    setting that is neither its default nor in ALLOWED_SETTINGS.
     """
 
-    def __init__(self, number: int, plain: SimulatorConfig, *around: Config) -> None:
+    def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
         self.fault, self.value, seed = draw(number)
-        for config in (plain, *around):
+        for config in (settings, *surroundings):
             for item in fields(config):
                 value = getattr(config, item.name)
-                if item.name not in PLAIN and value != item.default:
+                if item.name not in ALLOWED_SETTINGS and value != item.default:
                     raise ValueError(f'{item.name} = {value!r} is not valid together with mystery '
                                      f'= {number}: beside the hidden fault no other is set, and '
                                      'no network or host')
         changes = dict(self.fault.settings)
         if self.fault.setting:
             changes[self.fault.setting] = self.value * self.fault.scale
-        self._faulty = replace(plain, seed=seed, **changes)
-        self._sound = replace(plain, seed=seed)
+        self._faulty = replace(settings, seed=seed, **changes)
+        self._sound = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the robot's settings at `now` [s] after its start: the same object until they
@@ -94,12 +94,12 @@ def draw(number: int) -> Tuple[Fault, float, int]:
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))
     fault = FAULT_KINDS[_order(block)[place]]
-    source = random.Random(f'mystery {number}')
+    generator = random.Random(f'mystery {number}')
     low, high = fault.size
-    value = round(low + (high - low) * source.random(), fault.digits)
-    if fault.signed and source.random() < 0.5:
+    value = round(low + (high - low) * generator.random(), fault.digits)
+    if fault.signed and generator.random() < 0.5:
         value = -value
-    return fault, value, int(1e6 * source.random())
+    return fault, value, int(1e6 * generator.random())
 
 
 def _order(block: int) -> List[int]:
@@ -111,5 +111,5 @@ def _order(block: int) -> List[int]:
 
 
 def _shuffled(block: int) -> List[int]:
-    source = random.Random(f'order of block {block}')
-    return sorted(range(len(FAULT_KINDS)), key=lambda _: source.random())
+    generator = random.Random(f'order of block {block}')
+    return sorted(range(len(FAULT_KINDS)), key=lambda _: generator.random())

@@ -90,19 +90,19 @@ class NetworkLink:
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
                 f'stalls {self._seed}') if settings.stalls_per_min else None
         # Messages that waited for the end of a stall are due now.
-        self._in_flight = deque((max(due, now), thing) for due, thing in self._in_flight)
+        self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
-    def send(self, things: Sequence[Any], moments: Sequence[float]) -> None:
+    def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
         """Each of `things` is sent at its moment [s]."""
         delay, jitter = (getattr(self._settings, name) for name in self._names)
         latest, append = self._last_due, self._in_flight.append
-        for thing, moment in zip(things, moments):
+        for message, moment in zip(messages, moments):
             due = moment + delay
             if jitter:
                 due += self._random.expovariate(1.0 / jitter)
             if due > latest:
                 latest = due
-            append((latest, thing))
+            append((latest, message))
         self._last_due = latest
 
     def pop(self, until: float) -> List[Arrival]:

@@ -24,11 +24,11 @@ from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import publish_together, write_at_once
-from tb3_labs.simulation.sensors import MOST_HELD
+from tb3_labs.simulation.sensors import MOST_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
-TRUTH_EVERY = 4        # steps between two messages of the ground truth
+STEPS_PER_TRUTH = 4    # steps between two messages of the ground truth
 #: If the computer pauses for up to this time, the robot catches up [s].
 CATCH_UP = 0.5
 #: If the robot publishes /clock, it catches up after a pause of up to this time [s, wall clock]. On
@@ -81,7 +81,7 @@ class FakeRobot:
 
     def tick(self, step, epoch):
         """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
-        truth_is_due = step % TRUTH_EVERY == 0 and (
+        truth_is_due = step % STEPS_PER_TRUTH == 0 and (
             self._pipe.has_subscribers() if self._pipe
             else self._truth and self._truth.get_num_connections())
         with self._lock:
@@ -192,14 +192,14 @@ def _wheels_at(wheels, stamp):
 
 def _send(publisher, samples, message_of):
     if samples and publisher.get_num_connections():
-        publish_together(publisher, [message_of(sample) for sample in samples[-MOST_HELD:]])
+        publish_together(publisher, [message_of(sample) for sample in samples[-MOST_SAMPLES:]])
 
 
 def publisher(topic, kind, **options):
     """Returns a publisher of a simulated robot, which sends at once and has a short queue."""
-    made = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
-    write_at_once(made, most=50)
-    return made
+    result = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
+    write_at_once(result, most=50)
+    return result
 
 
 def imu_message(sample, stamp, frame):

@@ -20,7 +20,7 @@ from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
 DROPOUT = (0.3, 4.3)
 #: After a stall at most this number of samples of a sensor is sent, the latest ones: real queues
 #: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
-MOST_HELD = 2000
+MOST_SAMPLES = 2000
 #: Values for the left and the right wheel.
 Pair = Tuple[float, float]
 #: Time from one time sync of the serial node to the next [s].
@@ -64,15 +64,15 @@ class SensorFaults:
 
     def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
         self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
-        self._kept: Optional[Sample] = None
+        self._frozen_sample: Optional[Sample] = None
 
-    def outcome(self, samples: Sequence[Sample]) -> Sequence[Sample]:
+    def apply(self, samples: Sequence[Sample]) -> Sequence[Sample]:
         """The samples that are sent instead of `samples`."""
         if self._silent:
             return []
         if self._frozen and samples:
-            self._kept = self._kept or samples[0]
-            samples = [self._kept._replace(stamp=sample.stamp) for sample in samples]
+            self._frozen_sample = self._frozen_sample or samples[0]
+            samples = [self._frozen_sample._replace(stamp=sample.stamp) for sample in samples]
         if self._dropouts:
             samples = [sample for sample in samples
                        if self._dropouts.release(sample.stamp) == sample.stamp]
@@ -118,7 +118,7 @@ class Sensors:
         #: The pose of the odometry's frame, world_T_odom, by the true pose at the last reset.
         self.origin = Pose2()
         #: At each odometry, arrived or not: its stamp [s], the wheels' angles [rad] and speeds.
-        self.wheels: Deque[Tuple[float, Pair, Pair]] = deque(maxlen=MOST_HELD)
+        self.wheels: Deque[Tuple[float, Pair, Pair]] = deque(maxlen=MOST_SAMPLES)
         self._plan_faults(0.0)
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
@@ -140,7 +140,7 @@ class Sensors:
 
     def measure_imu(self, stamps: List[float]) -> None:
         """Measure an IMU sample at each of `stamps` [s]."""
-        self._samples.extend(self._imu_faults.outcome(self._body.imu.measure(stamps)))
+        self._samples.extend(self._imu_faults.apply(self._body.imu.measure(stamps)))
 
     def measure_odometry(self, stamp: float) -> None:
         """Measure the odometry at `stamp` [s]."""
@@ -156,7 +156,7 @@ class Sensors:
             self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
         self.wheels.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
                             self.odometer.wheel_speeds))
-        self._samples.extend(self._odom_faults.outcome([sample]))
+        self._samples.extend(self._odom_faults.apply([sample]))
 
     def pop(self) -> List[Sample]:
         """Returns the samples since the last call, oldest first; their stamps are true."""

@@ -103,13 +103,13 @@ class Simulator:
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
         """As :meth:`step`, but the samples that arrive at one moment, as after a stall, are in one
         list."""
-        self._pass(dt)
+        self._advance(dt)
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
         arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_ROUNDING))
         return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
-    def _pass(self, dt: float) -> None:
+    def _advance(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:
             raise ValueError(f'a step of {dt} s')
         self.now += dt
@@ -140,13 +140,13 @@ class Simulator:
         self._read(stamp)
         if self._board.is_busy:
             return
-        wanted = self._board.wanted(stamp)
+        command = self._board.command_in_force(stamp)
         if self.config.motors_off or self.config.battery_cut:
-            wanted = 0.0, 0.0
-        if wanted != self._obeyed:
+            command = 0.0, 0.0
+        if command != self._obeyed:
             self._body.move_to(stamp)
-            self._obeyed = wanted
-            self._body.drivetrain.set_goals(*motor_speeds(*wanted, self._model))
+            self._obeyed = command
+            self._body.drivetrain.set_goals(*motor_speeds(*command, self._model))
             self._body.motion_changed()
 
     def _read(self, stamp: float) -> None:
