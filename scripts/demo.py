@@ -44,7 +44,7 @@ from tb3_labs.srv import ResetPose
 LONGEST_WAIT, RECORDER_TIMEOUT, GRANT_PERIOD = 120.0, 15.0, 1.0
 #: The robot rests this long after the end of a drive [s].
 REST = 0.5
-#: A drive may begin so many times, if it is given up before the robot moves.
+#: A drive that is given up before the robot moves begins at most this many times.
 TRIES = 10
 #: Topics that a recording needs from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
@@ -64,7 +64,7 @@ class ControlTaken(Exception):
 
 
 class Demo:
-    """Watches move_to_goal drive; runs in a thread of its own, since it waits."""
+    """Watches move_to_goal drive, in a separate thread, since it waits."""
 
     def __init__(self):
         self._config = read_config(DemoConfig)
@@ -81,7 +81,7 @@ class Demo:
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
     def _keep(self, topic, kind, read):
-        """Keep the latest value of `topic`; of goal_state, all."""
+        """Keep the latest value of `topic`, or all values of goal_state."""
         received = self._received[topic] = []
 
         def keep(message):
@@ -122,8 +122,8 @@ class Demo:
         print(WHAT_NEXT)
 
     def _drive(self, after_reset):
-        """Let the robot drive once from a new origin. Returns the DemoDrive. If a drive is given up
-        before the robot moved (a busy computer's sensors are late), it begins again."""
+        """Let the robot drive once from a new origin. Returns the DemoDrive. A drive that is given
+        up before the robot moves (a busy computer's sensors are late) begins again."""
         after_reset = after_reset or self._first('has_control')[1]
         _, world_T_local = self._first('ground_truth', rospy.get_time())
         for attempt in range(TRIES):
@@ -141,8 +141,8 @@ class Demo:
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
-        """Give control until move_to_goal says that it has control. A node that was slow to start
-        does not take the first permission, which may be old. A person's stop is not undone."""
+        """Give control until move_to_goal has control. A node that was slow to start ignores the
+        first permission, which may be old. A person's stop is not undone."""
         def is_given():
             has_control = self._control_taken or self._first('has_control')[1]
             if not has_control:
@@ -153,8 +153,8 @@ class Demo:
         self._granted = True
 
     def _first(self, topic, since=0.0, matches=lambda value: True):
-        """Wait for the first value of `topic` that arrived at `since` [s] or later, and is `found`.
-        Returns (arrival, value)."""
+        """Wait for the first value of `topic` that arrived at `since` [s] or later, and for which
+        `matches(value)` is true. Returns (arrival, value)."""
         def values():
             if self._control_taken:
                 raise ControlTaken
@@ -170,8 +170,8 @@ class Demo:
 
 
 def is_reset():
-    """Declare the local frame again. False if it was refused, as while a busy computer's sensors
-    are late."""
+    """Declare the local frame again. Returns False if this was refused, for instance because the
+    sensors of a busy computer are late."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 

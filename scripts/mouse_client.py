@@ -38,7 +38,7 @@ class MouseNode:
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as problem:    # the other nodes of its launch file go on
+        except ValueError as problem:    # the other nodes of its launch file keep running
             rospy.logwarn(str(problem))
             end()
             return
@@ -77,7 +77,7 @@ class MouseNode:
         self._publisher.publish(message)
 
     def _close(self):
-        """Publish that the mouse is not active, so that the robot need not wait for a timeout."""
+        """Publish that the mouse is not active: without this the robot would stop by a timeout."""
         with self._lock:
             self._closed = True
             if self._active:
@@ -110,7 +110,7 @@ class Pointer:
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        # without a traceback when it dies with its display, which position() reports
+        # no traceback when the listener ends with its display: position() reports that
         report = threading.excepthook
         threading.excepthook = lambda died: died.thread is self._listener or report(died)
         self._listener.start()

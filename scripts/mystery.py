@@ -21,7 +21,7 @@ KEY_MODULE = 'tb3_labs.simulation.mystery_key'
 
 
 def parse(words):
-    """The command line's arguments."""
+    """Returns the command line's arguments."""
     parser = Parser(
         prog='mystery.py', epilog='example: mystery.py --answer 7 "imu offset" 130',
         description='Judges an answer to a mystery robot: roslaunch tb3_labs fake_robot.launch '

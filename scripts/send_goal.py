@@ -38,7 +38,7 @@ SERVER_TIMEOUT, LINE_PERIOD = 2.0, 2.0
 
 
 class Progress:
-    """Prints `goal_state` when it changes, and the distance and angle left."""
+    """Prints `goal_state` when it changes, and the remaining distance and angle."""
 
     def __init__(self):
         self._remaining = {}    # {topic: its latest value [m] or [deg]}
@@ -123,5 +123,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    # a line for a closed terminal is lost; an error would hide the Interrupted
+    # an error of a closed terminal would hide the Interrupted; a lost line does not
     run_tool(lambda _: main(rospy.myargv()[1:]))

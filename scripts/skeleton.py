@@ -14,7 +14,7 @@ OWN_PACKAGE = 'tb3_labs'
 
 
 def parse(words):
-    """The command line's arguments."""
+    """Returns the command line's arguments."""
     parser = Parser(
         prog='skeleton.py',
         description='Writes the catkin package that a student begins a lab with: a launch file, '

@@ -71,7 +71,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
 
 
 def reason(problem: BaseException) -> str:
-    """The reason of a failure, in one line. If a file is the problem, its name comes first."""
+    """Returns the reason of a failure in one line, after the name of its file if it has one."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
     if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
@@ -80,7 +80,7 @@ def reason(problem: BaseException) -> str:
 
 
 def printable(text: str) -> str:
-    """The text in one line. Characters that do not show are escaped: \\n, \\xfc."""
+    """Returns the text in one line. Characters that do not show are escaped: \\n, \\xfc."""
     def escaped(char: str) -> str:
         if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
             return f'\\x{ord(char) - 0xdc00:02x}'

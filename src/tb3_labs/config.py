@@ -20,7 +20,7 @@ Kind = TypeVar('Kind', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """A dataclass field with its meaning, its unit and its closed bounds."""
+    """Returns a dataclass field with its meaning, its unit and its closed bounds."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 

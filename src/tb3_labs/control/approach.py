@@ -100,8 +100,8 @@ class Approach:
 
     def step(self, remaining: float, speed: float, fastest: float, dt: float,
              noise: float = 0.0, age: float = 0.0) -> float:
-        """The speed to command, given the remaining way and the measured speed, `dt` [s] after the
-        last step. The speed is at most `fastest`.
+        """Returns the speed to command, given the remaining way and the measured speed, `dt` [s]
+        after the last step. The speed is at most `fastest`.
 
         `noise`: standard deviation of `remaining`; `age`: time since both were measured [s].
         """
@@ -143,7 +143,7 @@ class Approach:
                            TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
-        """The speed as measured, or as the model predicts it."""
+        """Returns the speed as measured, or as the model predicts it."""
         if self._config.speed_is_prompt:
             return speed
         estimate = self._identification.estimate
@@ -172,7 +172,7 @@ class Approach:
 
 
 def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
+    """Returns the ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
     period = PreciseTurn.period
     return ApproachConfig(
         period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
@@ -181,7 +181,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
 
 
 class PreciseTurn:
-    """Turns as fast as the limits allow, in the direction asked for, and ends at rest."""
+    """Turns as fast as the limits allow, in the requested direction, and ends at rest."""
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
@@ -219,8 +219,8 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command for a robot with this `yaw` [rad] and `rate` [rad/s]. The step is finished if
-        the robot rests inside the tolerance, as far as the noise shows.
+        """Returns the command for a robot with this `yaw` [rad] and `rate` [rad/s]. The step is
+        finished if the robot rests inside the tolerance, as far as the noise shows.
 
         `dt`: time since the last step [s]; `age`: the sample's age [s]; `noise`: standard
         deviation of the sample's yaw [rad].

@@ -53,7 +53,7 @@ class LawStep(NamedTuple):
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
-    """Fastest speed from which a robot can stop within the remaining way.
+    """Returns the fastest speed from which a robot can stop within the remaining way.
 
     `deceleration` is in [1/s^2], `gain` in [1/s]. Far away this is the braking profile sqrt(2 a d)
     of constant deceleration a. The slope of that profile is infinite at 0, and no motor can follow
@@ -84,7 +84,7 @@ class Pace:
         return now >= self._next or now < self._next - 2.0 * self._period
 
     def idle_for(self, now: float) -> float:
-        """Time for which no sample needs to be read [s]."""
+        """Returns the time for which no sample needs to be read [s]."""
         return clamp(self._next - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
@@ -101,11 +101,11 @@ class Pace:
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def prolong(self) -> None:
-        """The robot keeps its present command: the next step is due a period later."""
+        """Keep the present command: the next step is due a period later."""
         self._next += self._period
 
     def pause(self) -> None:
-        """The robot stands, or another node drives it: the next step is treated as the first."""
+        """Treat the next step as the first: the robot stands, or another node drives it."""
         self._last = None
 
 
@@ -134,7 +134,7 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded(self, until: float) -> float:
-        """Travel commanded from the start to `until` [s], a time after the latest command."""
+        """Returns the travel commanded until `until` [s], which is after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
@@ -155,7 +155,7 @@ class CommandHistory:
             self._sent.popleft()
 
     def travel_under_way(self, delay: float) -> float:
-        """Travel commanded from `delay` [s] ago until `begin`."""
+        """Returns the travel commanded from `delay` [s] ago until `begin`."""
         travel, until = 0.0, self.begin
         horizon = self.now - delay
         for time, command in reversed(self._sent):
@@ -166,7 +166,7 @@ class CommandHistory:
         return travel
 
     def arrived(self, delay: float) -> float:
-        """The command that reaches the motors now; 0 before the first command arrives."""
+        """Returns the command that reaches the motors now; 0 before the first command arrives."""
         horizon = self.now - delay
         return next((command for time, command in reversed(self._sent) if time <= horizon), 0.0)
 
@@ -176,7 +176,7 @@ class CommandHistory:
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """The speed of a first-order motor `dt` [s] after it had `speed`, at a constant `command`."""
+    """Returns the speed of a first-order motor `dt` [s] after `speed`, at a constant `command`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 
@@ -201,7 +201,7 @@ class Estimate:
         return STANDARD_ERRORS * math.sqrt(self._variance)
 
     def shift(self, by: float, doubt: float = 0.0) -> None:
-        """The number has changed by `by`; `doubt` is the standard deviation of `by`."""
+        """Take in a change of the number by `by`; `doubt`: the standard deviation of `by`."""
         self.value += by
         self._variance += doubt * doubt    # for a large doubt ** would raise, * gives infinity
 

@@ -20,7 +20,7 @@ OUTSIDE = 0.8
 
 
 def driving_approach(config: DriveConfig) -> ApproachConfig:
-    """The ApproachConfig of a precise drive along its line."""
+    """Returns the ApproachConfig of a precise drive along its line."""
     return ApproachConfig(
         period=PreciseTurn.period, acceleration=config.linear_acceleration,
         braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
@@ -38,7 +38,7 @@ class DriveLaw:
     period = PreciseTurn.period
     #: The robot begins to drive at this angle from the line, and ends its turn while it drives.
     FACING = 0.1                  # [rad]
-    #: An interrupted drive goes on along its line if the robot faces within this angle of it.
+    #: An interrupted drive continues along its line if the robot faces within this angle of it.
     ALONG = 0.3                   # [rad]
     #: The drive ends when the robot would come to rest this far before the goal.
     STOP_AHEAD = 0.0005           # [m]
@@ -76,7 +76,7 @@ class DriveLaw:
         self._final_turn_begun = False
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """Returns the state in which an interrupted drive goes on.
+        """Returns the state in which an interrupted drive continues.
 
         If the robot still faces along its line, it drives on. If only the last turn remained, it
         makes this turn. Otherwise the drive begins again from here.

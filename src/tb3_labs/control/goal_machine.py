@@ -18,8 +18,8 @@ from tb3_labs.robot.samples import Motion, is_slow
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.stale_or_stalled import Settling, StallWatch
 
-#: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
-#: there, at most this many times.
+#: A drive that ends outside its tolerance, for instance by a stall of the network, continues from
+#: that pose, at most this many times.
 MORE_TRIES = 2
 
 
@@ -67,7 +67,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot stood for a moment. The drive goes on from the robot's present pose."""
+        """Continue the drive from the robot's present pose, since the robot stood for a moment."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -81,7 +81,7 @@ class GoalMachine:
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """The command for now, or None if there is no drive (any more).
+        """Returns the command for now, or None if there is no drive (any more).
 
         `dt` is the time since the last step [s].
         """

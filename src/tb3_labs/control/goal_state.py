@@ -57,7 +57,7 @@ def to_go(distance: float, angle_deg: float) -> str:
 
 
 def with_reason(word: str, reason: str) -> str:
-    """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
+    """Returns the text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
     return f'{word}: {reason}'
 
 
@@ -67,7 +67,7 @@ def sum_of_turns(start: float, face: float, end: float) -> float:
 
 
 def errors(pose: Pose2, goal: Pose2) -> Tuple[float, float]:
-    """(distance [m], angle [rad]) by which `pose` misses `goal`."""
+    """Returns (distance [m], angle [rad]) by which `pose` misses `goal`."""
     return pose.distance_to(goal), difference(goal.yaw, pose.yaw)
 
 

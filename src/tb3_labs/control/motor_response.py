@@ -122,7 +122,7 @@ class Response:
 
 def identify_at_start(time: float, first: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
-    """(delay, lag) [s] from one sample of a robot that speeds up; None if it shows too little.
+    """Returns (delay, lag) [s] from one sample of a robot that speeds up, or None.
 
     `time` [s] counts from the first command, which was not changed since; `first` is the steady
     speed of this command; `travelled` and `speed` come from the sample. `speed` must be the
@@ -155,8 +155,8 @@ class Identification:
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """The first command is sent now, and the robot has this measured `speed`. Only a start from
-        rest shows delay and lag: an earlier command may have caused another motion."""
+        """Begin with a robot of this measured `speed`, just before the first command. Only a start
+        from rest shows delay and lag: an earlier command may have caused another motion."""
         self._from_rest = abs(speed) <= ONSET
 
     def update(self, history: CommandHistory, travelled: float, speed: float,

@@ -63,7 +63,7 @@ def is_loopback(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def own_addresses() -> Tuple[str, ...]:
-    """The addresses of this computer, without the loopback's."""
+    """Returns the addresses of this computer, without the loopback's."""
     listed = subprocess.run(['hostname', '-I'], stdout=subprocess.PIPE, check=False,
                             universal_newlines=True).stdout
     return tuple(address for address in listed.split() if ':' not in address)

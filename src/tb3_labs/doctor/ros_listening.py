@@ -39,7 +39,7 @@ class ReceivedMessage(NamedTuple):
     at: float
     sender: str
     message: Any
-    kind: str = ''    # its type, as the sender says; '' if it is not known
+    kind: str = ''    # its type, by the sender; '' if it is not known
 
 
 def examine_messages(graph, address, round_trip, is_wall_time):

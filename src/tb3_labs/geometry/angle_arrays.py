@@ -21,7 +21,7 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
 
 def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
           z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Roll, pitch and yaw [rad] of quaternions."""
+    """Returns roll, pitch and yaw [rad] of quaternions."""
     return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
             np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
             np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
@@ -39,6 +39,6 @@ def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 
 def difference_degrees(target: float, start: float) -> float:
-    """The shortest turn from `start` to `target`, in (-180, 180] [deg]."""
+    """Returns the shortest turn from `start` to `target`, in (-180, 180] [deg]."""
     turn = math.remainder(target - start, 360.0)
     return 180.0 if turn <= -180.0 else turn

@@ -48,23 +48,23 @@ class Pose2:
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
-        """The pose of the parent frame in this pose's own frame."""
+        """Returns the pose of the parent frame in this pose's own frame."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 
     def __matmul__(self, other: 'Pose2') -> 'Pose2':
-        """A_T_B @ B_T_C = A_T_C."""
+        """Returns A_T_B @ B_T_C = A_T_C."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y,
                      wrap(self.yaw + other.yaw))
 
     def distance_to(self, other: 'Pose2') -> float:
-        """Straight-line distance between the two places [m]."""
+        """Returns the straight-line distance between the two places [m]."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing_to(self, other: 'Pose2') -> float:
-        """Direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
+        """Returns the direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
     def __str__(self) -> str:
@@ -72,7 +72,7 @@ class Pose2:
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
-    """The pose `fraction` (0 to 1) of the way from `start` to `end`, turning the short way."""
+    """Returns the pose at a `fraction` (0 to 1) of the way to `end`; it turns the short way."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))

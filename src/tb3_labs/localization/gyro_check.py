@@ -217,7 +217,7 @@ class GyroWatch:
             self._compare(readings.popleft())
 
     def problem(self) -> str:
-        """The contradiction and its remedy, in words; '' if there is none."""
+        """Returns the contradiction and its remedy, in words; '' if there is none."""
         if self._orientation.stands:
             return ORIENTATION_STANDS
         return self._gyro_lies if self._contradicts else ''

@@ -141,12 +141,12 @@ class Localizer:
         return None if self.frame is None else self.frame.odom_T_local
 
     def pop_jumps(self) -> List[Jump]:
-        """The jumps of both sensors since the last call."""
+        """Returns the jumps of both sensors since the last call."""
         jumps, self._jumps = self._jumps, []
         return jumps
 
     def pop_resets(self) -> List[Reset]:
-        """The resets that are over since the last call, in order."""
+        """Returns the resets that are over since the last call, in order."""
         over = [reset for reset in self._resets if reset.is_over]
         if over:
             self._resets = self._waiting
@@ -172,8 +172,8 @@ class Localizer:
         return [reset for reset in self._resets if not reset.is_over]
 
     def motion(self, now: float) -> Optional[Motion]:
-        """The robot's Motion at `now`; None before the first samples, or if the pose is lost. The
-        caller checks that the samples are fresh.
+        """Returns the robot's Motion at `now`; None before the first samples, or if the pose is
+        lost. The caller checks that the samples are fresh.
         """
         if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
@@ -204,7 +204,7 @@ class Localizer:
                 self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _shift(self, shift: Pose2) -> None:
-        """The frame ``odom`` jumped: its old frame has the pose `shift` in the new one."""
+        """Move ``local`` with ``odom``, whose old frame has the pose `shift` in the new one."""
         self._buffer.shift(shift)
         if self.frame is not None:
             self.frame = replace(self.frame, odom_T_local=shift @ self.frame.odom_T_local)

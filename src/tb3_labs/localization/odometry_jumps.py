@@ -133,7 +133,7 @@ class JumpFilter:
         self._since_last, self._since_latest = _Gap(), _Gap()
 
     def skip(self, timed: TimedSample) -> None:
-        """An odometry message arrived, but is not used."""
+        """Take in an odometry message that is not used."""
         self._since_last.add(timed)
         self._since_latest.add(timed)
 
@@ -226,7 +226,7 @@ class EncoderWatch:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders: the odometry runs on at its last speed for ever, while the robot and the angles
+    of its encoders: the odometry moves at its last speed for ever, while the robot and the angles
     in `joint_states` stand.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
@@ -254,7 +254,7 @@ class EncoderWatch:
         self._odometry = sample
 
     def problem(self) -> str:
-        """The contradiction in words; '' if there is none."""
+        """Returns the contradiction in words; '' if there is none."""
         together = (min(self._stand.end, self._rolls.end)
                     - max(self._stand.begin, self._rolls.begin))
         return SERVOS_SILENT if together > CONTRADICTS else ''

@@ -49,8 +49,8 @@ class Track:
         return self._samples[-1][0] if self._samples else -math.inf
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
-        """The samples (time, value) before and after `time`. A sample of exactly that time is
-        returned as both. Returns None if `time` is outside of the track."""
+        """Returns the samples (time, value) before and after `time`. A sample of exactly that time
+        is returned as both. Returns None if `time` is outside of the track."""
         index = bisect_left(self._samples, (time,))
         if index == len(self._samples):
             return None
@@ -60,7 +60,7 @@ class Track:
         return (self._samples[index - 1], after) if index else None
 
     def at(self, time: float) -> Any:
-        """The value at `time`, or None if it is not known: too early, too late, or in a gap."""
+        """Returns the value at `time`; None if it is too early, too late, or in a gap."""
         around = self.around(time)
         if around is None:
             return None
@@ -119,7 +119,7 @@ class SampleBuffer:
         return None if yaw is None else (pose, yaw)
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """The IMU's yaw [rad]: by its own samples, or in a gap by the odometry's turn."""
+        """Returns the IMU's yaw [rad]: by its own samples, or in a gap by the odometry's turn."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
             return yaw

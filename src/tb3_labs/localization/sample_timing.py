@@ -53,7 +53,7 @@ class TimedSample(NamedTuple):
     by_stamps: float      # time since `before` by their stamps [s]; 0 for the first
 
     def age(self, now: float) -> float:
-        """Time since the measurement [s]; 0 if the receiver's clock went back."""
+        """Returns the time since the measurement [s]; 0 if the receiver's clock went back."""
         return max(0.0, now - self.measured_at)
 
     @property
@@ -127,7 +127,7 @@ class SenderClock:
         return time
 
     def stamp_of(self, now: float) -> Optional[float]:
-        """`now` [receiver's clock] on the sender's clock; None before the first sample."""
+        """Returns `now` [receiver's clock] on the sender's clock; None before the first sample."""
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:

@@ -106,7 +106,7 @@ class RobotView:
     # -- output
 
     def latest(self, kind: str) -> Any:
-        """The latest value of a kind, or None."""
+        """Returns the latest value of a kind, or None."""
         return self._latest.get(kind)
 
     @property
@@ -139,19 +139,19 @@ class RobotView:
         return None if stands else 'the robot still moves'
 
     def driver(self, now: float) -> str:
-        """The node whose commands move the robot, or ''."""
+        """Returns the node whose commands move the robot, or ''."""
         moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
         return max(moving)[1] if moving else ''
 
     def holder(self, now: float) -> str:
-        """The node that may drive, in words."""
+        """Returns the node that may drive, in words."""
         if self.latest('has_control'):
             return 'move_to_goal (it has control)'
         return self.driver(now) or self.latest('holder') or 'nobody'
 
     def picture(self, now: float) -> Dict[str, Any]:
-        """The picture, without the entries that differ from page to page."""
+        """Returns the picture, without the entries that differ from page to page."""
         driver, heading, odom = self.driver(now), self.latest('imu'), self.latest('odom')
         local, frame = self.latest('local'), self.latest('frame')
         is_own = bool(local or frame)

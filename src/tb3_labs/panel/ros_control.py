@@ -51,7 +51,7 @@ class PanelRobot:
     # -- what a page sees
 
     def picture(self, now):
-        """The picture, with the requests that have a listener, and the state of a page's pad."""
+        """Returns the picture, with the listeners of requests, and the state of a page's pad."""
         goal, joy = subscribers_of(self._goal), subscribers_of(self._joy) - {rospy.get_name()}
         # the handout's node listens to ctrl_relinq, but not to goals
         control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
@@ -163,7 +163,7 @@ class PanelRobot:
         self.dead_man.stop()
 
     def _on_stop(self):
-        """Another node stopped the robot."""
+        """Release the robot, since another node stopped it."""
         if self.dead_man.page is not None:
             self._release()
         self.dead_man.stop()
@@ -177,7 +177,7 @@ class PanelRobot:
                           silence)
 
     def on_lost(self, page):
-        """The connection to `page` has ended."""
+        """Stop the robot if `page` drives, since the connection to it has ended."""
         if self.dead_man.page is page:
             self.stop()
 

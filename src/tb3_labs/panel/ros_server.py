@@ -201,7 +201,7 @@ def _bind(port, address):
 
 
 def _names_of_this_computer(address):
-    """The names and addresses under which other computers may reach this one."""
+    """Returns the names and addresses under which other computers may reach this one."""
     names = {address, socket.gethostname(), socket.getfqdn(),
              os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')}
     return sorted((names | set(rosgraph.network.get_local_addresses())) - {'', '0.0.0.0', '::'})

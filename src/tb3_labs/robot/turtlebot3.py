@@ -84,7 +84,7 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """The model called `name`; ``ValueError`` if it is unknown. `source`: the parameter
+    """Returns the model called `name`; ``ValueError`` if it is unknown. `source`: the parameter
     or variable that has the name."""
     try:
         return MODELS[name]

@@ -24,7 +24,7 @@ def ros_time():
 
 
 def steady_time():
-    """Seconds on a clock that never stands still and never goes back, independent of ROS time.
+    """Returns the seconds of a clock that never stands still or goes back, whatever ROS time does.
 
     Unlike time.monotonic(), it runs while the computer is suspended: a permission is old then.
     """

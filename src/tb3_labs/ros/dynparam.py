@@ -40,7 +40,7 @@ COMMANDS = {'list': (1,), 'get': (2, 3), 'set': (4,)}
 
 
 def nodes():
-    """The names of the nodes whose settings can change."""
+    """Returns the names of the nodes whose settings can change."""
     _, _, services = rosgraph.Master(rospy.get_name()).getSystemState()
     return sorted(name[:-len(SERVICE)] for name, _ in services if name.endswith(SERVICE))
 

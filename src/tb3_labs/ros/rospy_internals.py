@@ -19,9 +19,9 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """The header of a message's connection: a dict of strings, the same for all its messages.
-    'callerid' is the sender; 'latching' is '1' if the sender's last message is sent to each new
-    connection first. :func:`note_connections` adds 'connected_at' and 'process'."""
+    """Returns the header of a message's connection: a dict of strings, the same for all its
+    messages. 'callerid' is the sender; 'latching' is '1' if the sender's last message is sent to
+    each new connection first. :func:`note_connections` adds 'connected_at' and 'process'."""
     return message._connection_header
 
 

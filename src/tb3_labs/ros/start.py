@@ -1,8 +1,8 @@
 """Import this module first: then Ctrl+C ends a node at once, even during its imports.
 
 Python itself would raise KeyboardInterrupt in the middle of an import. Either Python prints a
-traceback, or a library catches the exception. In that case the node runs although it was told to
-end, and roslaunch waits 15 s. As soon as the node runs, :mod:`tb3_labs.ros.node` takes over.
+traceback, or a library catches the exception. In that case the node ignores Ctrl+C, and
+roslaunch waits 15 s. As soon as the node runs, :mod:`tb3_labs.ros.node` takes over.
 
 A missing package of Python is reported in one line, too. The build runs this file to report it.
 """

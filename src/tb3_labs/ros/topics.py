@@ -92,14 +92,14 @@ def _stamp_of(message):
 
 
 def sender_connection(message):
-    """The events.SenderConnection on which a message arrived."""
+    """Returns the events.SenderConnection on which a message arrived."""
     header = connection_of(message)
     return SenderConnection(sender_of(header), header['process'], header['connected_at'],
                             header.get('latching') == '1', RENEWS.items() <= header.items())
 
 
 def require_master():
-    """``ValueError`` if no ROS master answers, or if ROS_MASTER_URI is not an address."""
+    """Raises ``ValueError`` if no ROS master answers, or if ROS_MASTER_URI is not an address."""
     uri = rosgraph.get_master_uri()
     try:
         answers = rosgraph.is_master_online()
@@ -111,7 +111,7 @@ def require_master():
 
 
 def publishers_of(topic):
-    """Names of the nodes that publish `topic` now."""
+    """Returns the names of the nodes that publish `topic` now."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     return {node for name, nodes in published if name == topic for node in nodes}
 

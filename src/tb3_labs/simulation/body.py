@@ -49,15 +49,15 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """`lag` of the motors [s]; `mismatch`: fraction by which the right wheel is smaller;
-        `slip`: fraction of the wheels' travel that does not move the robot."""
+        """Set the `lag` of the motors [s]; `mismatch`: fraction by which the right wheel is
+        smaller; `slip`: fraction of the wheels' travel that does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
         self.set_goals(self._left_goal, self._right_goal)
 
     def set_goals(self, left: float, right: float) -> None:
-        """Goal speeds of the motors [rad/s]."""
+        """Set the goal speeds of the motors [rad/s]."""
         self._left_goal, self._right_goal = left, right
         self._update_rates()
 
@@ -160,7 +160,7 @@ class ImuModel:
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
 
     def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
-        """From `now` [s] on the robot turns as `motion`, the Drivetrain's `turning`, says."""
+        """From `now` [s] on, follow `motion`, which is the Drivetrain's `turning`."""
         self.error += (self._drift + self.bias) * (now - self._now)
         self._now = now
         yaw, steady_rate, fading_rate, lag = motion
@@ -198,7 +198,7 @@ class ImuModel:
 
 
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """An endless sequence of pairs of independent standard normal numbers."""
+    """Yields endless pairs of independent standard normal numbers."""
     generator = np.random.default_rng(seed)
     while True:
         pairs: Any = generator.standard_normal((1000, 2)).tolist()
@@ -230,7 +230,7 @@ class Body:
             self.imu.follow(stamp, self.drivetrain.turning)
 
     def at(self, now: float) -> Drivetrain:
-        """The drivetrain at `now`, which is not before the last :meth:`move_to`."""
+        """Returns the drivetrain at `now`, which is not before the last :meth:`move_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved)
         return later

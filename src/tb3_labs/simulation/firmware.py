@@ -42,7 +42,7 @@ NO_COMMAND = -math.inf, 0.0, 0.0
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
-    """(left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
+    """Returns (left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
     linear = clamp(_by_rosserial(linear), -model.max_linear, model.max_linear)
     angular = clamp(_by_rosserial(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track
@@ -63,7 +63,7 @@ def _whole_steps(rim_speed: float, model: RobotModel) -> float:
 
 
 def encoder(motor_angle: float) -> int:
-    """The reading of the encoder at this angle of the motor [rad], in ticks."""
+    """Returns the reading of the encoder at this angle of the motor [rad], in ticks."""
     return math.floor(motor_angle / TICK)
 
 
@@ -127,13 +127,13 @@ class Board:
         self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
 
     def calibrate(self, now: float, pause: float, yaw: float) -> None:
-        """The board calibrates its gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
+        """Calibrate the gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
         wrapped."""
         self.is_busy, self.due = True, now + pause
         self._pause, self._yaw_before = pause, yaw
 
     def end_pause(self, yaw: float) -> float:
-        """The board is free again; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
+        """End the calibration; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
         self._free_since, self.due, self.is_busy = self.due, math.inf, False
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 

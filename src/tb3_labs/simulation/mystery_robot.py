@@ -20,7 +20,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 LAST_NUMBER = 9999
 #: Time without a fault before each occurrence of a fault that comes and goes [s].
 BETWEEN_FAULTS = 12.0
-#: Settings that may be given to a mystery robot: they are not faults.
+#: A mystery robot may have other values of these settings: they are not faults.
 ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
                     'speed', 'mystery')
 
@@ -88,7 +88,7 @@ class HiddenFault:
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:
-    """(fault, its value, seed of the noise) of mystery `number`."""
+    """Returns (fault, its value, seed of the noise) of mystery `number`."""
     if not 1 <= number <= LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')

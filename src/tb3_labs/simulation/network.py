@@ -106,7 +106,7 @@ class NetworkLink:
         self._last_due = latest
 
     def pop(self, until: float) -> List[Arrival]:
-        """The messages that have arrived by `until` [s], in order of their arrival."""
+        """Returns the messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
         in_flight, stalls = self._in_flight, self._stalls
         if not self._settings.network_cut:

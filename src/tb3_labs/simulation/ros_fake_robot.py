@@ -203,7 +203,7 @@ def publisher(topic, kind, **options):
 
 
 def imu_message(sample, stamp, frame):
-    """sensor_msgs/Imu of a robot on a level floor."""
+    """Returns the sensor_msgs/Imu of a robot on a level floor."""
     return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
                ORIENTATION_COVARIANCE,
                Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
@@ -211,7 +211,7 @@ def imu_message(sample, stamp, frame):
 
 
 def odometry_message(sample, stamp, frame, child_frame):
-    """nav_msgs/Odometry."""
+    """Returns the nav_msgs/Odometry of a sample."""
     message = Odometry(header=_header(stamp, frame), child_frame_id=child_frame)
     message.pose.pose.position.x = sample.pose.x
     message.pose.pose.position.y = sample.pose.y
@@ -222,7 +222,7 @@ def odometry_message(sample, stamp, frame, child_frame):
 
 
 def joint_message(angles, speeds, stamp, frame):
-    """sensor_msgs/JointState of the two wheels, left one first."""
+    """Returns the sensor_msgs/JointState of the two wheels, left one first."""
     return JointState(_header(stamp, frame), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
 
 

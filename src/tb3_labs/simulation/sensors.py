@@ -67,7 +67,7 @@ class SensorFaults:
         self._frozen_sample: Optional[Sample] = None
 
     def apply(self, samples: Sequence[Sample]) -> Sequence[Sample]:
-        """The samples that are sent instead of `samples`."""
+        """Returns the samples that are sent instead of `samples`."""
         if self._silent:
             return []
         if self._frozen and samples:
@@ -87,7 +87,7 @@ class TimeSyncs:
         self._number, self._error = -1, 0.0
 
     def error(self, now: float) -> float:
-        """The error [s] of a stamp taken at `now` [s]."""
+        """Returns the error [s] of a stamp taken at `now` [s]."""
         number = int(now / SYNC_PERIOD)
         if number != self._number:
             source = random.Random(f'time sync {number} {self._seed}')

@@ -136,7 +136,7 @@ class Simulator:
                     sensors.measure_odometry(tick)
 
     def _drive(self, stamp: float) -> None:
-        """The board's own tick: the latest command that has arrived goes to the motors."""
+        """Set the motors by the latest command that has arrived, as the board does."""
         self._read(stamp)
         if self._board.is_busy:
             return

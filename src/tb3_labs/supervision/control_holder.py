@@ -65,7 +65,7 @@ class ControlMessages:
         self.stopped_at = -math.inf
 
     def pop_all(self) -> List[bool]:
-        """The messages since the last call."""
+        """Returns the messages since the last call."""
         messages, self._waiting = self._waiting, []
         return messages
 

@@ -25,7 +25,7 @@ class DeadMan:
         self._sleep = SleepWatch()
 
     def begin(self, now: float) -> None:
-        """A first page is open: from now on :meth:`silence` is called often."""
+        """Begin with a first page: from now on :meth:`silence` is called often."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
@@ -41,7 +41,7 @@ class DeadMan:
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """A person holds something on `page`. Raises ``ValueError`` if this page may not drive.
+        """Let `page`, which a person grips, drive. Raises ``ValueError`` if it may not drive.
 
         `lateness`: the delay of the message [s]. If it is more than `PAD_TIMEOUT`, the message is
         ignored (False): late messages are treated as silence. `is_first`: is it the first message
@@ -60,14 +60,14 @@ class DeadMan:
         return True
 
     def let_go(self, page: object) -> bool:
-        """Nothing is held on `page` any more. Returns whether this page drove."""
+        """End the grip on `page`. Returns whether this page drove."""
         drove = self.page is page
         if drove:
             self.page = None
         return drove
 
     def stop(self) -> None:
-        """Somebody stopped the robot: nobody drives until a person acts again."""
+        """Count a stop: no page drives until a person acts again."""
         self.stops += 1
         self.page = None
 

@@ -109,7 +109,7 @@ class LogQueue:
         self._waiting.append(LogLine(text, warning))
 
     def pop_all(self) -> List[LogLine]:
-        """All lines since the last call."""
+        """Returns all lines since the last call."""
         lines, self._waiting = self._waiting, []
         return lines
 

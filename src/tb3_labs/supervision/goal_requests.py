@@ -77,7 +77,7 @@ class GoalRequests:
         self._repetitions: Dict[str, _Repetition] = {}    # by sender
 
     def note(self, request: GoalRequest, now: float) -> None:
-        """A goal has arrived. Call this for each goal, also for a goal that is refused."""
+        """Take in a goal. Call this for each goal, also for a goal that is refused."""
         self._forget(now)
         repetition = self._repetition_of(request)
         if repetition is None:
@@ -92,7 +92,7 @@ class GoalRequests:
         return repetition is not None and repetition.is_ended
 
     def refusal_line(self, request: GoalRequest) -> str:
-        """The line for a goal that stays ended; '' after the first time."""
+        """Returns the line for a goal that stays ended; '' after the first time."""
         repetition = self._repetition_of(request)
         if repetition is None or repetition.was_logged:
             return ''
@@ -117,25 +117,25 @@ class GoalRequests:
         self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
-        """The drive has ended: its client gets one answer."""
+        """Answer the client of a drive that has ended, once."""
         if self._open is not None:
             self._answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
 
     def pop_answers(self) -> List[GoalAnswer]:
-        """The answers since the last call, in order."""
+        """Returns the answers since the last call, in order."""
         answers, self._answers = self._answers, []
         return answers
 
     def give_up(self, now: float) -> None:
-        """The drive to the present goal was given up."""
+        """Give up the present goal: a repetition does not start it again."""
         self._forget(now)
         repetition = self._repetition_of(self.present)
         if repetition is not None:
             repetition.end()
 
     def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
-        """A cancel has arrived. Returns True if it ends the present goal."""
+        """Take in a cancel. Returns True if it ends the present goal."""
         self._forget(now)
         for repetition in self._repetitions.values():
             if repetition.latest.is_named_by(name, stamp):

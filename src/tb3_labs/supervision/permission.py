@@ -58,7 +58,7 @@ class _Grant:
             self.sent_before -= delay
 
     def silent_for(self, now: float) -> float:
-        """Time since the last True [s]; 0 if the grant needs no renewal."""
+        """Returns the time since the last True [s]; 0 if the grant needs no renewal."""
         return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
@@ -96,7 +96,7 @@ class Permission:
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
-        """From now on senders can be heard: the start of the process is not a sleep."""
+        """Begin to hear senders: the start of the process is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
             self._grants[''] = _Grant(now, False)

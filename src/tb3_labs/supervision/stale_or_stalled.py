@@ -1,8 +1,8 @@
-"""May a motion go on? Its sensors must be alive, and the robot must obey.
+"""May a motion continue? Its sensors must be alive, and the robot must obey.
 
 A sensor is lost if no message arrives. It is frozen if it repeats one reading while the robot
-moves, because its driver hangs. A robot is stalled if it is told to move and gets no nearer to its
-goal. The robot has settled when its samples show it at rest.
+moves, because its driver hangs. A robot is stalled if commands to move bring it no nearer
+to its goal. The robot has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -15,11 +15,11 @@ from tb3_labs.supervision.timeouts import (
 
 #: The reason why a robot stands although its sensors are fresh.
 UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: If the robot is told to drive faster than this, the readings must show a motion [m/s].
+#: If the command is to drive faster than this, the readings must show a motion [m/s].
 SURELY_DRIVES = 0.02
-#: If the robot is told to turn faster than this, the readings must show a motion [rad/s].
+#: If the command is to turn faster than this, the readings must show a motion [rad/s].
 SURELY_TURNS = 0.1
-#: The robot is stalled if it got no nearer for this long while it was told to move [s].
+#: The robot is stalled if it got no nearer for this long while it was commanded to move [s].
 STALL_TIME = 1.3
 #: The robot got nearer if the remaining way is less by at least this much [m or rad].
 STALL_STEP = 0.004
@@ -57,7 +57,7 @@ class Sensor(Freshness):
         self._changed_at = math.nan    # when the reading changed; NaN: at the next check
 
     def received(self, now: float, reading: Any = None) -> float:
-        """A valid message with this content arrived. Returns the silence before it [s]."""
+        """Take in a valid message with this content. Returns the silence before it [s]."""
         silence = super().received(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
@@ -72,11 +72,11 @@ class Sensor(Freshness):
         self.repeated_for = now - self._changed_at
 
     def pause(self) -> None:
-        """The robot stood until now: forget silences and repetitions."""
+        """Forget silences and repetitions, since the robot stood until now."""
         self.longest_gap, self.repeated_for, self._changed_at = 0.0, 0.0, math.nan
 
     def clock_went_back(self, now: float) -> None:
-        """The receiver's clock may have gone back to `now`."""
+        """Adapt to a receiver's clock that may have gone back to `now`."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
 
@@ -99,7 +99,7 @@ class SensorWatch:
         self._were_fresh = False        # at the last update
 
     def request_motion(self) -> None:
-        """A person or program asks for a motion now."""
+        """Begin to wait for the sensors: a motion is requested now."""
         self._since = math.nan
 
     def update(self, now: float, is_checked: bool = True) -> None:
@@ -142,13 +142,13 @@ class SensorWatch:
         self.pause()
 
     def pause(self) -> None:
-        """The robot stood until now: forget silences and repetitions."""
+        """Forget silences and repetitions, since the robot stood until now."""
         self.hold_reason = ''
         for source in self._sources:
             source.pause()
 
     def problem(self, now: float, with_age: bool = False) -> str:
-        """The lost sensors, in words; '' while all sensors are fresh.
+        """Returns the lost sensors, in words; '' while all sensors are fresh.
 
         If one sensor is lost, each sensor that is silent for half its timeout is named, too.
         """
@@ -158,7 +158,7 @@ class SensorWatch:
                          for source in self._sources if source.age(now) > 0.5 * source.timeout)
 
     def frozen(self) -> str:
-        """The sensors that are frozen, in words; '' if none is."""
+        """Returns the sensors that are frozen, in words; '' if none is."""
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
         return ' and '.join(f'{source.name} {fault}' for source in self._sources
                             if source.repeated_for > FROZEN_TIME)
@@ -177,7 +177,7 @@ class StallWatch:
         self._rested_for = 0.0
 
     def resume(self) -> None:
-        """The robot stood while its sensors were silent: its remaining way may have grown.
+        """Accept a longer remaining way, since the robot stood while its sensors were silent.
 
         The time without progress is kept: otherwise a bad network would hide a stalled robot.
         """
@@ -186,7 +186,7 @@ class StallWatch:
     def update(self, remaining: float, linear: float, angular: float, dt: float,
                must_move: bool = True) -> str:
         """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], the time since
-        the last update [s], and whether the robot is told to move, or to rest. Returns the problem
+        the last update [s], and whether the command is to move, or to rest. Returns the problem
         in words; '' if there is none.
         """
         if not must_move:

@@ -19,7 +19,7 @@ from typing import Deque, Optional, Tuple
 
 #: A sensor that is silent for longer than this is lost; at full speed it is a way of 5 cm.
 SENSOR_TIMEOUT = 0.22
-#: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen. A
+#: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen. A
 #: slow network and slow motors delay the motion by less.
 FROZEN_TIME = 0.6
 #: A reading that is repeated for no longer than this needs no check: no new sample was due.
@@ -100,7 +100,7 @@ LAPSE = 0.5
 LONGEST_LAPSE = 2.0
 #: A True that was sent longer ago is ignored.
 OLDEST_GRANT = 2.0
-#: A reset that was asked for longer ago is ignored: it would declare another place.
+#: A reset that was requested longer ago is ignored: it would declare another place.
 OLDEST_RESET = 1.0
 #: After this silence a sender of goals or turns has paused: it may ask for the same again.
 SENDER_PAUSE = 2.0
@@ -134,13 +134,13 @@ class Freshness:
         self._received_at: Optional[float] = None
 
     def received(self, now: float) -> float:
-        """A valid message arrived at `now`. Returns the silence before it [s]."""
+        """Take in a valid message. Returns the silence before it [s]."""
         silence, self._received_at = self.age(now), now
         self.count += 1
         return silence
 
     def age(self, now: float) -> float:
-        """Seconds since the last message; infinite before the first."""
+        """Returns the time since the last message; infinite before the first."""
         age = math.inf if self._received_at is None else now - self._received_at
         return age if age > 0.0 else 0.0
 
@@ -154,7 +154,7 @@ class Freshness:
         return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
     def silence_with_age(self, now: float) -> str:
-        """The text of `silence` with its duration: 'no imu for 1.2 s'."""
+        """Returns the text of `silence` with its duration: 'no imu for 1.2 s'."""
         age = self.age(now)
         return self.silence if math.isinf(age) else f'{self.silence} for {age:.1f} s'
 
@@ -190,7 +190,7 @@ class SleepWatch:
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:
-        """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
+        """Returns the sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
         return f'this node did not run for {self.slept_for:.1f} s' if self.slept_for else ''
 
 
@@ -206,7 +206,7 @@ class Lateness:
         self._last = Freshness('the sender')
 
     def of(self, stamp: float, arrival: float) -> float:
-        """The extra delay [s] of a message of this stamp [sender's clock] and arrival."""
+        """Returns the extra delay [s] of a message of this stamp [sender's clock] and arrival."""
         self._received_for += min(self._last.received(arrival), RECEIVED_BEFORE)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None

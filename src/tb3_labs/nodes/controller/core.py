@@ -1,7 +1,7 @@
 """All that `controller` decides: turns, the mouse, and the driver; see :mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`at`); radians, m/s; turns are asked for in degrees.
+back (`at`); radians, m/s; turns are requested in degrees.
 """
 import math
 from typing import Optional
@@ -171,7 +171,7 @@ class ControllerCore:
                       self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:
-        """The problem of the IMU; '' if there is none."""
+        """Returns the problem of the IMU; '' if there is none."""
         return self._sensors.problem(now) or self._gyro.problem()
 
     def idle_for(self, now: float) -> float:

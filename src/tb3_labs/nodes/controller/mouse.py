@@ -24,7 +24,7 @@ class MouseState(NamedTuple):
 
 
 def to_mouse(message) -> MouseState:
-    """The state in a tb3_labs/MouseController; ``ValueError`` for a position that is not finite."""
+    """Returns the state in a tb3_labs/MouseController; ``ValueError`` if it is not finite."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f'mouse position ({x}, {y}) is not finite')
@@ -104,7 +104,7 @@ class Mouse:
         return deactivated
 
     def silence(self, now: float) -> str:
-        """'no mouse for 0.3 s' if an active mouse is silent, else ''."""
+        """Returns 'no mouse for 0.3 s' if an active mouse is silent, else ''."""
         for sender in self._senders.values():
             if sender.active and not sender.source.is_fresh(now):
                 return sender.source.silence_with_age(now)

@@ -1,7 +1,7 @@
 """A turn: its settings, the heading, its request and its result. Its law is
 :class:`tb3_labs.control.approach.PreciseTurn`. Also the table of who drives: a turn or the mouse.
 
-Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
+Units: radians, counter-clockwise positive. A turn is requested as an angle, not a heading: 180
 and -180 are different turns, and 360 is a full turn. The handout's law cannot distinguish them.
 """
 import math
@@ -29,7 +29,7 @@ TURN_KEYS = {LEFT: TURN_DEG, RIGHT: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """The turn for a `text` [deg]: a key, or a number; else ``ValueError``."""
+    """Returns the turn for a `text` [deg]: a key, or a number; else ``ValueError``."""
     try:
         return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:
@@ -51,7 +51,7 @@ class TurnConfig(Config):
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[Response] = None) -> PreciseTurn:
-    """The law of a turn; `response` holds the known delay and lag of this robot."""
+    """Returns the law of a turn; `response` holds the known delay and lag of this robot."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or Response())
 
@@ -115,11 +115,11 @@ class ActiveTurn:
         self.stall = StallWatch()
 
     def remaining(self, yaw: float) -> float:
-        """The angle from `yaw` to the goal."""
+        """Returns the angle from `yaw` to the goal."""
         return self.goal - yaw
 
     def result(self, now: float) -> str:
-        """The result in words, for a robot that rests."""
+        """Returns the result in words, for a robot that rests."""
         error, whole = self.remaining_at_end, self.goal - self._start
         side = 'short of' if error * self.requested > 0.0 else 'beyond'
         seconds = now - self._begun_at
@@ -146,7 +146,7 @@ class DriverEvent(Enum):
     TURN_REQUESTED = 'turn asked'
     TURN_OVER = 'turn over'
     MOUSE_MOVED = 'mouse moved'           # it is active, and outside its dead zone
-    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn goes on
+    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn continues
     MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
 
 

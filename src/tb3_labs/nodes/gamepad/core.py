@@ -88,7 +88,7 @@ class GamepadCore:
             self._reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
-        """move_to_goal says whether it has control."""
+        """Take in whether move_to_goal has control."""
         now = has_control.at
         if has_control.what:
             self.messages.granted_at = -math.inf    # this answers the last True

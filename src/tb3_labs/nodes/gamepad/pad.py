@@ -108,7 +108,7 @@ class PadListener:
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
-    """The PadState of a message's axes and buttons; ``ValueError`` for another kind of pad."""
+    """Returns the PadState of a message's axes and buttons; ``ValueError`` for another pad."""
     needed = (1 + max(config.linear_axis, config.angular_axis), 1 + max(
         config.relinquish_button, config.regain_button, config.reset_button, config.hold_button))
     if len(axes) < needed[0] or len(buttons) < needed[1]:

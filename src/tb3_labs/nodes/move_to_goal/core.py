@@ -167,13 +167,13 @@ class MoveToGoalCore:
             requests.accept(request)
 
     def on_repetition(self, request: GoalRequest, at: float) -> None:
-        """A goal was sent again with its earlier GoalID."""
+        """Take in a goal that was sent again with its earlier GoalID."""
         self._update_control(at)    # finds a sleep: the goal may be older than the sleep
         self._check_end(at)
         self._requests.note(request, at)
 
     def on_cancel(self, at: float, name: str = '', stamp: int = 0) -> None:
-        """A person or program cancels goals, see GoalRequest."""
+        """Cancel goals by their name or stamp, see GoalRequest."""
         self._update_control(at)    # finds a sleep: no sender has paused in it
         if self._requests.cancel(at, name, stamp):
             self._machine.cancel()
@@ -192,11 +192,11 @@ class MoveToGoalCore:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
     def begin_control(self, at: float) -> None:
-        """From now on senders of control can be heard."""
+        """Begin to hear senders of control."""
         self._permission.begin(at)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """A sender gives control, or takes it."""
+        """Take in a True or a False of a sender."""
         self._permission.on_message(message)
 
     def _update_control(self, at: float) -> None:
@@ -271,7 +271,7 @@ class MoveToGoalCore:
             self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
-        """The status, if it is new."""
+        """Returns the status, if it is new."""
         if self._machine.goal is None:
             return None
         status = self.status(now)
@@ -336,13 +336,13 @@ class MoveToGoalCore:
             self._machine.give_up(self._sensors.frozen())
 
     def _pause(self) -> None:
-        """The robot stands, or another node drives it: the next command is treated as the first."""
+        """Treat the next command as the first: the robot stands, or another node drives it."""
         self._pace.pause()
         self._sensors.pause()
         self._last_command = Twist2()
 
     def _restart(self) -> None:
-        """A person or node asked for a motion, which begins from standing."""
+        """Begin a requested motion with a robot that stands."""
         self._pause()
         self._sensors.request_motion()
 

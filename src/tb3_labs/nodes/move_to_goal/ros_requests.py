@@ -214,8 +214,8 @@ def only_new(topic, callback):
 
 
 def to_requested_pose(header, pose):
-    """The RequestedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with
-    this node's namespace, or without it. Raises ``ValueError`` for other frames."""
+    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be
+    named with this node's namespace, or without it. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM, frame(ODOM))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):

@@ -21,7 +21,7 @@ class DriveStatus(NamedTuple):
     goal: Optional[Pose2]
     tolerance: float              # of the distance to the goal [m]
     attempt: int                  # number of the drive: each goal and restart begins a new one
-    begun: bool                   # has the robot been told to move in this attempt?
+    begun: bool                   # was the robot commanded to move in this attempt?
     active: bool                  # is the drive going on?
     failure: str                  # reason why the drive was given up; '' if it was not
     hold_reason: str              # reason why the robot stands during a drive, or ''
@@ -29,7 +29,7 @@ class DriveStatus(NamedTuple):
     sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
 
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
-        """The distance [m] and the angle [deg, not negative] from here to the goal."""
+        """Returns the distance [m] and the angle [deg, not negative] from here to the goal."""
         assert self.goal is not None and motion is not None
         distance, angle = errors(motion.pose, self.goal)
         return distance, abs(math.degrees(angle))
