@@ -154,13 +154,14 @@ class Approach:
         """Returns the speed to aim at."""
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
-        left = config.leave_alone if self._nudges else 0.0
+        leave_alone = config.leave_alone if self._nudges else 0.0
         distance = self.at_rest.value
-        near = self.at_rest.uncertainty + max(config.close_enough, left)
+        near = self.at_rest.uncertainty + max(config.close_enough, leave_alone)
         if distance > near or distance < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
-            gain = config.gain / (caution + config.nudge_caution * self._nudges)
-            size = abs(braking_speed(distance, config.braking, gain))
+            if self._nudges:
+                caution += config.nudge_caution
+            size = abs(braking_speed(distance, config.braking, config.gain / caution))
             wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), distance)
             if wanted * self._direction < 0.0:
                 self._reversals += 1

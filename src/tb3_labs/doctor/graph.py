@@ -122,8 +122,9 @@ class RobotGraph:
         # that looks for other drivers) are left out.
         listeners = subscribers.get(namespace + 'cmd_vel', [])
         there = self.sensors['imu'] + self.sensors['odom']
-        self.listeners = [node for node in listeners if node in there] or [
-            node for node in listeners if node not in self.drivers]
+        self.listeners = [node for node in listeners if node in there]
+        if not self.listeners:
+            self.listeners = [node for node in listeners if node not in self.drivers]
         self.robot_nodes = sorted(set(there + self.listeners))
         #: The namespaces that have a robot, other than this one.
         self.others = sorted({topic[:-len('odom')] for topic in publishers
@@ -138,9 +139,10 @@ class RobotGraph:
         if topic in [self.namespace + name for name in TOPICS] or is_elsewhere and not (
                 topic.startswith(node + '/') or TURTLESIM.match(topic)):
             return '', 0.0
-        outer = place.rpartition('/')[2].lower()    # imu/data
-        like, name = max((max(likeness(part, name) for part in (
-            word.lower(), outer if outer in SENSORS else '')), name) for name in names)
+        like, name = max((likeness(word.lower(), name), name) for name in names)
+        outer = place.rpartition('/')[2].lower()
+        if outer in SENSORS:    # imu/data
+            like, name = max((like, name), *((likeness(outer, each), each) for each in names))
         package, _, kind = self._types.get(topic, '').rpartition('/')
         kinds = {name: self._types.get(self.namespace + name, '').rpartition('/')[2]
                  for name in names}     # without the package: lab2/MouseController
@@ -195,18 +197,19 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
              graph.subscribers, graph.publishers, TOPICS),
             ('Senders', '{} publishes {}, which nobody hears; {} is heard by {}',
              graph.publishers, graph.subscribers, SUBSCRIBED)):
-        found = []
-        for topic, node in ((topic, node) for topic in sorted(set(side) - set(other))
-                            for node in side[topic]):
-            right, like = graph.right_name(topic, node, names)
-            least = SURELY_MEANT if subject == 'Senders' and right in side else POSSIBLY_MEANT
-            # a node that also uses the right name is not mistaken
-            if like >= least and right in other and node not in [
-                    *graph.robot_nodes, *other[right], *side.get(right, [])]:
-                found.append(words.format(node, topic, right, min(
-                    other[right], key=lambda user: user not in graph.robot_nodes)))
-        if found:
-            yield warning(subject, '; '.join(found[:MOST_NAMED]),
+        findings = []
+        for topic in sorted(set(side) - set(other)):
+            for node in side[topic]:
+                right, like = graph.right_name(topic, node, names)
+                least = SURELY_MEANT if subject == 'Senders' and right in side else POSSIBLY_MEANT
+                if like < least or right not in other:
+                    continue
+                # a node that also uses the right name is not mistaken
+                if node not in [*graph.robot_nodes, *other[right], *side.get(right, [])]:
+                    user = min(other[right], key=lambda each: each not in graph.robot_nodes)
+                    findings.append(words.format(node, topic, right, user))
+        if findings:
+            yield warning(subject, '; '.join(findings[:MOST_NAMED]),
                           'mend the name in its code, or by <remap> in its launch file')
 
 

@@ -75,7 +75,7 @@ class MessageAges:
         self._latest[connection.sender] = connection
         self._stamps[connection.sender] = stamp, clock
         if before == connection:
-            is_same = stamped is not None and stamp == stamped[0] != 0.0 and clock != stamped[1]
+            is_same = stamped and stamp and stamp == stamped[0] and clock != stamped[1]
             return Age.SAME if is_same else Age.NEW
         if before is None and connection.sender not in self._present:
             return Age.NEW

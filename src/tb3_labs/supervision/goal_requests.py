@@ -32,7 +32,9 @@ class GoalRequest(NamedTuple):
 
     def is_named_by(self, name: str, stamp: int) -> bool:
         """Does a cancel with this name and stamp mean this goal?"""
-        return (self.name == name if name else not stamp) or 0 < self.stamp <= stamp
+        if 0 < self.stamp <= stamp:
+            return True
+        return self.name == name if name else not stamp
 
 
 class GoalOutcome(Enum):

@@ -21,7 +21,6 @@ holds until a person releases the machine again.
   `RENEWAL`, its True was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
-:meth:`Permission.update` is to be called ten times a second.
 Edge case: a sender that renews must renew once before the robot may move. So the True of a sender
 that died, or a delayed True, does not move the robot.
 """
@@ -150,7 +149,7 @@ class Permission:
             self._log(text, True)
 
     def update(self, now: float) -> None:
-        """Suspend or end grants that were not renewed in time. To be called repeatedly."""
+        """Suspend or end grants that were not renewed in time. Call this ten times a second."""
         self._now = now
         if math.isnan(self._began_at):
             self._began_at = now

@@ -191,8 +191,9 @@ class StallWatch:
         """
         if not must_move:
             self._rested_for += dt
-            return '' if self._rested_for <= LONGEST_REST else (
-                'the robot does not settle although it is told to rest (a noisy IMU?)')
+            if self._rested_for <= LONGEST_REST:
+                return ''
+            return 'the robot does not settle although it is told to rest (a noisy IMU?)'
         remaining = abs(remaining)
         if self._least is None:
             self._least = remaining

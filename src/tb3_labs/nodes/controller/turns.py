@@ -181,7 +181,7 @@ class Repetitions:
             last.is_repeated = True
         last.source.received(event.at)
         last.is_doubted = last.is_doubted or event.age.is_doubtful
-        last.doubts += last.is_doubted
+        last.doubts += 1 if last.is_doubted else 0
         last.is_doubted = last.is_doubted or is_waking
         return last.doubts
 

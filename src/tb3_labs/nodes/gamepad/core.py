@@ -194,7 +194,7 @@ class GamepadCore:
     def _handle(self, event: ControlEvent, now: float) -> None:
         before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
         self._command_is_due = self._command_is_due or self.holder is not before
-        if before is ControlHolder.MOVE_TO_GOAL is not self.holder:
+        if before is ControlHolder.MOVE_TO_GOAL and self.holder is not before:
             self._silent_until = now + HAND_BACK
             if self.messages.grants:       # another node took control
                 self.messages.stop(now)

@@ -81,11 +81,12 @@ class PadListener:
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in the state of a message. `stamp`: time of sending, or 0; `hangs`: does the driver
         repeat one message? In the first message only the stop button is treated as pressed now."""
-        self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
+        if self._last is not None and state.sent == self._last.sent:
+            self.repeats = True
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
-        is_silence = hangs or stamp <= self._newest and self.lateness > PAD_TIMEOUT
+        is_silence = hangs or (stamp <= self._newest and self.lateness > PAD_TIMEOUT)
         self._newest = max(stamp, self._newest)    # a driver that hangs may repeat several messages
         self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
         if not is_silence:
