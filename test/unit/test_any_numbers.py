@@ -76,7 +76,7 @@ class Driven:
         assert self.commands > 2
 
     def take(self, what, numbers):
-        """A step; a person's wish may be refused, a sample may not."""
+        """Do one step. A request of a person may be refused, a sample may not."""
         a, b, c = numbers
         yaw = math.fmod(c, math.pi)
         if what == 'imu':

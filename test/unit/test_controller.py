@@ -22,7 +22,7 @@ MOUSE_PERIOD = 0.05
 
 
 class GivenTurnLaw:
-    """A law that returns what is left; a turn is finished at 0."""
+    """A law that returns the remaining angle; a turn is finished at 0."""
 
     MAX_ANGLE = 100.0
 
@@ -73,7 +73,7 @@ class Desk:
         return commands
 
     def tick(self):
-        """What is commanded now, in a list."""
+        """Returns the commands of now, in a list."""
         output = self.core.tick(self.now, self.now)
         self.log_lines += output.log_lines
         return [] if output.command is None else [output.command]
@@ -94,12 +94,12 @@ class Desk:
         return math.degrees(self.law.requested[-1])
 
     def told(self, words, warning=False):
-        """Has the user had this line, once?"""
+        """Was this line logged, once?"""
         self.tick()
         return [line.warning for line in self.log_lines if words in line.text] == [warning]
 
     def finish(self, left=0.0):
-        """The turn ends, and the robot rests: the law has the remaining angle [rad]."""
+        """End the turn with a robot at rest, and this remaining angle of the law [rad]."""
         self.law.remaining, self.law.ends_with = 0.0, left
         self.run(0.4)
         assert self.core.driver is Driver.NOBODY
@@ -184,7 +184,7 @@ def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(desk):
 
 @pytest.mark.parametrize('slept, refused', [(0.9, False), (1.1, True), (5.0, True)])
 def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(desk, slept, refused):
-    """The mouse may have been deactivated since."""
+    """The mouse may have been deactivated during the silence."""
     core, woke = desk.core, desk.now + slept
     core.imu.received(woke)
     core.tick(woke, woke)

@@ -87,7 +87,7 @@ def node_at(*peer):
 
 
 def stream(*silences, period=0.005):
-    """The judgement of arrivals in 5 s: one in each period, none in a silence (begin, end)."""
+    """Returns the line on 5 s of messages: one in each period, none in a silence (begin, end)."""
     times = [round(period * k, 3) for k in range(round(5.0 / period) + 1)]
     return judge_stream('/imu', [at for at in times if not any(
         begin < at < end for begin, end in silences)], 5.0, CORE)
@@ -357,7 +357,7 @@ def odometry(header):
 
 
 def heard_of_a_robot_at_rest(namespace, address):
-    """As listen() returns it: messages that were just sent, 0.6 s long."""
+    """Returns what listen() returns: messages of the last 0.6 s."""
     times = [time.time() - 0.6 + 0.01 * number for number in range(60)]
     return [ReceivedMessage(name, at, '/pad', kind(header=Header(stamp=rospy.Time.from_sec(at)), **data))
             for at in times for name, kind, data in (

@@ -51,7 +51,7 @@ class Watched:
         return self.ears[0].problem()
 
     def run(self, seconds, linear=0.0, angular=0.0, until=lambda: False):
-        """Let time pass, with commands at 20 Hz, unless a node in `ear` drives, which is ticked."""
+        """Let time pass, with commands at 20 Hz, or with the commands of a node in `ear`."""
         end = self.robot.now + seconds
         for tick in itertools.count():
             if self.robot.now >= end or until():
@@ -167,7 +167,7 @@ def test_samples_that_were_lost_accuse_nobody(settings):
         {'gyro_bias_deg': 10.0}, (1.0,), {'gyro_bias_deg': 2.0}, (2.0, 0.2),
         {'gyro_bias_deg': 0.0}, (0.5,), True, (1.8,), False])])
 def test_a_story_of_a_gyro(words, settings, steps, sign):
-    """A step: (seconds, forward speed, rate of turn), settings that change, or is it accused?"""
+    """Do one step of a story: drive (seconds, forward speed, rate of turn), change settings, or check the verdict."""
     watched = Watched(**settings)
     for step in steps:
         if isinstance(step, tuple):

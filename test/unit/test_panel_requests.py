@@ -221,7 +221,7 @@ MESSAGES = st.sampled_from(sorted(VALID)).flatmap(lambda kind: st.dictionaries(
 
 
 def is_valid(value):
-    """Each number of a request is finite."""
+    """Is each number of a request finite?"""
     if isinstance(value, tuple):
         return all(is_valid(part) for part in value)
     return not isinstance(value, float) or math.isfinite(value)
