@@ -37,7 +37,7 @@ def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
     """Returns the folder of a new `package` in `folder`, the folder src of a workspace.
     ``ValueError`` if catkin would not find the package there, or would not accept its name.
 
-    `taken`: names of other Python modules; one of two modules with the same name hides the other.
+    `other_modules`: names of Python modules; one of two modules with the same name hides the other.
     """
     if not PACKAGE_NAME.fullmatch(package):
         raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '

@@ -81,7 +81,7 @@ class GoalMachine:
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """Returns the command for now, or None if there is no drive (any more).
+        """Returns the command for now, or None if no drive is active.
 
         `dt` is the time since the last step [s].
         """

@@ -129,7 +129,7 @@ class JumpFilter:
 
     def __init__(self) -> None:
         self._last: Optional[_JumpSample] = None    # the last message with a new pose
-        self._latest: Optional[_JumpSample] = None    # the last message of all
+        self._latest: Optional[_JumpSample] = None    # the last message
         self._since_last, self._since_latest = _Gap(), _Gap()
 
     def skip(self, timed: TimedSample) -> None:

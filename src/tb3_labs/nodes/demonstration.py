@@ -28,7 +28,7 @@ class DemoConfig(Config):
 class DemoDrive:
     """The result of one drive; poses in local."""
 
-    state: str               # in which it ended
+    state: str               # state in which the drive ended
     goal: Pose2
     believed: Pose2          # at rest, as move_to_goal measured it
     reached: Pose2           # at rest, truly

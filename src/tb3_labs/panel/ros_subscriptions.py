@@ -44,15 +44,15 @@ class RobotSubscriptions:
         self._odom, self._local = frame('odom'), frame('local')
         transforms = TFMessage, self._callback(_transforms), self._read_transforms
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
-        for topic, *how in (    # every message is read
+        for topic, *arguments in (    # every message is read
                 ('goal_state', String, self._store_as('state'), _data),
                 ('has_control', Bool, self._on_control, _data),
                 ('control_holder', String, self._store_as('holder'), _data),
                 ('current_goal', PoseStamped, self._store_as('goal'), _pose),
                 ('move2goal/cancel', GoalID, lambda goal: on_stop()),
                 ('/tf_static', *transforms)):
-            subscribe(topic, *how, queue_size=None)
-        for topic, rest, *how in (    # the latest sample is read, then none for `rest` [s]
+            subscribe(topic, *arguments, queue_size=None)
+        for topic, period, *arguments in (    # one sample is read in each `period` [s]
                 ('odom', ODOMETRY_PERIOD, Odometry, self._callback(RobotView.on_odometry),
                  to_odometry_sample),
                 ('local_pose', NUMBERS_PERIOD, PoseStamped, self._store_as('local'), _pose),
@@ -63,7 +63,7 @@ class RobotSubscriptions:
                 ('cmd_vel', NUMBERS_PERIOD, Twist, self._callback(_command)),
                 ('variables', NUMBERS_PERIOD, DiagnosticArray, self._callback(_variables)),
                 ('/tf', NUMBERS_PERIOD, *transforms)):
-            subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
+            subscribe(topic, *arguments, idle_for=lambda now, period=period: period)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read_view(self, question):

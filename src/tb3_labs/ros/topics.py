@@ -81,7 +81,7 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data):
 
 
 def ages(topic):
-    """Returns a function that gives the events.Age of each message of a topic, once."""
+    """Returns a function for the events.Age of a message; call it once for each message."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())

@@ -59,10 +59,10 @@ FAULT_KINDS = (
 
 
 class HiddenFault:
-    """The fault of mystery `number`, which changes the settings `plain` of a robot.
+    """The fault of mystery `number`, which changes the `settings` of a robot.
 
-    Raises ``ValueError`` if there is no such number, or if `plain` or a config in `around` has a
-    setting that is neither its default nor in ALLOWED_SETTINGS.
+    Raises ``ValueError`` if there is no such number, or if `settings` or a config in
+    `surroundings` has a value that is neither the default nor of a setting in ALLOWED_SETTINGS.
     """
 
     def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
@@ -103,7 +103,7 @@ def draw(number: int) -> Tuple[Fault, float, int]:
 
 
 def _order(block: int) -> List[int]:
-    """Returns the order of the faults in a block; neighbours in two blocks differ, too."""
+    """Returns the order of faults in a block. It does not begin with the last block's end."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
         order[:2] = order[1], order[0]

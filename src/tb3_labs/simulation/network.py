@@ -93,7 +93,7 @@ class NetworkLink:
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
-        """Each of `things` is sent at its moment [s]."""
+        """Send each of `messages` at its moment [s]."""
         delay, jitter = (getattr(self._settings, name) for name in self._names)
         latest, append = self._last_due, self._in_flight.append
         for message, moment in zip(messages, moments):

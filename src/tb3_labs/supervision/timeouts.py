@@ -98,9 +98,9 @@ CONFIRMATION = 0.04
 LAPSE = 0.5
 #: A grant expires after this silence.
 LONGEST_LAPSE = 2.0
-#: A True that was sent longer ago is ignored.
+#: A True that was sent longer ago than this is ignored.
 OLDEST_GRANT = 2.0
-#: A reset that was requested longer ago is ignored: it would declare another place.
+#: A reset that was requested longer ago than this is ignored: it would declare another place.
 OLDEST_RESET = 1.0
 #: After this silence a sender of goals or turns has paused: it may ask for the same again.
 SENDER_PAUSE = 2.0
