@@ -96,7 +96,7 @@ class RobotSubscriptions:
         return poses
 
     def _on_permission(self, event):
-        if not event.what and event.sender != rospy.get_name():
+        if not event.content and event.sender != rospy.get_name():
             self._on_stop()
 
     def _on_control(self, granted):

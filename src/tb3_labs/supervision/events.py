@@ -15,7 +15,7 @@ from typing import (
 
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN, REPEATS_WITHIN
 
-What = TypeVar('What')
+Content = TypeVar('Content')
 
 
 class Age(Enum):
@@ -35,10 +35,10 @@ class Age(Enum):
 
 
 @dataclass(frozen=True)
-class Event(Generic[What]):
+class Event(Generic[Content]):
     """A message: its content, when it arrived [s], and its sender."""
 
-    what: What
+    content: Content
     at: float
     sender: str = ''
     age: Age = Age.NEW

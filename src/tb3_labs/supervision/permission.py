@@ -110,7 +110,7 @@ class Permission:
 
     def on_message(self, message: 'Event[bool]') -> None:
         """Take in a True or a False of a sender."""
-        now, sender, granted = message.at, message.sender, message.what
+        now, sender, granted = message.at, message.sender, message.content
         self.update(now)
         if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)

@@ -73,7 +73,7 @@ class ControllerCore:
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
         self._update(message.at)
-        was_active, active = self.mouse.active, message.what.active
+        was_active, active = self.mouse.active, message.content.active
         deactivated = self.mouse.received(message)
         if self.mouse.active:
             if not was_active:
@@ -114,7 +114,7 @@ class ControllerCore:
     def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
         """Request a turn, and log its refusal, at most once a second."""
         try:
-            self.request_turn(turn.what, now)
+            self.request_turn(turn.content, now)
         except ValueError as refusal:
             if turn.at - self._refused_at >= REFUSAL_PERIOD:
                 self._refused_at = turn.at

@@ -48,7 +48,7 @@ class _MouseSource:
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
         """A message arrived; `rests`: does it ask for zero?"""
-        active, now, stamp = message.what.active, message.at, message.sent_at
+        active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = not self.source.count
         if not (is_first or self.reported_active) and now - self._back_at >= WAKING:
             self.is_lost = False    # it said that it is not active
@@ -92,7 +92,7 @@ class Mouse:
     def received(self, message: 'Event[MouseState]') -> bool:
         """A message of a mouse arrived. Returns True if the message deactivates this mouse: this is
         a stop, also by a lost mouse."""
-        (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
+        (active, x, y), now, sender = message.content, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.reported_active
         self.source.received(now)

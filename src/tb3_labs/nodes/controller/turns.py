@@ -175,8 +175,8 @@ class Repetitions:
         """Take in a request. Returns the number of doubtful requests up to this one; 0 if it is
         accepted. `is_waking`: may the request be older than a sleep of this process?"""
         last = self._requests.get(event.sender)
-        if last is None or last.what != event.what or not last.source.is_fresh(event.at):
-            last = self._requests[event.sender] = _TurnRequest(event.what)
+        if last is None or last.content != event.content or not last.source.is_fresh(event.at):
+            last = self._requests[event.sender] = _TurnRequest(event.content)
         else:
             last.is_repeated = True
         last.source.received(event.at)
@@ -194,7 +194,7 @@ class Repetitions:
 class _TurnRequest:
     """The last request of one sender, until the sender changes it, or pauses."""
 
-    def __init__(self, what: object) -> None:
-        self.what, self.source = what, Freshness('turn', SENDER_PAUSE)
+    def __init__(self, content: object) -> None:
+        self.content, self.source = content, Freshness('turn', SENDER_PAUSE)
         self.is_repeated = self.is_doubted = False
         self.doubts = 0

@@ -65,7 +65,7 @@ class GamepadCore:
 
     def on_joy(self, joy: 'Event[PadState]') -> None:
         """Take in the state of the pad."""
-        now, state = joy.at, joy.what
+        now, state = joy.at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
@@ -90,7 +90,7 @@ class GamepadCore:
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
         now = has_control.at
-        if has_control.what:
+        if has_control.content:
             self.messages.granted_at = -math.inf    # this answers the last True
             self._handle(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING:
@@ -99,7 +99,7 @@ class GamepadCore:
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """Another node sent True or False. Its False takes the control that this pad gave, or stops
         held sticks."""
-        if not message.what:
+        if not message.content:
             self._on_control_taken(message.at)
 
     def on_leave(self, now: float) -> None:
