@@ -139,7 +139,6 @@ class CommandHistory:
         return self._earlier_travel + self.command * (until - latest)
 
     def advance(self, dt: float) -> None:
-        """Let `dt` [s] pass."""
         self.now += dt
         self.begin = round(self.now / self._period) * self._period
 
@@ -168,7 +167,10 @@ class CommandHistory:
     def arrived(self, delay: float) -> float:
         """Returns the command that reaches the motors now; 0 before the first command arrives."""
         horizon = self.now - delay
-        return next((command for time, command in reversed(self._sent) if time <= horizon), 0.0)
+        for time, command in reversed(self._sent):
+            if time <= horizon:
+                return command
+        return 0.0
 
     def only_stops_since(self, time: float) -> bool:
         """Were only stops commanded for the periods from `time` on?"""

@@ -48,11 +48,9 @@ class GoalMachine:
 
     @property
     def active(self) -> bool:
-        """True while a drive goes on."""
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
     def set_goal(self, goal: Pose2) -> None:
-        """Drive to another goal (in local) from now on."""
         self.goal = goal
         self.cancelled = False
         self.restart()

@@ -88,7 +88,6 @@ class TypedPose(Config):
 
     @property
     def pose(self) -> Pose2:
-        """This pose as a Pose2."""
         return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
 
 

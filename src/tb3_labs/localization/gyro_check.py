@@ -95,7 +95,6 @@ class OrientationWatch:
         self.stands = False
 
     def on_imu(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
         if last is None or self._begin is None:
             self._begin = yaw
@@ -205,7 +204,6 @@ class GyroWatch:
             readings.popleft()    # no samples of the wheels arrive
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels."""
         self._sends_wheels = True
         last, time = self._comparison.wheels, sample.stamp
         if last is not None and not -SMALL_STEP <= time - last.stamp <= WHEEL_GAP:

@@ -96,7 +96,6 @@ class Localizer:
         self._awaits_imu = True    # from a silence of both sensors to the next IMU sample
 
     def on_imu(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         jump = heading_jump(timed.before, timed.sample)
         if jump:
             self._jumps.append(Jump(jump))
@@ -106,7 +105,6 @@ class Localizer:
         self._carry_out_resets()
 
     def on_odometry(self, timed: TimedSample) -> None:
-        """Take in a message of the odometry."""
         self._awaits_imu = self._awaits_imu or timed.all_silent > RESET_SILENCE
         if self._timing.imu is None or self._awaits_imu:
             self._jump_filter.skip(timed)

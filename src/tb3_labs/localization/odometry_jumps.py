@@ -81,7 +81,6 @@ class _Gap:
         self._by_stamps = self._by_arrival = 0.0
 
     def add(self, timed: TimedSample) -> None:
-        """Add the times of the next message."""
         self._by_stamps += timed.by_stamps
         self._by_arrival += timed.silence
 
@@ -241,7 +240,6 @@ class EncoderWatch:
         self._stand, self._rolls = _Interval(), _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels."""
         stands = self._wheels is not None and self._wheels[1:] == sample[1:]
         self._stand.update(stands, sample.stamp)
         self._wheels = sample

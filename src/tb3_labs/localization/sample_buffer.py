@@ -85,12 +85,10 @@ class SampleBuffer:
         self._unpaired: Deque[Tuple[float, OdometrySample]] = deque()
 
     def add_imu(self, timed: TimedSample) -> None:
-        """Remember a sample of the IMU."""
         self._check_epoch(timed.epoch)
         self._imu.add(timed.time, timed.sample.yaw)
 
     def add_odometry(self, timed: TimedSample) -> None:
-        """Remember a message of the odometry."""
         self._check_epoch(timed.epoch)
         self._odometry.add(timed.time, timed.sample.pose)
         self._unpaired.append((timed.time, timed.sample))

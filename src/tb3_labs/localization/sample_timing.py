@@ -187,7 +187,6 @@ class YawNoise:
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         before, (_, yaw, rate), step = timed.before, timed.sample, timed.step
         if before is None or not 0.0 < step < NOISE_GAP:
             return

@@ -48,7 +48,6 @@ class DemoDrive:
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
 
     def row(self, number: int) -> str:
-        """Returns the row of the table."""
         distance, angle = self.true_error
         return TABLE_ROW.format(
             'drive {}'.format(number), _short_pose(self.goal), _short_pose(self.believed),

@@ -76,7 +76,6 @@ class RobotView:
         self._latest[kind], self._arrivals[kind] = value, now
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        """Store a sample of the odometry."""
         last = self.latest('odom')
         if last is not None and (last.pose.distance_to(sample.pose) > JUMP or abs(
                 difference(sample.pose.yaw, last.pose.yaw)) > TURN_JUMP):

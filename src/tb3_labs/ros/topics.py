@@ -111,7 +111,6 @@ def require_master():
 
 
 def publishers_of(topic):
-    """Returns the names of the nodes that publish `topic` now."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     return {node for name, nodes in published if name == topic for node in nodes}
 

@@ -80,7 +80,6 @@ class NetworkLink:
         self._arrived: List[Arrival] = []
 
     def configure(self, settings: SimulatorConfig, now: float) -> None:
-        """Use other settings from `now` on."""
         self._arrived = self.pop(now)
         before, self._settings = self._settings, settings
         if (settings.stalls_per_min, settings.longest_stall) != (

@@ -122,7 +122,6 @@ class Sensors:
         self._plan_faults(0.0)
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
-        """Use other settings from `now` on."""
         before, self._config = self._config, config
         self.imu_rhythm.set_rate(config.imu_rate, now)
         self.odom_rhythm.set_rate(config.odom_rate, now)
@@ -139,11 +138,9 @@ class Sensors:
         self._odom_faults = SensorFaults(config.odom_silent, config.odom_frozen, dropouts)
 
     def measure_imu(self, stamps: List[float]) -> None:
-        """Measure an IMU sample at each of `stamps` [s]."""
         self._samples.extend(self._imu_faults.apply(self._body.imu.measure(stamps)))
 
     def measure_odometry(self, stamp: float) -> None:
-        """Measure the odometry at `stamp` [s]."""
         self._body.move_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
         ticks = None if self._config.battery_cut else (encoder(left), encoder(right))

@@ -105,7 +105,6 @@ class LogQueue:
         self._waiting: List[LogLine] = []
 
     def add(self, text: str, warning: bool = False) -> None:
-        """Add a line."""
         self._waiting.append(LogLine(text, warning))
 
     def pop_all(self) -> List[LogLine]:

@@ -152,7 +152,6 @@ class GoalRequests:
         return repetition if repetition is not None and repetition.goal == request.goal else None
 
     def _forget(self, now: float) -> None:
-        """Forget the senders that have paused."""
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
         self._repetitions = {sender: each for sender, each in self._repetitions.items()
                              if just_woke or each.source.is_fresh(now)}

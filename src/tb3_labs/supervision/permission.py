@@ -109,7 +109,6 @@ class Permission:
                 grant.had_sensors = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        """Take in a True or a False of a sender."""
         now, sender, granted = message.at, message.sender, message.content
         self.update(now)
         if message.age is Age.RESTARTED:    # another process had this name before

@@ -164,7 +164,6 @@ class SensorWatch:
                             if source.repeated_for > FROZEN_TIME)
 
     def are_fresh(self, now: float) -> bool:
-        """True while all sensors are fresh."""
         return all(source.is_fresh(now) for source in self._sources)
 
 
@@ -235,5 +234,4 @@ class Settling:
 
     @property
     def rests(self) -> bool:
-        """Has the robot settled?"""
         return self.rested_for >= SETTLING_TIME

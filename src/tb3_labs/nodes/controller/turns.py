@@ -69,7 +69,6 @@ class Heading:
         self._steady = Estimate()
 
     def on_imu(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         sample = timed.sample
         self.yaw = sample.yaw if self.yaw is None else unwrap(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate

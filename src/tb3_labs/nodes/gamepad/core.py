@@ -64,7 +64,6 @@ class GamepadCore:
     # -- what comes in
 
     def on_joy(self, joy: 'Event[PadState]') -> None:
-        """Take in the state of the pad."""
         now, state = joy.at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)

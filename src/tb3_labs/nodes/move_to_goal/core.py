@@ -141,7 +141,6 @@ class MoveToGoalCore:
             self._machine.restart()
 
     def set_goal(self, goal: Pose2) -> None:
-        """Replace the goal."""
         self._machine.set_goal(goal)
         self._restart()
 
@@ -196,7 +195,6 @@ class MoveToGoalCore:
         self._permission.begin(at)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or a False of a sender."""
         self._permission.on_message(message)
 
     def _update_control(self, at: float) -> None:
@@ -271,7 +269,6 @@ class MoveToGoalCore:
             self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
-        """Returns the status, if it is new."""
         if self._machine.goal is None:
             return None
         status = self.status(now)
