@@ -7,7 +7,8 @@ import re
 from html import escape
 from typing import Callable, Optional, Sequence, Tuple
 
-from tb3_labs.watch.broken_link import BrokenLink, Link
+from tb3_labs.watch.broken_link import BrokenLink
+from tb3_labs.watch.chains import Link
 
 #: The style of a page of tables.
 STYLE = '''@page { size: A4; margin: 11mm 14mm; }

@@ -13,7 +13,7 @@ import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
 from tb3_labs.report.run_data import GAP, Poses, RunData, cached_per_run
-from tb3_labs.watch.variables import Series, nodes_of
+from tb3_labs.watch.variables import Series, variables_by_node
 
 #: A page has at most this many figures, variables, points of a variable, and characters of a text.
 MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, LONGEST = 12, 40, 2000, 200
@@ -62,14 +62,14 @@ HANDOUT = ('turning', 'state', 'has_control')
 
 def nodes(run: RunData) -> List[str]:
     """Returns the names of the nodes whose variables were recorded."""
-    return list(dict.fromkeys(node[:LONGEST] for node in nodes_of(run)))
+    return list(dict.fromkeys(node[:LONGEST] for node in run.variables.node))
 
 
 @cached_per_run
 def variables(run: RunData) -> List[Series]:
     """Returns the variables of a run. If they are of several nodes, a variable's name begins with
     the name of its node."""
-    found, nodes = [], nodes_of(run)
+    found, nodes = [], variables_by_node(run.variables)
     for node, series_of in nodes.items():
         name = '{1}' if len(nodes) == 1 else '{}: {}'
         found += [replace(
