@@ -6,6 +6,7 @@ read topics of other types.
 """
 import struct
 from collections import Counter
+from functools import lru_cache
 
 import genpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -35,6 +36,9 @@ OPTIONAL_TOPICS = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
+#: The records of a bag are kept from the first reading to the second, if they take less than
+#: MOST_KEPT [bytes]: the data, and RECORD_OBJECT for each record.
+MOST_KEPT, RECORD_OBJECT = 2 ** 26, 500
 #: Topics by which a person drives, of any type.
 DEVICES = 'joy', 'mouse_info'
 #: A line names at most this many topics that are not read.
@@ -60,8 +64,14 @@ def read_run(path, namespace=None, log=lambda line: None):
 
 def _contents(bag):
     """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
-    senders}, [topics that cannot be read, with their types])."""
-    numbers = Counter(record.connection for record in bag.messages(lambda _: False, ReadLimits()))
+    senders}, [topics that cannot be read, with their types], the records or None if they are too
+    large)."""
+    numbers, records, size = Counter(), [], 0
+    for record in bag.messages(_class_of, ReadLimits()):
+        numbers[record.connection] += 1
+        size += RECORD_OBJECT + len(record.data)
+        if size < MOST_KEPT:
+            records.append(record)
     types, senders, unknown = {}, {}, set()
     for connection, number in numbers.items():
         topic, made = connection.topic, _class_of(connection)
@@ -71,7 +81,7 @@ def _contents(bag):
             unknown.add(f'{topic} ({connection.kind})')
         else:
             senders.setdefault(topic, set()).add(connection.sender)
-    return types, senders, sorted(unknown)
+    return types, senders, sorted(unknown), None if size > MOST_KEPT or bag.problem else records
 
 
 def _class_of(connection):
@@ -80,7 +90,7 @@ def _class_of(connection):
 
 
 def _read(bag, path, namespace, log):
-    types, senders, unknown = _contents(bag)
+    types, senders, unknown, records = _contents(bag)
     try:
         topics = choose_topics(types, namespace)
     except BagProblem as problem:
@@ -95,9 +105,10 @@ def _read(bag, path, namespace, log):
     collectors = make_collectors([*topics, 'sender_index'], prefix, limits)
     names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
     of_topic = {topic: (collectors[part], types[topic][0]) for part, topic in topics.items()}
-    start, problem = _collect(bag.messages(
-        lambda connection: connection.topic in of_topic and _class_of(connection) is not None,
-        limits), of_topic, collectors['sender_index'], names)
+    if records is None:
+        records = bag.messages(
+            lambda connection: connection.topic in of_topic and _class_of(connection), limits)
+    start, problem = _collect(records, of_topic, collectors['sender_index'], names)
     problem = problem or bag.problem
     for collector in collectors.values():
         collector.close()
@@ -135,17 +146,19 @@ def _collect(records, of_topic, sender_index, names):
     """Fill the collectors, {topic: (Collector, class)}, from the records. `sender_index` collects
     the index of each command's sender by `names`, {sender: index}. Returns (time of the first
     message [s since 1970], the limit that ended the reading, or '')."""
-    messages = {topic: made() for topic, (_, made) in of_topic.items()}     # each is filled anew
+    # each topic has one message, which is filled again and again
+    receivers = {topic: (*each, each[1]()) for topic, each in of_topic.items()}
+    is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in receivers and (
+        receivers[connection.topic][1] is _class_of(connection)))
     start, number = None, 0
     try:
         for connection, (seconds, nanoseconds), data in records:
             if start is None:
                 start = seconds + 1e-9 * nanoseconds
-            collector, made = of_topic.get(connection.topic, (None, None))
-            if collector is None or made is not _class_of(connection):
+            if not is_wanted(connection):
                 continue
             number += 1
-            message = messages[connection.topic]
+            collector, made, message = receivers[connection.topic]
             try:
                 message.deserialize(data)
             except (genpy.DeserializationError, struct.error, ValueError):
