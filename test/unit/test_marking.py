@@ -118,7 +118,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
             '{:g} MB and {} files'.format(archives.MOST_BYTES / 1e6, archives.MOST_FILES),
-            '{:g} GB of the zip file of a class'.format(archives.CLASS * archives.MOST_BYTES / 1e9),
+            '{:g} GB of the zip file of a class'.format(archives.SUBMISSIONS_PER_CLASS_ZIP * archives.MOST_BYTES / 1e9),
             'files above {:g} MB are left out'.format(submissions.LARGEST_COPIED / 1e6),
             '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
             '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders

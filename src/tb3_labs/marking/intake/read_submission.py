@@ -16,11 +16,11 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.marking.intake.archives import (
-    CLASS, NEVER, NotJudged, UnpackLimits, digest, unpack)
+    IGNORED_PATHS, SUBMISSIONS_PER_CLASS_ZIP, NotJudged, UnpackLimits, digest, unpack)
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.packages import (
     MANIFEST, interface_files, modules_of, name_in, packages_in, source_of)
-from tb3_labs.marking.intake.submissions import Submission, lay_out
+from tb3_labs.marking.intake.submissions import Submission, copy_submission
 from tb3_labs.marking.names import NodeNames, is_name, is_typo_of
 
 #: The most that a call may use: memory [bytes], processor time [s].
@@ -97,8 +97,8 @@ def _call(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
 # -- in the limited process
 
 def _unpack_class(path, folder):
-    limits = UnpackLimits(CLASS)
-    remarks = unpack(Path(path), Path(folder), limits, NEVER)
+    limits = UnpackLimits(SUBMISSIONS_PER_CLASS_ZIP)
+    remarks = unpack(Path(path), Path(folder), limits, IGNORED_PATHS)
     if limits.exceeded:
         raise NotJudged(limits.exceeded)
     return remarks
@@ -112,7 +112,7 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
         with suppress(NotJudged):
             return bool(find_node(place, names, package, name))
         return False
-    remarks, unread = lay_out({Path(path): own for path, own in files.items()}, place, has_node)
+    remarks, unread = copy_submission({Path(path): own for path, own in files.items()}, place, has_node)
     unread = list(dict.fromkeys(unread))
     try:
         path, why, look_at = find_node(place, names, package, name)
