@@ -16,8 +16,9 @@ from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import environment_in, sweep
-from tb3_labs.marking.intake.launch import HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS
-from tb3_labs.marking.intake.sandbox import ADDRESS_SPACE, ROOM, TASKS, USERS, NoSandbox, Sandbox
+from tb3_labs.marking.intake.sandbox import (
+    ADDRESS_SPACE, HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox,
+    protection_problem)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: A program prints what it sees; its arguments: a folder of its own, and places that are not.
@@ -165,7 +166,7 @@ def test_in_each_layout_a_program_has_messages_and_python_and_no_solution(
 
 @needs_sandboxes
 def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
-    assert sandbox.problem() == ''
+    assert protection_problem(Sandbox([])) == ''
     own, other = tmp_path / 'own', tmp_path / 'other'
     own.mkdir()
     other.mkdir()
@@ -212,13 +213,11 @@ def test_without_a_sandbox_a_program_keeps_all_but_large_files():
     ((3, ''), 'bubblewrap fails (exit status 3)'),
     (FileNotFoundError(), 'bubblewrap is not installed (apt install bubblewrap)'),
     (subprocess.TimeoutExpired('bwrap', 1), 'bubblewrap hangs')])
-def test_a_machine_without_sandboxes_says_why(monkeypatch, request, ends, words):
+def test_a_machine_without_sandboxes_says_why(monkeypatch, ends, words):
     def run(command, **options):
         if isinstance(ends, Exception):
             raise ends
         return subprocess.CompletedProcess(command, ends[0], stderr=ends[1])
     monkeypatch.setattr(sandbox.subprocess, 'run', run)
     monkeypatch.setattr(sandbox, 'sized', lambda: True)
-    sandbox.problem.cache_clear()
-    request.addfinalizer(sandbox.problem.cache_clear)
-    assert sandbox.problem() == words
+    assert protection_problem(Sandbox([])) == words

@@ -11,8 +11,8 @@ from typing import Sequence
 from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.intake.archives import NotJudged, is_zip
 from tb3_labs.marking.intake.read_submission import unpack_class
-from tb3_labs.marking.intake.sandbox import UNPROTECTED
-from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
+from tb3_labs.marking.intake.sandbox import (
+    UNPROTECTED, OtherUser, Sandbox, protection_problem)
 from tb3_labs.marking.intake.submissions import (
     Submission, students_named, submissions_in, without_wrapping)
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
@@ -198,9 +198,12 @@ def _submissions(given, work):
 
 
 def _choose_protection(given, work):
-    """Do the submissions' programs run in sandboxes? ``ValueError`` if they cannot be protected as
-    the arguments say."""
-    problem = '' if given.unprotected and not given.container else sandbox_problem()
+    """Returns True if the submissions' programs run in sandboxes.
+
+    Raises ``ValueError`` if they cannot be protected as the arguments say.
+    """
+    is_needed = given.container or not given.unprotected
+    problem = protection_problem(Sandbox([])) if is_needed else ''
     if problem and given.container:
         print_line(f'{problem}: this container, which is thrown away, is the sandbox.')
     elif given.unprotected:
@@ -212,7 +215,9 @@ def _choose_protection(given, work):
     else:
         return True
     work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
-    if os.geteuid() == 0 and sandbox_problem(False):
-        raise ValueError(f'nothing was started: {sandbox_problem(False)}; this package must lie '
-                         'where every user can read it, not in /root')
+    if os.geteuid() == 0:
+        problem = protection_problem(OtherUser())
+        if problem:
+            raise ValueError(f'nothing was started: {problem}; this package must lie where every '
+                             'user can read it, not in /root')
     return False

@@ -25,12 +25,11 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.launch import ALWAYS, OWN_PACKAGE, Launch
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
     modules_of)
 from tb3_labs.marking.intake.read_submission import GIVEN, ParsedSubmission
-from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
+from tb3_labs.marking.intake.sandbox import MODULES, NODE_PREFIX, OWN_PACKAGE, Launch, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
@@ -107,7 +106,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
                        'marking machine: left out.')
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
-    return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
+    return Launch(NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
                   sandbox.isolates, str(program), called, str(copy), str(node))
 
 
