@@ -15,7 +15,7 @@ from tb3_labs.marking import trial_runner
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
-from tb3_labs.marking.trial_runner import environment_in, sweep
+from tb3_labs.marking.trial_runner import kill_processes, trial_environment
 from tb3_labs.marking.intake.sandbox import (
     ADDRESS_SPACE, HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox,
     protection_problem)
@@ -41,7 +41,7 @@ print(json.dumps({
 
 
 def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
-    made = environment_in(tmp_path, {'HOME': '/home/ann'})
+    made = trial_environment(tmp_path, {'HOME': '/home/ann'})
     assert made.pop('HOME') == '/home/ann' and made.pop('ROS_HOSTNAME') == 'localhost'
     assert made.pop('ROS_TEST_RESULTS_DIR') == 'results' and os.path.isdir(made['ROS_HOME'])
     assert set(made) == {'TMPDIR', 'ROS_HOME', 'ROS_LOG_DIR', 'ROS_ETC_DIR', 'ROS_PYTHON_LOG_CONFIG_FILE'}
@@ -59,15 +59,15 @@ def family():
     while len(processes._below(started.pid)) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
     yield started
-    sweep('of a test')
+    kill_processes('of a test')
     started.wait(100.0)
 
 
 def test_only_what_has_the_identity_is_ended(family):
     children = processes._below(family.pid)
-    sweep('of another test')
+    kill_processes('of another test')
     assert family.poll() is None and len(children) == 2
-    sweep('of a test')
+    kill_processes('of a test')
     assert family.wait(100.0) == -9
     assert processes._below(family.pid) == []
     assert [processes._own_memory(child) for child in children] == [0, 0]
@@ -110,7 +110,7 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
     bomb = Bomb()
     monkeypatch.setattr(trial_runner, 'os', bomb)
     monkeypatch.setattr(trial_runner, '_has', lambda pid, mark: pid in bomb.running | bomb.stopped)
-    ending = threading.Thread(target=sweep, args=('of a bomb',), daemon=True)
+    ending = threading.Thread(target=kill_processes, args=('of a bomb',), daemon=True)
     ending.start()
     ending.join(10.0)
     assert bomb.listdir('/proc') == ['self']

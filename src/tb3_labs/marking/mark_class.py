@@ -18,7 +18,7 @@ from tb3_labs.marking.intake.submissions import (
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in, failure
 from tb3_labs.marking.trial_runner import (
-    POLL_PERIOD, MarkingInterrupted, TrialRunner, new_marks, ros_alone)
+    POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
 
 
 def print_line(line: str) -> None:
@@ -136,7 +136,7 @@ def mark_class(given, interrupted: threading.Event) -> int:
     separate ROS.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-        environment = ros_alone(Path(work) / 'ros', os.environ)
+        environment = marking_environment(Path(work) / 'ros', os.environ)
         os.environ.clear()
         os.environ.update(environment)
         try:

@@ -23,7 +23,7 @@ from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
-from tb3_labs.marking.trial.observation import LONGEST, NO_RUN, Observation
+from tb3_labs.marking.trial.observation import LONGEST, LONGEST_FAIR_GAP, NO_RUN, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
 
@@ -123,8 +123,12 @@ class Marks:
 
     @property
     def delayed(self) -> str:
-        """A sentence if the machine was too busy to judge a node fairly that lost points; or ''."""
-        return self.observation.unfair if self.observation and not self.is_full else ''
+        """A sentence if points are lost and the machine was too busy to judge fairly; else ''."""
+        gap = self.observation.longest_gap if self.observation else 0.0
+        if gap <= LONGEST_FAIR_GAP or self.is_full:
+            return ''
+        return (f'The machine held the robot up for {gap:.2f} s (up to {LONGEST_FAIR_GAP:g} s are '
+                'fair): the marks may be unfair.')
 
     @property
     def mistake(self) -> str:

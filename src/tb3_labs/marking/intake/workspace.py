@@ -52,8 +52,8 @@ MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
 BUILD_TIME = 30.0
 #: Its start, with the most that it may use: memory [bytes], processor time [s].
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
-#: Errors by a module that has another version here, or by this version of Python.
-ELSEWHERE = re.compile(
+#: Errors of a node on a machine with another version of a module, or of Python.
+VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
     r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
 #: The folder of a workspace that has the copy of the submission.
@@ -159,11 +159,11 @@ def _repair(node, remarks, look_at, relayed):
     node.chmod(0o755)
 
 
-def elsewhere(printed: str, copy: Path) -> List[str]:
-    """Sentences for the instructor on errors that a node printed, and that it may not have on
-    another machine; `copy`: of the submission, whose own modules are the same on each."""
+def version_errors(printed: str, copy: Path) -> List[str]:
+    """Returns sentences for the instructor on errors that a node printed, and that it may not have
+    on another machine. The submission's own modules, in `copy`, are the same on each machine."""
     return [f'It ended with "{line}". With the versions of another machine, such as Noetic, it may '
-            'run.' for line, module in dict.fromkeys(ELSEWHERE.findall(printed))
+            'run.' for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
             if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
 
 

@@ -25,7 +25,7 @@ REQUESTED_DEG = 'asked_deg'
 #: transform from the robot's true frame to the local frame. Both are [x, y, yaw] in [m], [rad].
 GOAL_POSE, LOCAL_T_WORLD = 'goal', 'local_T_world'
 #: If the machine held up the robot for longer than this, the node was not judged fairly [s].
-HELD_UP = 0.15
+LONGEST_FAIR_GAP = 0.15
 #: At most MOST_FINDINGS findings are kept of a node, and as many remarks; each has at most LONGEST
 #: characters.
 MOST_FINDINGS, LONGEST = 20, 2000
@@ -128,14 +128,6 @@ class Observation:
     def longest_gap(self) -> float:
         """The longest time without a true pose of the robot [s]: the machine was busy then."""
         return float(np.diff(self.truth[:, 0]).max(initial=0.0))
-
-    @property
-    def unfair(self) -> str:
-        """A sentence if the machine was too busy to judge the node fairly, else ''."""
-        if self.longest_gap <= HELD_UP:
-            return ''
-        return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may '
-                'be unfair.'.format(self.longest_gap, HELD_UP))
 
     @property
     def deaf(self) -> str:
