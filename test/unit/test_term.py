@@ -27,7 +27,7 @@ from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.intake.archives import digest
 from tb3_labs.marking.intake.submissions import students_named, submissions_in
 from tb3_labs.marking.marks import Decision, points_of
-from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in
+from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.mark_class import MarkedClass
 from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
@@ -499,11 +499,11 @@ def test_full_marks_are_never_unfair():
 
 
 def test_two_marks_of_one_folder_are_refused(tmp_path):
-    with alone_in(tmp_path):
+    with locked(tmp_path):
         with pytest.raises(ValueError, match='another mark.py writes into .*: wait until it has ended'):
-            with alone_in(tmp_path):
+            with locked(tmp_path):
                 pass
-    with alone_in(tmp_path):
+    with locked(tmp_path):
         pass
 
 

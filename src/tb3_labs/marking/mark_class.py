@@ -1,4 +1,4 @@
-"""A class whose submissions are marked: the way in for mark.py."""
+"""Marks the submissions of a class, as mark.py's arguments say."""
 import os
 import sys
 import tempfile
@@ -16,7 +16,7 @@ from tb3_labs.marking.intake.sandbox import (
 from tb3_labs.marking.intake.submissions import (
     Submission, students_named, submissions_in, without_wrapping)
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
-from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in, failure
+from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
 from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
 
@@ -36,7 +36,7 @@ class MarkedClass:
     """A class whose submissions are marked."""
 
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
-        """`retry`: repeat all trials, also of submissions that were marked and have not changed."""
+        """`retry` is True if the submissions that have not changed are tried again, too."""
         self._runner, self._folder, self._retry = runner, runner.folder, retry
         self._failed, self._unchanged = False, 0
         self._writing = threading.Lock()
@@ -53,7 +53,7 @@ class MarkedClass:
                     name = f'[{number}/{len(submissions)}] {submission.student}'
                     tasks.append(pool.submit(self._mark, submission, name))
                 while wait(tasks, POLL_PERIOD).not_done:
-                    if self._runner.interrupted.is_set():     # where a signal's exception was lost
+                    if self._runner.interrupted.is_set():     # Python lost a signal's exception
                         raise KeyboardInterrupt
             except KeyboardInterrupt:
                 self._failed = True
@@ -63,9 +63,8 @@ class MarkedClass:
                 print_problem('interrupted; the marks so far are written, and the same command '
                               'goes on from here')
         for task in tasks:
-            problem = None if task.cancelled() else task.exception()
-            if problem is not None:
-                print_problem(reason(problem))      # its marks cannot be written
+            if not task.cancelled() and task.exception():
+                print_problem(reason(task.exception()))     # its marks cannot be written
                 self._failed = True
         if self._unchanged:
             print_line(f'{self._unchanged} of {len(submissions)} had been tried and have not '
@@ -85,12 +84,13 @@ class MarkedClass:
             self._write(new_marks(submission, unjudged=failure(problem)), '')
 
     def _try(self, submission, name):
-        """Mark one submission; try it unless it was tried before and has not changed."""
+        """Try one submission, unless it was tried before and has not changed. It is tried once more
+        if the machine held up the robot."""
         begun = time.monotonic()
-        for is_last in (False, True):       # once more if the machine held up the robot
+        for is_first in (True, False):
             with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
                 reading = self._runner.read(submission, Path(work))
-                if not is_last:
+                if is_first:
                     if not self._retry and self._is_kept(submission, reading.digest, name):
                         return
                     print_line(name + ' ...')
@@ -99,23 +99,24 @@ class MarkedClass:
             marks = self._write(found, reading.digest)
             if not marks.delayed:
                 break
-            if not is_last:
+            if is_first:
                 print_line('{}: the machine held the robot up for {:.2f} s; tried again'.format(
                     name, marks.observation.longest_gap))
         print_line(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):
-        """Would another trial be the same as the trial of an earlier run? Print its points then."""
+        """Returns True, and prints the points, if nothing has changed since an earlier trial."""
         with self._writing:
             marks = self._folder.marks_if_unchanged(submission.student, digest)
-            self._unchanged += marks is not None
-            self._failed = self._failed or marks is not None and not marks.is_known
-        if marks is not None:
-            print_line(f'{name}: {as_text(marks)}, tried before')
-        return marks is not None
+            if marks is None:
+                return False
+            self._unchanged += 1
+            self._failed = self._failed or not marks.is_known
+        print_line(f'{name}: {as_text(marks)}, tried before')
+        return True
 
     def _write(self, found, digest):
-        """Keep what was found of a submission of this `digest`. Returns its Marks."""
+        """Write the page of a submission that has this `digest`. Returns its Marks."""
         with self._writing:
             marks = self._folder.write(found, digest)
             self._failed = self._failed or not marks.is_known
@@ -123,7 +124,7 @@ class MarkedClass:
 
 
 def as_text(marks: Marks) -> str:
-    """The points, or that there are none."""
+    """Returns the points as text."""
     return f'{marks.points:g} of {marks.worth:g} points' if marks.is_known else NOT_JUDGED
 
 
@@ -132,8 +133,8 @@ def as_text(marks: Marks) -> str:
 def mark_class(given, interrupted: threading.Event) -> int:
     """Mark a class as the arguments of mark.py say. Returns the exit status.
 
-    Once `interrupted` is set, all that runs is ended. This process gets the environment of a
-    separate ROS.
+    Once `interrupted` is set, all trials are ended. This process gets the environment of a separate
+    ROS.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         environment = marking_environment(Path(work) / 'ros', os.environ)
@@ -145,7 +146,7 @@ def mark_class(given, interrupted: threading.Event) -> int:
             option = _read_option(given)
             found = _submissions(given, Path(work))
             is_sandbox = _choose_protection(given, Path(work))
-            with alone_in(given.folder):
+            with locked(given.folder):
                 folder = MarksFolder(
                     given.folder, given.lab, parts, worth,
                     Options(given.package, given.type, option, is_sandbox),
@@ -157,7 +158,9 @@ def mark_class(given, interrupted: threading.Event) -> int:
         except (OSError, ValueError, NotJudged) as problem:
             print_problem(reason(problem))
             return 2
-    for note in notes[not is_sandbox:]:     # the note that there are none was printed before
+    if not is_sandbox:
+        notes = notes[1:]       # the first note was printed before
+    for note in notes:
         print_line(note)
     if page is not None:
         print_line(f'Overview: {page}')
@@ -165,7 +168,7 @@ def mark_class(given, interrupted: threading.Event) -> int:
 
 
 def _read_option(given):
-    """The value of the lab's option; ``ValueError`` if it is invalid, or another lab's."""
+    """Returns the value of the lab's option. ``ValueError`` if it is invalid, or another lab's."""
     chosen = ''
     for name, lab in LABS.items():
         value = lab.option and getattr(given, lab.option.name)
@@ -178,7 +181,7 @@ def _read_option(given):
 
 
 def _submissions(given, work):
-    """The Submissions to mark. A class's zip file is unpacked below `work`."""
+    """Returns the Submissions to mark. A class's zip file is unpacked below `work`."""
     marks, source = given.folder.resolve(), given.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):   # they would be marked, too
         raise ValueError(f'-o {given.folder}: the marks would lie among the submissions; give a '
