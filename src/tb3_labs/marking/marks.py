@@ -191,11 +191,8 @@ class Marks:
 
 def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
            worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
-    """Returns the Marks of a submission by the observation of its trial; None if there was no trial.
-
-    `worth` has the points of each criterion. `parts` are the parts of the lab that were tried; []
-    stands for all parts.
-    """
+    """Returns the Marks of a submission. `observation` is None if there was no trial. `worth` has
+    the points of each criterion. `parts` has the parts that were tried; [] means all parts."""
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node

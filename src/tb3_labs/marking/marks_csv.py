@@ -92,10 +92,10 @@ class MarksTable:
 
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the marker's cells of a row: column -> text."""
-    cells = {STUDENT: safe(marks.student), POINTS: _points(marks.points) if marks.is_known else '',
-             OF: _points(marks.worth)}
+    cells = {STUDENT: safe(marks.student), POINTS: f'{marks.points:g}' if marks.is_known else '',
+             OF: f'{marks.worth:g}'}
     for verdict in marks.graded + marks.extra:
-        text = _points(verdict.points)
+        text = f'{verdict.points:g}'
         if marks.unjudged:
             text = ''
         elif verdict.criterion.extra and not verdict.worth:
@@ -105,13 +105,9 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     cells.update({
         'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:LONGEST_CELL - 10]),
         'id': safe(marks.number), 'late': 'late' if marks.late else '',
-        DECIDED: _points(decision.points) if decision and decision.points is not None else '',
+        DECIDED: f'{decision.points:g}' if decision and decision.points is not None else '',
         REASON: safe(decision.reason) if decision else ''})
     return cells
-
-
-def _points(number: float) -> str:
-    return f'{number:g}'
 
 
 def _is_same(cell: str, written: str) -> bool:

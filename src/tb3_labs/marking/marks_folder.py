@@ -32,8 +32,8 @@ from tb3_labs.report.page.document import safe
 TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
 #: The fields of Marks that a record keeps, since the trial's bag does not have them.
-RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged', 'seconds',
-             'places')
+RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
+                   'seconds', 'places')
 #: This package, and the program of its simulated robot.
 PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
 MARKING = Path(__file__).resolve().parent
@@ -51,7 +51,7 @@ class Options(NamedTuple):
 
 
 class MarksFolder:
-    """The folder with the marks of one lab, or of some of its parts. It is made if it is missing."""
+    """The folder with the marks of a lab, or of some of its parts. It is made if it is missing."""
 
     def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
                  options: Options = Options(), rescores: bool = True) -> None:

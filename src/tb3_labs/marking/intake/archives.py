@@ -187,14 +187,14 @@ def _write_entries(archive, entries, folder, limits, left_out):
         if not limits.spend(info.file_size):
             continue
         target, is_executable = folder / place, bool(info.external_attr >> 16 & 0o100)
+        if place.endswith('/'):
+            with suppress(OSError):     # its files need it, and each gets a remark
+                target.mkdir(parents=True, exist_ok=True)
+            continue
         try:
-            if place.endswith('/'):
-                is_written = make_folder(target)
-            else:
-                with archive.open(info) as source:
-                    is_written = write_file(source, target, is_executable)
-            if not is_written:
-                left_out[BAD_NAME].append(place)
+            with archive.open(info) as source:
+                if not write_file(source, target, is_executable):
+                    left_out[BAD_NAME].append(place)
         except ENTRY_ERRORS:
             left_out[DAMAGED].append(place)
             with suppress(OSError):
@@ -219,22 +219,10 @@ def _safe_path(info):
 
 # -- writing
 
-def make_folder(path: Path) -> bool:
-    """Make a folder, and the folders above it. Returns False if it cannot have its name."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        if problem.errno in DISK_ERRORS:
-            raise
-        return False
-    return True
-
-
 def write_file(source: IO[bytes], target: Path, is_executable: bool) -> bool:
-    """Write a new file. Returns False if it cannot have its name."""
-    if not make_folder(target.parent):
-        return False
+    """Write a new file, and make its folder. Returns False if it cannot have its name."""
     try:
+        target.parent.mkdir(parents=True, exist_ok=True)
         file = open(str(target), 'xb')
     except OSError as problem:
         if problem.errno in DISK_ERRORS:

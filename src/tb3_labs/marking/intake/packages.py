@@ -31,7 +31,7 @@ with open(python_script, 'r') as fh:
                '__name__': __name__, '__package__': None}}
     exec(compile(fh.read(), python_script, 'exec'), context)
 '''
-#: The text of catkin's relay of a folder of modules. It puts the folder above first on Python's path.
+#: The text of catkin's relay of a folder of modules. It puts the folder above first on the path.
 RELAYED_MODULE = '''import os
 import pkgutil
 import sys

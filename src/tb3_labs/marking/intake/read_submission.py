@@ -1,5 +1,5 @@
-"""Reads a submission: copies it, chooses its node, and finds the packages that the node needs and the
-modules that are missing.
+"""Reads a submission: copies it, chooses its node, and finds the packages that the node needs and
+the modules that are missing.
 
 This happens in a process of its own, with limits: a stranger's file may be made so that reading it
 takes all memory, or hours. Then that process ends, and the marking goes on.
@@ -71,9 +71,10 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
 
 
 def unpack_class(path: Path, folder: Path) -> List[str]:
-    """Unpack the zip file of a class. Returns remarks on files that are left out. Raises
-    ``NotJudged`` if it is not a zip file, exceeds a limit, or is not safe."""
-    return _in_limited_process('The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
+    """Unpack the zip file of a class. Returns remarks on files that are left out. ``NotJudged`` if
+    it is not a zip file, exceeds a limit, or is not safe."""
+    return _in_limited_process(
+        'The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
 
 
 def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -199,7 +200,7 @@ class _Needs(NamedTuple):
 
 
 def _needs_of(node, packages):
-    """Returns the _Needs of a node; `packages`: name -> folder of all packages of the submission."""
+    """Returns the _Needs of a node. `packages` has name -> folder of the submission's packages."""
     module_package = {folder.name: name for name, package in packages.items()
                       for folder in modules_of(package, name)}
     imports = [item for item in imports_of(node.read_bytes()) if not item.guarded]

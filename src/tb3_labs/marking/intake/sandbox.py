@@ -1,4 +1,4 @@
-"""The start of a submission's program, the node: its sandbox, which bubblewrap makes, and its limits.
+"""The start of a submission's program, the node: its limits, and its sandbox by bubblewrap.
 
 A submission's rostest, master, robot, check and node have a network of their own, which has only a
 loopback. They end together with the marker.

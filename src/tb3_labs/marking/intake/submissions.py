@@ -101,7 +101,7 @@ def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
     """Returns the students of the wanted names. Upper and lower case are the same here, and so are
     the two ways in which Unicode writes a letter with an accent, if one student alone has the name.
 
-    Raises ``ValueError`` with similar names if no student, or more than one, has a wanted name.
+    Raises ``ValueError`` with similar names if it is not clear who is wanted.
     """
     def folded(text: str) -> str:
         return unicodedata.normalize('NFC', text).casefold()
@@ -109,10 +109,7 @@ def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
     for name in wanted:
         same = [name] if name in students else [
             student for student in students if folded(student) == folded(name)]
-        if len(same) > 1:
-            raise ValueError(f'more than one submission is called {name}; these are: '
-                             + shortened(same, 10))
-        if not same:
+        if len(same) != 1:
             near = [student for student in students if folded(name) in folded(student)]
             near = near or difflib.get_close_matches(name, students)
             raise ValueError('no submission is called {}; {}: {}'.format(
@@ -180,11 +177,11 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path,
     If ``has_node()`` finds the node beside the zip files, they are not unpacked: then they do not
     belong to the code. GENERATED_FOLDERS are copied only if the node is nowhere else.
     """
-    remarks, not_unpacked = _copy(handed_in, folder, has_node, GENERATED_FOLDERS)
+    remarks = _copy(handed_in, folder, has_node, GENERATED_FOLDERS)
     if not has_node():
         shutil.rmtree(str(folder))
-        remarks, not_unpacked = _copy(handed_in, folder, has_node, IGNORED_PATHS)
-    return remarks, not_unpacked
+        remarks = _copy(handed_in, folder, has_node, IGNORED_PATHS)
+    return remarks
 
 
 def _copy(handed_in, folder, has_node, ignored):

@@ -113,10 +113,10 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
 def _stand_in(name, folder, remarks):
     """Make the folder of a package that has only the COURSE_MESSAGE, and return it."""
     (folder / MESSAGES).mkdir(parents=True)
-    shutil.copy(os.path.join(rospkg.RosPack().get_path(OWN_PACKAGE), MESSAGES, COURSE_MESSAGE + '.msg'),
-                str(folder / MESSAGES))
-    remarks.append(f'The package {name} was not handed in: the message {COURSE_MESSAGE} of the skeleton '
-                   'stands in for its own.')
+    own = rospkg.RosPack().get_path(OWN_PACKAGE)
+    shutil.copy(os.path.join(own, MESSAGES, COURSE_MESSAGE + '.msg'), str(folder / MESSAGES))
+    remarks.append(f'The package {name} was not handed in: the message {COURSE_MESSAGE} of the '
+                   'skeleton stands in for its own.')
     return folder
 
 
