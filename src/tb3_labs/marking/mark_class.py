@@ -63,8 +63,9 @@ class MarkedClass:
                 print_problem('interrupted; the marks so far are written, and the same command '
                               'goes on from here')
         for task in tasks:
-            if not task.cancelled() and task.exception():
-                print_problem(reason(task.exception()))     # its marks cannot be written
+            problem = None if task.cancelled() else task.exception()
+            if problem is not None:
+                print_problem(reason(problem))      # its marks cannot be written
                 self._failed = True
         if self._unchanged:
             print_line(f'{self._unchanged} of {len(submissions)} had been tried and have not '

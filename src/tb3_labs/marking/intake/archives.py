@@ -166,7 +166,7 @@ def _why_not_zip(path):
 def _wanted_entries(archive, ignored, left_out):
     """Returns path -> entry of the files and folders to write. A folder's path ends in /. Links and
     duplicates are added to `left_out`."""
-    wanted: Dict[str, zipfile.ZipInfo] = {}
+    wanted = {}
     for info in archive.infolist():
         place = _safe_path(info)
         if place == '/' or IGNORED_PATHS.search(place) or ignored.search(place):
