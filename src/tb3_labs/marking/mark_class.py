@@ -131,7 +131,7 @@ def as_text(marks: Marks) -> str:
 
 # -- the command
 
-def mark_class(given, interrupted: threading.Event) -> int:
+def mark_class(arguments, interrupted: threading.Event) -> int:
     """Mark a class as the arguments of mark.py say. Returns the exit status.
 
     Once `interrupted` is set, all trials are ended. This process gets the environment of a separate
@@ -142,18 +142,18 @@ def mark_class(given, interrupted: threading.Event) -> int:
         os.environ.clear()
         os.environ.update(environment)
         try:
-            parts = LABS[given.lab].read_parts(given.parts)
-            worth = points_of(given.lab, read_points(given.points))
-            option = _read_option(given)
-            found = _submissions(given, Path(work))
-            is_sandbox = _choose_protection(given, Path(work))
-            with locked(given.folder):
+            parts = LABS[arguments.lab].read_parts(arguments.parts)
+            worth = points_of(arguments.lab, read_points(arguments.points))
+            option = _read_option(arguments)
+            found = _submissions(arguments, Path(work))
+            is_sandbox = _choose_protection(arguments, Path(work))
+            with locked(arguments.folder):
                 folder = MarksFolder(
-                    given.folder, given.lab, parts, worth,
-                    Options(given.package, given.type, option, is_sandbox),
-                    rescores=given.points is not None)
+                    arguments.folder, arguments.lab, parts, worth,
+                    Options(arguments.package, arguments.type, option, is_sandbox),
+                    rescores=arguments.points is not None)
                 failed = MarkedClass(TrialRunner(folder, interrupted),
-                                     bool(given.only)).mark_all(found, given.jobs)
+                                     bool(arguments.only)).mark_all(found, arguments.jobs)
                 with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end
                     page, notes = pool.submit(folder.write_overview, not is_sandbox).result()
         except (OSError, ValueError, NotJudged) as problem:
@@ -168,49 +168,49 @@ def mark_class(given, interrupted: threading.Event) -> int:
     return 1 if failed else 0
 
 
-def _read_option(given):
+def _read_option(arguments):
     """Returns the value of the lab's option. ``ValueError`` if it is invalid, or another lab's."""
     chosen = ''
     for name, lab in LABS.items():
-        value = lab.option and getattr(given, lab.option.name)
-        if name != given.lab and value is not None:
+        value = lab.option and getattr(arguments, lab.option.name)
+        if name != arguments.lab and value is not None:
             raise ValueError(f'--{lab.option.name} is for --lab {name} alone')
-        if name == given.lab and lab.option is not None:
+        if name == arguments.lab and lab.option is not None:
             chosen = lab.option.default if value is None else value
             lab.option.read(chosen)
     return chosen
 
 
-def _submissions(given, work):
+def _submissions(arguments, work):
     """Returns the Submissions to mark. A class's zip file is unpacked below `work`."""
-    marks, source = given.folder.resolve(), given.submissions.resolve()
+    marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):   # they would be marked, too
-        raise ValueError(f'-o {given.folder}: the marks would lie among the submissions; give a '
-                         'folder beside them')
-    source = given.submissions.absolute()
+        raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
+                         'a folder beside them')
+    source = arguments.submissions.absolute()
     if not source.is_dir():
         if not (source.is_file() and is_zip(source.name)):
-            raise ValueError(f'{given.submissions} is neither a folder nor a zip file')
+            raise ValueError(f'{arguments.submissions} is neither a folder nor a zip file')
         for remark in unpack_class(source, work / 'all'):
             print_problem(remark)
         source = without_wrapping(work / 'all')
     found = submissions_in(source, print_problem)
-    if given.only:
-        names = students_named([submission.student for submission in found], given.only)
+    if arguments.only:
+        names = students_named([submission.student for submission in found], arguments.only)
         found = [submission for submission in found if submission.student in names]
     return found
 
 
-def _choose_protection(given, work):
+def _choose_protection(arguments, work):
     """Returns True if the submissions' programs run in sandboxes.
 
     Raises ``ValueError`` if they cannot be protected as the arguments say.
     """
-    is_needed = given.container or not given.unprotected
+    is_needed = arguments.container or not arguments.unprotected
     problem = protection_problem(Sandbox([])) if is_needed else ''
-    if problem and given.container:
+    if problem and arguments.container:
         print_line(f'{problem}: this container, which is thrown away, is the sandbox.')
-    elif given.unprotected:
+    elif arguments.unprotected:
         print_line(UNPROTECTED)
     elif problem:
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
