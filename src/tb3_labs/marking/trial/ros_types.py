@@ -11,7 +11,7 @@ from typing import Any, BinaryIO, Dict, List, Optional
 
 import genpy
 
-from tb3_labs.marking.intake.message_examples import FORMS, example_of
+from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.names import is_name
 
 #: The packages of the services that the handout, its skeletons and the sheets call. A service of a
@@ -60,9 +60,9 @@ class Example(genpy.Message):
         self._data = bytearray(self._example)
 
     def put(self, name: str, *value: Any) -> None:
-        """Replace the value of a field whose type is in FORMS; of a header the stamp."""
+        """Replace the value of a field whose type is in FIELD_FORMATS; of a header the stamp."""
         of, place = {field: rest for field, *rest in self.fields}[name]
-        struct.pack_into(FORMS[of], self._data, place, *value)
+        struct.pack_into(FIELD_FORMATS[of], self._data, place, *value)
 
     def serialize(self, buff: BinaryIO) -> None:
         """Write the message into a stream, as genpy's messages do."""
