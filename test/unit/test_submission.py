@@ -122,8 +122,8 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
     files, prints, told = HANDED_IN[name]
     ready, reading = prepared(tmp_path, files)
     assert os.path.basename(ready.program) == 'turtlebot_controller.py'
-    assert told in ' '.join(reading.remarks + reading.look_at)
-    assert bool(reading.look_at) is (name in ('two files of a name', 'another Python'))
+    assert told in ' '.join(reading.remarks + reading.findings)
+    assert bool(reading.findings) is (name in ('two files of a name', 'another Python'))
     if prints is not None:
         said = subprocess.check_output([ready.program], env=ready.environment, text=True)
         assert said.startswith(prints)
@@ -342,7 +342,7 @@ def test_a_slip_is_no_module_of_the_robot(tmp_path):
         assert reading.unused == [] and 'No module named' in subprocess.run(
             [ready.program], env=ready.environment, stderr=subprocess.PIPE, text=True).stderr
         said, = [said for said in reading.remarks if 'near it' in said]
-        assert said in reading.look_at and re.search(r'imports (maths|tiime), .* near it: (math|time)\.', said)
+        assert said in reading.findings and re.search(r'imports (maths|tiime), .* near it: (math|time)\.', said)
 
 
 def test_a_folder_that_was_not_put_aside():

@@ -15,6 +15,7 @@ import time
 import weakref
 import zipfile
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -25,7 +26,7 @@ from tb3_labs.marking import mark_class, marks_folder
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.intake.archives import digest
-from tb3_labs.marking.intake.submissions import students_named, submissions_in
+from tb3_labs.marking.intake.submissions import Submission, students_named, submissions_in
 from tb3_labs.marking.marks import Decision, points_of
 from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.mark_class import MarkedClass
@@ -465,6 +466,18 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
     results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
     assert results['score'] == float(before['ann']['points'])
     assert MarkedClass(marker, True).mark_all(found, 1) is True     # --only: it is tried, and cannot be
+
+
+def test_what_the_preparation_of_a_node_finds_reaches_the_instructor(tmp_path, monkeypatch):
+    """Such as a first line that names a Python which this machine lacks."""
+    def prepares(_runner, _marks, reading, *_):
+        reading.remarks.append('It was repaired.')
+        reading.findings.append('It names another Python.')
+    monkeypatch.setattr(TrialRunner, '_record', prepares)
+    reading = SimpleNamespace(remarks=['It was read.'], findings=[])
+    runner = TrialRunner(folder_of(tmp_path), threading.Event())
+    marks = runner.try_out(Submission('Ann', {}), reading, tmp_path)
+    assert marks.remarks == ['It was read.', 'It was repaired.'] and marks.findings == ['It names another Python.']
 
 
 # -- a machine that is too busy

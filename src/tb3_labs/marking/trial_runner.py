@@ -71,7 +71,7 @@ class TrialRunner:
         """Record the trial of a submission that was read in `work`. Returns its Marks, which are
         not judged yet."""
         marks, identity = new_marks(submission), uuid.uuid4().hex
-        marks.remarks, marks.findings = reading.remarks, list(reading.look_at)
+        marks.remarks, marks.findings = reading.remarks, reading.findings   # they grow
         with suppress(FileNotFoundError):
             self.folder.bag(marks.student).unlink()
         try:

@@ -29,7 +29,7 @@ class Choice(NamedTuple):
 
     path: str
     remarks: List[str]      # the reason of the choice, for the student
-    look_at: List[str]      # for the instructor, if the choice was by chance
+    findings: List[str]     # for the instructor, if the choice was by chance
 
 
 class _Candidate(NamedTuple):

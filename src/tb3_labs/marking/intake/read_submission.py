@@ -48,7 +48,7 @@ class ParsedSubmission(NamedTuple):
 
     digest: str                     # of all files of the copy
     remarks: List[str]              # sentences for the student; later steps add more
-    look_at: List[str]              # sentences for the instructor; later steps add more
+    findings: List[str]             # sentences for the instructor; later steps add more
     node: str                       # the node's file
     package: str                    # the folder of its package
     name: str                       # the name in the package's package.xml; '' if it is not valid
@@ -123,7 +123,7 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
         {Path(path): own_name for path, own_name in files.items()}, copy, has_node)
     not_unpacked = list(dict.fromkeys(not_unpacked))
     try:
-        path, why, look_at = find_node(copy, names, package, name)
+        path, why, findings = find_node(copy, names, package, name)
     except NotJudged as problem:    # the node may be in what was not unpacked
         raise NotJudged(' '.join((not_unpacked or [str(problem)]) + remarks)) from None
     node = copy / path
@@ -137,7 +137,7 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
     misspelt = [f'{path} imports {name}, and there is no such module; near it: {near}.'
                 for name, near in sorted(needs.misspelt.items())]
     return ParsedSubmission(
-        digest(copy), remarks + why + not_unpacked + misspelt, look_at + misspelt, path,
+        digest(copy), remarks + why + not_unpacked + misspelt, findings + misspelt, path,
         str(source.relative_to(copy)), *name_in(source / MANIFEST),
         {name: str(packages[name].relative_to(copy)) for name in needs.packages},
         needs.substituted, needs.unused)

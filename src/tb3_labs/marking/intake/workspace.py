@@ -83,7 +83,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
             target = target.with_name(target.stem + '_.py')
         node = node.rename(target)
     relayed = has_relay(source, node)
-    _repair(node, remarks, reading.look_at, relayed)
+    _repair(node, remarks, reading.findings, relayed)
     program = workspace / 'devel' / 'lib' / package_name / node.name if relayed else node
     if relayed:
         program.parent.mkdir(parents=True)
@@ -132,7 +132,7 @@ def _usable_name(reading, source, packages, remarks):
     return name
 
 
-def _repair(node, remarks, look_at, relayed):
+def _repair(node, remarks, findings, relayed):
     """Repair a node's file. If catkin starts it by a relay, its first line and its exec bit do not
     matter."""
     code, repairs = node.read_bytes(), []
@@ -151,8 +151,8 @@ def _repair(node, remarks, look_at, relayed):
     elif not (relayed or code.startswith(b'#!')):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
     elif python and not relayed and not shutil.which(os.fsdecode(python.group(1))):
-        look_at.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
-                       'lacks: on another one it may run.')
+        findings.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
+                        'lacks: on another one it may run.')
     if not relayed and not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
     remarks += [f'{node.name} {each}.' for each in repairs]
