@@ -44,7 +44,7 @@ from tb3_labs.srv import ResetPose
 LONGEST_WAIT, RECORDER_TIMEOUT, GRANT_PERIOD = 120.0, 15.0, 1.0
 #: The robot rests this long after the end of a drive [s].
 REST = 0.5
-#: A drive may begin so many times, if it is given up before the robot moves.
+#: A drive that is given up before the robot moves begins at most this many times.
 TRIES = 10
 #: Topics that a recording needs from its first moment on.
 RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
@@ -64,13 +64,13 @@ class ControlTaken(Exception):
 
 
 class Demo:
-    """Watches move_to_goal drive; runs in a thread of its own, since it waits."""
+    """Watches move_to_goal drive, in a separate thread, since it waits."""
 
     def __init__(self):
         self._config = read_config(DemoConfig)
         self._received = {}     # {topic: [(arrival [s], value)]}
         self._granted = False   # does move_to_goal have control from this node?
-        self._taken = False
+        self._control_taken = False
         # not latched: a latched message could come from an earlier node
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         self._keep('goal_state', String, lambda message: message.data)
@@ -81,7 +81,7 @@ class Demo:
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
     def _keep(self, topic, kind, read):
-        """Keep the latest value of `topic`; of goal_state, all."""
+        """Keep the latest value of `topic`, or all values of goal_state."""
         received = self._received[topic] = []
 
         def keep(message):
@@ -96,7 +96,7 @@ class Demo:
 
     def _on_control(self, message):
         if not message.data and connection_of(message)['callerid'] != rospy.get_name():
-            self._taken = self._granted
+            self._control_taken = self._granted
 
     def _run(self):
         for topic in ('local_pose', 'current_goal'):
@@ -122,8 +122,8 @@ class Demo:
         print(WHAT_NEXT)
 
     def _drive(self, after_reset):
-        """Let the robot drive once from a new origin. Returns the DemoDrive. If a drive is given up
-        before the robot moved (a busy computer's sensors are late), it begins again."""
+        """Let the robot drive once from a new origin. Returns the DemoDrive. A drive that is given
+        up before the robot moves (a busy computer's sensors are late) begins again."""
         after_reset = after_reset or self._first('has_control')[1]
         _, world_T_local = self._first('ground_truth', rospy.get_time())
         for attempt in range(TRIES):
@@ -131,20 +131,20 @@ class Demo:
             if after_reset or attempt:
                 self._wait_for('a reset', is_reset)
             self._give_control()
-            begun, state = self._first('goal_state', found=lambda state: is_over(state) or (
+            begun, state = self._first('goal_state', matches=lambda state: is_over(state) or (
                 state == GoalState.ROTATE_TO_GOAL.name))
             if not is_over(state):
                 break
-        ended, state = self._first('goal_state', found=is_over)
+        ended, state = self._first('goal_state', matches=is_over)
         _, reached = self._first('ground_truth', ended + REST)
         return DemoDrive(state, self._first('current_goal')[1], self._first('local_pose', ended)[1],
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
-        """Give control until move_to_goal says that it has control. A node that was slow to start
-        does not take the first permission, which may be old. A person's stop is not undone."""
+        """Give control until move_to_goal has control. A node that was slow to start ignores the
+        first permission, which may be old. A person's stop is not undone."""
         def is_given():
-            has_control = self._taken or self._first('has_control')[1]
+            has_control = self._control_taken or self._first('has_control')[1]
             if not has_control:
                 self._control.publish(False)
                 self._control.publish(True)
@@ -152,14 +152,14 @@ class Demo:
         self._wait_for('move_to_goal to take control', is_given)
         self._granted = True
 
-    def _first(self, topic, since=0.0, found=lambda value: True):
-        """Wait for the first value of `topic` that arrived at `since` [s] or later, and is `found`.
-        Returns (arrival, value)."""
+    def _first(self, topic, since=0.0, matches=lambda value: True):
+        """Wait for the first value of `topic` that arrived at `since` [s] or later, and for which
+        `matches(value)` is true. Returns (arrival, value)."""
         def values():
-            if self._taken:
+            if self._control_taken:
                 raise ControlTaken
             return [(at, value) for at, value in list(self._received[topic])
-                    if at >= since and found(value)]
+                    if at >= since and matches(value)]
         self._wait_for(topic, values)
         return values()[0]
 
@@ -170,8 +170,8 @@ class Demo:
 
 
 def is_reset():
-    """Declare the local frame again. False if it was refused, as while a busy computer's sensors
-    are late."""
+    """Declare the local frame again. Returns False if this was refused, for instance because the
+    sensors of a busy computer are late."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 

@@ -21,7 +21,7 @@ except ImportError:
 
 from tb3_labs.command_line import Parser    # noqa: E402
 from tb3_labs.doctor.checks import examine    # noqa: E402
-from tb3_labs.doctor import printed, summary    # noqa: E402
+from tb3_labs.doctor import as_text, summary    # noqa: E402
 from tb3_labs.terminal import run_tool    # noqa: E402
 
 
@@ -42,7 +42,7 @@ def main(words):
     try:
         for line in examine(robot):
             lines.append(line)
-            print(printed(line), flush=True)
+            print(as_text(line), flush=True)
     except KeyboardInterrupt:
         return 130
     print(summary(lines))

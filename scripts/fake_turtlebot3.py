@@ -62,17 +62,17 @@ class FakeTurtlebot3:
     """The simulated robot in this node's namespace."""
 
     def __init__(self):
-        settings, around = read_config(SimulatorConfig, FakeTurtlebot3Config)
+        settings, surroundings = read_config(SimulatorConfig, FakeTurtlebot3Config)
         settings = replace(settings, model=read_model().name)
-        if around.mystery:
-            robot = FakeRobot(settings, HiddenFault(around.mystery, settings, around))
+        if surroundings.mystery:
+            robot = FakeRobot(settings, HiddenFault(surroundings.mystery, settings, surroundings))
             rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no '
-                          'setting can be changed while it runs.', around.mystery)
+                          'setting can be changed while it runs.', surroundings.mystery)
         else:
-            settings = _named(settings, NETWORKS[around.network], HOSTS[around.host])
+            settings = _named(settings, NETWORKS[surroundings.network], HOSTS[surroundings.host])
             robot = FakeRobot(settings)
             LiveSettings(settings, robot.configure, fixed=STARTING)
-        start(robot, around.speed)
+        start(robot, surroundings.speed)
 
 
 def _named(settings, *sets):

@@ -30,7 +30,7 @@ class MouseNode:
 
     def __init__(self):
         self._active = False
-        self._stirred = threading.Event()
+        self._send_now = threading.Event()
         self._lock = threading.Lock()    # guards the publisher: nothing follows the last message
         self._closed = False
         # latched: a controller that starts hears at once that the mouse is not active
@@ -38,7 +38,7 @@ class MouseNode:
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as problem:    # the other nodes of its launch file go on
+        except ValueError as problem:    # the other nodes of its launch file keep running
             rospy.logwarn(str(problem))
             end()
             return
@@ -50,11 +50,11 @@ class MouseNode:
         if self._active is up:
             self._active = not up
             rospy.loginfo('Mouse %s', 'deactivated' if up else 'activated: scroll up to stop')
-        self._stirred.set()
+        self._send_now.set()
 
     def _on_move(self):
         if not self._active:
-            self._stirred.set()
+            self._send_now.set()
 
     def _run(self):
         while not rospy.is_shutdown():
@@ -68,8 +68,8 @@ class MouseNode:
                     self._publish(self._active, *position)
             if not self._active:
                 time.sleep(SEND_PERIOD)    # limits the rate of messages if the mouse moves fast
-            self._stirred.wait(SEND_PERIOD if self._active else None)
-            self._stirred.clear()
+            self._send_now.wait(SEND_PERIOD if self._active else None)
+            self._send_now.clear()
 
     def _publish(self, active, x, y):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)
@@ -77,7 +77,7 @@ class MouseNode:
         self._publisher.publish(message)
 
     def _close(self):
-        """Publish that the mouse is not active, so that the robot need not wait for a timeout."""
+        """Publish that the mouse is not active: without this the robot would stop by a timeout."""
         with self._lock:
             self._closed = True
             if self._active:
@@ -104,13 +104,13 @@ class Pointer:
                 raise ValueError('the mouse needs the Python package pynput: source '
                                  'scripts/setup.sh installs it') from None
             raise ValueError(f'cannot open the display {os.environ["DISPLAY"]}') from None
-        self._hand = mouse.Controller()
+        self._mouse = mouse.Controller()
         self._root = display.Display().screen().root
         # A daemon thread, which is never stopped or joined: on X11 a stop or a join hangs.
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        # without a traceback when it dies with its display, which position() reports
+        # no traceback when the listener ends with its display: position() reports that
         report = threading.excepthook
         threading.excepthook = lambda died: died.thread is self._listener or report(died)
         self._listener.start()
@@ -122,7 +122,7 @@ class Pointer:
             if not self._listener.is_alive():
                 raise EOFError('the listener has ended')
             screen = self._root.get_geometry()
-            return screen_position(*self._hand.position, screen.width, screen.height)
+            return screen_position(*self._mouse.position, screen.width, screen.height)
         except Exception as problem:    # Xlib raises classes of its own, not all of them public
             raise ValueError(f'lost the display of the mouse ({problem})') from None
 

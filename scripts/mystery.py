@@ -21,7 +21,7 @@ KEY_MODULE = 'tb3_labs.simulation.mystery_key'
 
 
 def parse(words):
-    """The command line's arguments."""
+    """Returns the command line's arguments."""
     parser = Parser(
         prog='mystery.py', epilog='example: mystery.py --answer 7 "imu offset" 130',
         description='Judges an answer to a mystery robot: roslaunch tb3_labs fake_robot.launch '
@@ -40,11 +40,11 @@ def main(words):
         if words[:1] == ['key'] and find_spec(KEY_MODULE):
             print('\n'.join(importlib.import_module(KEY_MODULE).key(words[1:])))
             return 0
-        given = parse(words)
-        if given.list:
-            print('\n\n'.join(_described(*item) for item in MEANINGS.items()))
+        options = parse(words)
+        if options.list:
+            print('\n\n'.join(_description(*item) for item in MEANINGS.items()))
             return 0
-        is_right, verdict = judge(*_parts(given.answer))
+        is_right, verdict = judge(*_answer(options.answer))
     except ValueError as problem:
         print(f'mystery.py: {problem}', file=sys.stderr)
         return 2
@@ -52,7 +52,7 @@ def main(words):
     return 0 if is_right else 1
 
 
-def _parts(words):
+def _answer(words):
     """Returns (number, fault, value or None) from the words after --answer. A fault's name may be
     several words without quotation marks."""
     number, *name = words
@@ -65,9 +65,9 @@ def _parts(words):
     return int(number), ' '.join(name), None      # a missing value or name is reported later
 
 
-def _described(name, fault):
+def _description(name, fault):
     value = f'  value [{fault.unit}], right within {fault.tolerance:g}: {fault.value}.'
-    return '\n'.join([name] + [line for text in (value, '  ' + fault.shows)
+    return '\n'.join([name] + [line for text in (value, '  ' + fault.symptom)
                                for line in textwrap.wrap(text, 100, subsequent_indent='  ')])
 
 

@@ -34,24 +34,24 @@ from tb3_labs.terminal import run_tool
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
     'them, such as: 1 1 90'
 #: Longest wait for move_to_goal, and time between two lines of progress [s].
-ANSWERED_WITHIN, PROGRESS = 2.0, 2.0
+SERVER_TIMEOUT, LINE_PERIOD = 2.0, 2.0
 
 
 class Progress:
-    """Prints `goal_state` when it changes, and the distance and angle left."""
+    """Prints `goal_state` when it changes, and the remaining distance and angle."""
 
     def __init__(self):
-        self._left = {}    # {topic: its latest value [m] or [deg]}
+        self._remaining = {}    # {topic: its latest value [m] or [deg]}
         self._last_state = None
         for topic in ('distance_error', 'angle_error_deg'):
-            subscribe(topic, Float32, lambda left, topic=topic: self._left.update(
+            subscribe(topic, Float32, lambda left, topic=topic: self._remaining.update(
                 {topic: left.data}))
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
-    def print_if_new(self):
+    def print_progress(self):
         """Print a line of progress, if the robot drives."""
-        if self._last_state in DRIVING and len(self._left) == 2:
-            left = to_go(self._left['distance_error'], self._left['angle_error_deg'])
+        if self._last_state in DRIVING and len(self._remaining) == 2:
+            left = to_go(self._remaining['distance_error'], self._remaining['angle_error_deg'])
             print(f'{self._last_state}: {left}', flush=True)
 
     def _on_state(self, message):
@@ -66,7 +66,7 @@ def drive(goal):
     """Send the goal, and wait for its end. Returns the exit status. A signal cancels the goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
-    if not client.wait_for_server(rospy.Duration(ANSWERED_WITHIN)):
+    if not client.wait_for_server(rospy.Duration(SERVER_TIMEOUT)):
         print(f'send_goal: {rospy.resolve_name("move2goal")} does not answer: is move_to_goal '
               'running?', file=sys.stderr)
         return 1
@@ -84,7 +84,7 @@ def drive(goal):
         progress = Progress()
         while not over.is_set():
             pause(0.0)    # rospy may have swallowed the exception of a signal, and the wait is long
-            is_over = over.wait(PROGRESS)
+            is_over = over.wait(LINE_PERIOD)
             if rospy.is_shutdown():
                 return 1
             if not is_over and not client.status_sub.get_num_connections():
@@ -92,10 +92,10 @@ def drive(goal):
                       'control, and send the goal again', file=sys.stderr)
                 return 1
             if not is_over:
-                progress.print_if_new()
+                progress.print_progress()
     except Interrupted:
         sent.cancel()
-        over.wait(ANSWERED_WITHIN)    # move_to_goal reports the canceled goal
+        over.wait(SERVER_TIMEOUT)    # move_to_goal reports the canceled goal
         raise
     print(sent.get_goal_status_text())
     return 0 if sent.get_goal_status() == GoalStatus.SUCCEEDED else 1
@@ -123,5 +123,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    # a line for a closed terminal is lost; an error would hide the Interrupted
+    # an error of a closed terminal would hide the Interrupted; a lost line does not
     run_tool(lambda _: main(rospy.myargv()[1:]))

@@ -6,7 +6,7 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.command_line import Parser, reason
-from tb3_labs.skeletons import FOLDER, checked_target, skeleton, write
+from tb3_labs.skeletons import FOLDER, checked_target, package_files, write_package
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.terminal import run_tool
 
@@ -14,7 +14,7 @@ OWN_PACKAGE = 'tb3_labs'
 
 
 def parse(words):
-    """The command line's arguments."""
+    """Returns the command line's arguments."""
     parser = Parser(
         prog='skeleton.py',
         description='Writes the catkin package that a student begins a lab with: a launch file, '
@@ -29,14 +29,14 @@ def parse(words):
 
 def main(words):
     """Write the package, and print the next steps. Returns the exit status."""
-    given = parse(words)
-    lab = LAB_NODES[given.lab]
-    package, node = given.name or lab.packages[0], lab.files[0]
-    templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / given.lab
+    options = parse(words)
+    lab = LAB_NODES[options.lab]
+    package, node = options.name or lab.packages[0], lab.files[0]
+    templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / options.lab
     try:
-        target = checked_target(given.folder.expanduser().resolve(), package, OWN_PACKAGE,
+        target = checked_target(options.folder.expanduser().resolve(), package, OWN_PACKAGE,
                                 Path(node).stem)
-        write(skeleton(templates, package), target)
+        write_package(package_files(templates, package), target)
     except (OSError, RuntimeError, ValueError) as problem:      # ~nobody has no home: RuntimeError
         why = reason(problem)
         if isinstance(problem, FileExistsError):
@@ -45,7 +45,8 @@ def main(words):
         print(f'skeleton.py: {why}', file=sys.stderr)
         return 2
     print(f'{target} is written. The TODOs are in src/{node}. Next: cd {target.parent.parent}; '
-          f'catkin_make; source devel/setup.bash; roslaunch {package} {given.lab}.launch sim:=true')
+          f'catkin_make; source devel/setup.bash; roslaunch {package} {options.lab}.launch '
+          'sim:=true')
     return 0
 
 

@@ -8,13 +8,13 @@ criterion beyond the handout that is not met is not a test, unless `~strict` say
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
     ~pkg        package of the node
-    ~type       its file, as rosrun knows it
-    ~node       of this package alone: finished, or plain for plain_TYPE
+    ~type       file of the node, as rosrun finds it
+    ~node       for a node of this package: finished, or plain for plain_TYPE
     ~points     YAML file with the points of each criterion
-    ~parts      these parts of the lab alone, with commas; empty: all
-    ~record     bag into which the trial is recorded; empty: none is kept
-    ~pad        the option of the lab gamepad: numbers of the pad, launch/params/pad_NAME.yaml
-    ~strict     whether criteria beyond the handout fail the test too
+    ~parts      parts of the lab, with commas; empty for all parts
+    ~record     path of the trial's bag; empty if the bag is not kept
+    ~pad        option of the lab gamepad: numbers of the pad, launch/params/pad_NAME.yaml
+    ~strict     whether a criterion beyond the handout may fail the test
 """
 import os
 import re
@@ -31,19 +31,19 @@ import rosunit
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of, read_points
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.trial.ros_trial import try_out
+from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.marking.intake.sandbox import Launch
 from tb3_labs.ros.node import end, leave
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
-#: rostest names the file for the results by this word.
+#: rostest gives the path for the results by this option.
 XML_OPTION = '--gtest_output=xml:'
-#: A node's file is looked for at these depths of a package; links are followed.
+#: A node's file lies at one of these depths of its package.
 DEPTHS = '*', '*/*', '*/*/*'
 
 
-def marked():
-    """Try the node out. Its Marks; None of a class, whose record mark.py judges itself."""
+def marks_of_node():
+    """Try the node, and return its Marks; None if mark.py started this trial and judges the bag."""
     name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
     node = rospy.get_param('~node', FINISHED)
@@ -53,8 +53,8 @@ def marked():
         raise ValueError(f'there is no lab {name!r}: {", ".join(LABS)}')
     lab = LABS[name]
     parts = lab.read_parts(parts)
-    for known in ('lab', 'points', 'parts', 'record'):      # a node need not read them
-        rospy.delete_param('~' + known)
+    for hidden in ('lab', 'points', 'parts', 'record'):      # from the node
+        rospy.delete_param('~' + hidden)
     worth = points_of(name, read_points(points))
     option = None
     if lab.option is not None:
@@ -62,12 +62,12 @@ def marked():
         for key, value in lab.option.parameters(option).items():
             rospy.set_param('/' + key, value)
     print_line(f'{lab.title}, {", ".join(parts or lab.parts)}: {package}/{executable} is judged'
-               + whose(package, executable))
+               + owner_text(package, executable))
 
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
-        try_out(name, package, executable, parts, path, option, print_line)
-        return None if of_a_class() else judged(Marks(''), read_trial(path), name, worth, parts)
+        record_trial(name, package, executable, parts, path, option, print_line)
+        return None if is_of_class() else judged(Marks(''), read_trial(path), name, worth, parts)
 
 
 def print_line(line):
@@ -75,14 +75,14 @@ def print_line(line):
     print(line, file=sys.stderr, flush=True)
 
 
-def of_a_class():
-    """Has mark.py prepared the node, in an environment of its own?"""
+def is_of_class():
+    """Has mark.py prepared the node and its environment?"""
     return Launch.from_environment().environment is not None
 
 
-def whose(package, executable):
-    """Words on the file that is judged; ``ValueError`` if rosrun cannot start it."""
-    if of_a_class():
+def owner_text(package, executable):
+    """Returns words on the file that is judged; ``ValueError`` if rosrun cannot start the file."""
+    if is_of_class():
         return ''
     hint = '. For yours: pkg:=PACKAGE type:=FILE' if package == OWN_PACKAGE else ''
     try:
@@ -93,9 +93,9 @@ def whose(package, executable):
 
 
 def place_of(package, executable):
-    """The path of the file that ``rosrun PACKAGE FILE`` would start.
+    """Returns the path of the file that ``rosrun PACKAGE FILE`` would start.
 
-    Raises ``ValueError`` with the reason, and what to type, if there is none.
+    Raises ``ValueError`` with the reason and the remedy if rosrun would start no file.
     """
     packs = rospkg.RosPack()
     try:
@@ -103,7 +103,7 @@ def place_of(package, executable):
     except rospkg.ResourceNotFound:
         raise ValueError(f'there is no package {package} in this terminal; build its workspace, '
                          'and type: source devel/setup.bash') from None
-    # the order of workspaces, relays and links is rosrun's own matter
+    # only rosrun itself knows the order of workspaces, relays and links
     rosrun = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, universal_newlines=True)
@@ -125,14 +125,14 @@ def place_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """One result. A failure has one sentence, without a stack trace."""
+    """A test whose result is known. A failure is one sentence, without a stack trace."""
 
     def __init__(self, name, failure=None):
         super().__init__()
         self._name, self._failure = name, failure
 
     def runTest(self):
-        """The result is known already."""
+        """unittest wants this method; `run` has the result."""
 
     def id(self):
         return 'check_lab.Check.' + self._name
@@ -148,7 +148,7 @@ class Check(unittest.TestCase):
 
 
 def checks_of(marks, strict):
-    """A Check for each criterion, and the total."""
+    """Returns a Check for each criterion, and one for the total."""
     checks = [Check('test_' + verdict.criterion.label,
                     '' if verdict.outcome is Outcome.MET else verdict.line.strip())
               for verdict in marks.verdicts
@@ -157,7 +157,7 @@ def checks_of(marks, strict):
 
 
 def lines_of(verdicts):
-    """A line for each verdict, and one for all that could not be tried."""
+    """Returns a line for each verdict, and one line for all criteria that could not be tried."""
     untried = [verdict for verdict in verdicts if verdict.observed == NOT_TRIED]
     lines = [verdict.line for verdict in verdicts if verdict not in untried]
     if untried and not untried[0].criterion.extra:
@@ -168,12 +168,12 @@ def lines_of(verdicts):
 
 
 def total(marks):
-    """The points in words."""
+    """Returns the points in words."""
     return f'{marks.points:g} of {marks.worth:g} points'
 
 
 def report(checks):
-    """Hand the results to rostest; the exit status."""
+    """Hand the results to rostest, and return the exit status."""
     if '--text' in sys.argv:
         result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(checks))
     else:
@@ -185,10 +185,10 @@ def report(checks):
 
 
 def main():
-    """Try the node out, judge it, report as a rostest; the exit status."""
+    """Try the node, judge it, report as a rostest, and return the exit status."""
     rospy.init_node('check')
     try:
-        marks = marked()
+        marks = marks_of_node()
     except (OSError, ValueError) as problem:
         print_line(f'check_lab.py: nothing was judged: {problem}')
         return report([Check('test_runs', f'nothing was judged: {problem}')])

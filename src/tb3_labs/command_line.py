@@ -12,11 +12,11 @@ from typing import Any, Callable, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """Python's parser, but a refusal is one line, and --job for --jobs is refused."""
+    """Python's parser, but a refusal is one line, and --job does not mean --jobs."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # `&` in a script ignores SIGINT; a tool ends by it nevertheless, as a node does
+        # a job that a script starts with `&` ignores SIGINT; a tool ends by it, as a node does
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -26,7 +26,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number that was typed; any other text stays, and a Config refuses it."""
+    """Returns the number that was typed, or else the text, which a Config refuses."""
     try:
         return float(word)
     except ValueError:
@@ -34,7 +34,7 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def whole_number(most: int) -> Callable[[str], int]:
-    """Returns the `type` of an argument that takes 1, 2, ... Larger than `most` is refused."""
+    """Returns the `type` of an argument that takes whole numbers from 1 to `most`."""
     def read(word: str) -> int:
         # int() refuses thousands of digits with another text
         if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):
@@ -63,15 +63,15 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
         content = content.encode('utf-8', errors='backslashreplace')
     part = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
-        with open(str(part), 'xb') as file:     # x: a new one, never an existing link
+        with open(str(part), 'xb') as file:     # x: make a new file, never open an existing link
             file.write(content)
         os.replace(str(part), str(path))
     finally:
-        part.unlink(missing_ok=True)    # it is there only after a failure
+        part.unlink(missing_ok=True)    # it exists only after a failure
 
 
 def reason(problem: BaseException) -> str:
-    """The reason of a failure, in one line. If a file is the problem, its name comes first."""
+    """Returns the reason of a failure in one line, after the name of its file if it has one."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
     if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
@@ -80,7 +80,7 @@ def reason(problem: BaseException) -> str:
 
 
 def printable(text: str) -> str:
-    """The text in one line. Characters that do not show are escaped: \\n, \\xfc."""
+    """Returns the text in one line. Characters that do not show are escaped: \\n, \\xfc."""
     def escaped(char: str) -> str:
         if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
             return f'\\x{ord(char) - 0xdc00:02x}'

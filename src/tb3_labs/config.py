@@ -2,8 +2,7 @@
 
 A configuration is a frozen dataclass whose fields are made by :func:`setting`. Default, unit,
 bounds and meaning of a field stand in one place. The dataclass refuses an invalid value with one
-sentence. From the same fields the bridge reads, documents and reconfigures ROS parameters. A
-configuration stands in the file that uses it: `git grep '(Config)'` lists all.
+sentence. From the same fields the bridge reads, documents and reconfigures ROS parameters.
 
     @dataclass(frozen=True)
     class TurnConfig(Config):
@@ -21,7 +20,7 @@ Kind = TypeVar('Kind', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """A dataclass field with its meaning, its unit and its closed bounds."""
+    """Returns a dataclass field with its meaning, its unit and its closed bounds."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 
@@ -37,23 +36,23 @@ class Config:
 
 
 def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
-    """A configuration of class `kind` by the parameters `given`; NOT_GIVEN is treated as not given.
+    """Returns a configuration of class `kind` from the parameters `given`.
 
-    Parameters that it does not know are left out. Raises ``ValueError`` for the first invalid
-    value.
+    Unknown parameters, and those with the value NOT_GIVEN, are ignored. Raises ``ValueError`` for
+    the first invalid value.
     """
     return kind(**{item.name: given[item.name] for item in fields(kind)
                    if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """A hint for a name that is not among the `known` ones."""
+    """Returns a hint for a name that is not in `known`."""
     near = difflib.get_close_matches(name, list(known), 1)
     return f'is {near[0]} meant?' if near else 'known: ' + ', '.join(sorted(known))
 
 
 def _checked(item: Field, value: Any) -> Any:
-    """`value` as the field's own type; ``ValueError`` names field, value and the valid values."""
+    """Returns `value` in the field's type; ``ValueError`` with field, value and valid values."""
     wanted, rule = type(item.default), item.metadata
     # A bool is an int to Python, but "has_control: 2" and "rate: true" are both mistakes.
     if wanted is float and type(value) is int:
@@ -69,7 +68,7 @@ def _checked(item: Field, value: Any) -> Any:
 
 
 def bounds_text(item: Field) -> str:
-    """The valid values of a field, as a phrase: 'a number from 0 to 10 rad/s'."""
+    """Returns the valid values of a field in words: 'a number from 0 to 10 rad/s'."""
     rule = item.metadata
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])

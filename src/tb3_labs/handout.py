@@ -9,7 +9,7 @@ skeletons are the handouts' own text: they repeat these values, and test_handout
 TURN_DEG, HDG_TOL = 90.0, 10.0
 #: The letters that turn left and right.
 LEFT, RIGHT = 'l', 'r'
-#: The command for each degree of error, the slowest and the fastest turn [rad/s].
+#: The command for each degree of error; the slowest and the fastest turn [rad/s].
 K_HDG, MIN_ANG_Z, MAX_ANG_Z = 0.1, 0.5, 1.5
 #: The mouse commands zero within this distance of the screen's middle, from -1 to 1. At the edge of
 #: the screen it commands MOUSE_FULL [m/s], [rad/s].
@@ -29,7 +29,7 @@ STATES = ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED = (
 ANGLE_TOLERANCE, DISTANCE_TOLERANCE = 0.05, 0.15
 #: The gain of each rotation [1/s], and the speed of the way forward [m/s].
 GAIN_TO_GOAL, GAIN_TO_FINAL, DRIVE_SPEED = 0.3, 0.5, 0.15
-#: The limits of the robot's data sheet [m/s], [rad/s]. A full stick commands them.
+#: The limits in the robot's data sheet [m/s], [rad/s]. A full stick commands them.
 MAX_SPEED, MAX_TURN = 0.22, 2.84
 #: The numbers of the pad's axes and buttons, which count from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3

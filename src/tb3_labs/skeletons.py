@@ -1,9 +1,8 @@
 """The catkin package that a student begins a lab with.
 
-The folder doc/skeletons/LAB holds the package's files as templates. In each of them the text
-@PACKAGE@ stands for the package's name. If the name of a template ends in `.in`, the file is
-written without this ending. With its plain name ROS's tools would find the template itself as a
-package or a launch file.
+The folder doc/skeletons/LAB has the package's files as templates. In each of them the text
+@PACKAGE@ stands for the package's name. The ending `.in` of a template's name is dropped: with it,
+ROS's tools do not find the template itself as a package or a launch file.
 """
 import keyword
 import re
@@ -12,15 +11,15 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict
 
-#: The folder of this package that has a folder of templates for each lab.
+#: The folder with one folder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
-#: A package's name, as catkin wants it.
+#: A name that catkin accepts for a package.
 PACKAGE_NAME = re.compile(r'[a-z][a-z0-9_]*')
 
 
-def skeleton(templates: Path, package: str) -> Dict[str, str]:
+def package_files(templates: Path, package: str) -> Dict[str, str]:
     """Returns {path in the package: text} of all files of a package with this name.
 
     `templates`: the folder doc/skeletons/LAB. Raises ``OSError`` if a template cannot be read.
@@ -34,18 +33,18 @@ def skeleton(templates: Path, package: str) -> Dict[str, str]:
     return files
 
 
-def checked_target(folder: Path, package: str, *taken: str) -> Path:
-    """Returns the folder of a new package in the folder src of a workspace. ``ValueError`` if
-    catkin would not find it there, or would not take its name.
+def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
+    """Returns the folder of a new `package` in `folder`, the folder src of a workspace.
+    ``ValueError`` if catkin would not find the package there, or would not accept its name.
 
-    `taken`: names of Python modules that a package of this name would hide, or be hidden by.
+    `other_modules`: names of Python modules; one of two modules with the same name hides the other.
     """
     if not PACKAGE_NAME.fullmatch(package):
         raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '
                          'digits and underscores, a letter first, such as lab2')
-    # the places of Python and of what is installed, not the places of workspaces
+    # the folders of Python and of installed packages, not those of workspaces
     places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
-    if (package in (*taken, *sys.builtin_module_names) or keyword.iskeyword(package)
+    if (package in (*other_modules, *sys.builtin_module_names) or keyword.iskeyword(package)
             or PathFinder.find_spec(package, places)):
         raise ValueError(f'the package cannot be called {package}: Python would import something '
                          'else by that name')
@@ -58,7 +57,7 @@ def checked_target(folder: Path, package: str, *taken: str) -> Path:
     return folder / package
 
 
-def write(files: Dict[str, str], target: Path) -> None:
+def write_package(files: Dict[str, str], target: Path) -> None:
     """Write a package into the new folder `target`; programs become executable. Raises ``OSError``
     if it cannot be written, such as ``FileExistsError`` if `target` exists."""
     target.mkdir()

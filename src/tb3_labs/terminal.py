@@ -1,4 +1,4 @@
-"""A terminal that may be gone at any time, a full disk, a pipe without a reader."""
+"""Prints to a terminal that may be closed, a disk that may be full, a pipe without a reader."""
 import contextlib
 import sys
 from typing import Any, Callable, List
@@ -24,8 +24,8 @@ class SafeStream:
 
 
 def run_tool(main: Callable[[List[str]], int]) -> None:
-    """Carry out the command line by `main`, and exit with its status. A character that the terminal
-    does not have is escaped."""
+    """Call `main` with the words of the command line, and exit with its status. A character that
+    the terminal cannot show is escaped."""
     for name in 'stdout', 'stderr':
         with contextlib.suppress(AttributeError):    # None has no encoding
             getattr(sys, name).reconfigure(errors='backslashreplace')

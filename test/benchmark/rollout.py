@@ -122,7 +122,7 @@ def _turn(robot: Simulator, controller: ControllerCore, degrees: float) -> SpotT
     goal, sign = math.radians(degrees), math.copysign(1.0, degrees)
     commands: List[Twist2] = []
     overshoot = 0.0
-    controller.ask(degrees, robot.now)
+    controller.request_turn(degrees, robot.now)
     while controller.driver is Driver.TURN or robot.now - resting_since < SETTLED_TIME:
         commands += _control(robot, controller, TURN_POLL_PERIOD)
         yaw = unwrap(robot.truth.yaw, yaw)

@@ -66,7 +66,7 @@ def stop_of_a_turn(fault, robot_config=ROBOT, turn_config=TurnConfig(), degrees=
     controller = ControllerCore(make_turn(turn_config, robot_model(robot_config.model)))
     hear = control(robot, controller)
     run(robot, controller, hear, 0.5)
-    controller.ask(degrees, robot.now)
+    controller.request_turn(degrees, robot.now)
     told = []
     return _stop(robot, controller, hear, fault, lambda: '; '.join(
         line.text for line in told if line.warning), told)

@@ -25,7 +25,7 @@ ROW = re.compile(r'^drive \d .*?([\d.]+) mm ([\d.]+) deg .* ok$', re.MULTILINE)
 #: The report's only origin is the first local_pose after a reset, whose heading is as noisy as the
 #: reset's own: together 0.007 deg, 0.1 mm across after 0.86 m. The limits are five times that, in
 #: mm and deg.
-TRULY_OFF = 0.5, 0.05
+MOST_DIFFERENCE = 0.5, 0.05
 
 
 def demo(*arguments, **options):
@@ -64,7 +64,7 @@ class DemoTest(unittest.TestCase):
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
         for drive, printed in zip(reported, told):
             true = 1000.0 * drive.true[0], abs(math.degrees(drive.true[1]))
-            for value, expected, most in zip(true, printed, TRULY_OFF):
+            for value, expected, most in zip(true, printed, MOST_DIFFERENCE):
                 self.assertLess(abs(value - expected), most)    # NaN is not less
 
     def test_ctrl_c_ends_the_script_at_once_without_a_word(self):

@@ -209,12 +209,12 @@ class HostileTest(unittest.TestCase):
     def test_it_cannot_fork_without_end(self):
         # the marker saw it first, or Linux did
         self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
-            processes.PROCESSES))
+            processes.MOST_PROCESSES))
 
     def test_it_cannot_fill_the_memory_of_the_master(self):
         self.assertRegex(self.done.stdout, r'whale: \d of \d+ points')
         self.assertIn('since it used more than {:g} MB of the memory of master, robot and check'.format(
-            processes.OF_OTHERS / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
+            processes.MOST_OTHER_MEMORY / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
         sizes = [path.stat().st_size for path in self.marks.rglob('*') if path.is_file()]
         self.assertLess(max(sizes), 1000000)
 

@@ -25,7 +25,7 @@ from typing import NamedTuple, Optional
 import rospkg
 import tb3_labs.msg
 
-from tb3_labs.skeletons import FOLDER, skeleton, write
+from tb3_labs.skeletons import FOLDER, package_files, write_package
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.ros.clocks import wait_until
 
@@ -112,13 +112,13 @@ def hand_in(folder, case):
     repository.mkdir(parents=True)
     for name, lab in LAB_NODES.items():
         package, node = lab.packages[0], lab.files[0]
-        files = skeleton(PACKAGE / FOLDER / name, package)
+        files = package_files(PACKAGE / FOLDER / name, package)
         place, code = 'src/' + node, plain_node(node, 'lab2')
         if node == case.node:
             code = files[place] if case.changes is UNFILLED else changed(code, case.changes)
         is_from_windows = node == case.node and case.student == WINDOWS
         files[place] = code.replace('\n', '\r\n') if is_from_windows else code
-        write(files, repository / package)
+        write_package(files, repository / package)
         (repository / package / place).chmod(0o644)
     if case.student == ZIPPED:
         shutil.make_archive(str(folder / (ZIPPED + '_LATE_12_345_lab2')), 'zip',

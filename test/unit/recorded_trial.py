@@ -67,8 +67,8 @@ def _additions(recording, seen, log):
             yield event(0.0, kind, text=text)
     for name, why in seen.missing.items():
         yield event(0.0, 'not offered', names=[name], reason=why)
-    if seen.broken:
-        yield event(0.0, 'broken', text=seen.broken)
+    if seen.marker_error:
+        yield event(0.0, 'broken', text=seen.marker_error)
     for at, linear, angular in seen.commands:
         yield message(at, 'cmd_vel', to_twist(linear, angular))
     for at, x, y, yaw in seen.truth:

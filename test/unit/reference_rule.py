@@ -70,11 +70,11 @@ class GoalRule:
             self.ask(now, 'goal')
 
     def slept(self, now):
-        """It did not run for too long: that is a stop."""
+        """The node did not run for too long, which is a stop."""
         self.grants, self.stopped_at = {}, now
 
     def objection(self, now):
-        """'' or the reason why the robot must not be driven."""
+        """Returns the reason why the robot must not be driven, or ''."""
         if self.cancelled_at is not None:
             return 'its goal was cancelled'
         if 'goal' not in self.awaits:

@@ -24,7 +24,7 @@ LATE_RESET = 1.05
 
 
 class Wrong(Exception):
-    """What must not happen."""
+    """A violation of the rule."""
 
 
 class StoryNode:
@@ -187,7 +187,7 @@ class Mover(StoryNode):
             self.rule.slept(self.world.now)
 
     def hear_sensors(self):
-        """Returns True if they were heard. They tremble, as sensors that are not frozen do."""
+        """Send samples. Returns True if they arrived. They differ a little, so that no sensor seems frozen."""
         robot, now, tremble = self.robot, self.world.now, self.tremble
         self.tremble = -tremble
         if robot.is_on:

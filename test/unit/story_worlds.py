@@ -104,7 +104,7 @@ class World:
             self.drives = True
 
     def calm(self):
-        """Everybody is awake and there, and heard for a while."""
+        """Wake and connect all nodes, and let their messages arrive for a while."""
         self.robot.is_on, self.robot.gyro_error = True, 0.0
         self.wait(5.0)
 
@@ -231,7 +231,7 @@ class World:
         self.mover.send('resets', 'on_reset', self.now)
 
     def press(self, number, button):
-        """A short press."""
+        """Press a button for a moment."""
         pad = self.pads[number]
         if pad.is_dead or not pad.plugged:
             return NOTHING
@@ -313,7 +313,7 @@ class TwoPads(World):
 
 
 class GoneRobot(OnePad):
-    """The robot may go, and come again."""
+    """The robot may disappear, and return."""
 
     SENDS_WHEELS = True
     EVENTS = SWITCHING + OnePad.EVENTS[len(WAITING):]

@@ -76,7 +76,7 @@ class Driven:
         assert self.commands > 2
 
     def take(self, what, numbers):
-        """A step; a person's wish may be refused, a sample may not."""
+        """Do one step. A request of a person may be refused, a sample may not."""
         a, b, c = numbers
         yaw = math.fmod(c, math.pi)
         if what == 'imu':
@@ -95,7 +95,7 @@ class Driven:
                 elif what == 'reset':
                     self.mover.on_reset(Reset(RequestedPose(Pose2(a, b, yaw))), self.now, self.now)
                 else:
-                    self.controller.ask(a, self.now)
+                    self.controller.request_turn(a, self.now)
             except ValueError as problem:
                 assert str(problem) and 'math domain' not in str(problem)
 

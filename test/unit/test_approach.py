@@ -15,7 +15,7 @@ NEAR = math.radians(0.5)
 
 
 def make_approach(acceleration, response=None, **more):
-    """Brakes with half the acceleration; lowest speed and tolerances as in a turn."""
+    """Returns settings that brake with half the acceleration; the others are as in a turn."""
     settings = dict(gain=20.0, slowest=0.04, close_enough=0.003, nudge_time=TICK)
     settings.update(more)
     return Approach(ApproachConfig(period=TICK, acceleration=acceleration,
@@ -82,7 +82,7 @@ def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
 
 @pytest.mark.parametrize('late', [0.25, -0.25, 0.4, -0.4])
 def test_each_command_is_obeyed_for_a_period_although_some_come_late_or_early(late):
-    """The firmware takes the latest command at each of its periods, at any time of arrival."""
+    """The firmware reads the latest command once in each of its periods."""
     approach = make_approach(80.0, Response(delay=3.5 * TICK, lag=0.0), gain=40.0,
                              close_enough=0.001)
     remaining, speed, last, arrived = 1.0, 0.0, 0.0, 0.0
@@ -158,7 +158,7 @@ def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():
 
 
 def test_noisy_samples_have_a_mean_although_the_robot_moves():
-    """It obeys at once, and all samples are exact: so is their mean, less what was driven since."""
+    """The robot obeys at once, and all samples are exact: the estimate is exact, too."""
     approach, remaining, speed = make_approach(1e3, Response(0.0, 0.0)), 3.0, 0.0
     for _ in range(20):
         remaining -= speed * TICK

@@ -8,9 +8,10 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import rosunit
 
-from tb3_labs.marking.labs.criteria import Criterion, Outcome, Place, Verdict, judge
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
 from tb3_labs.marking.trial.observation import Observation, Run
+from tb3_labs.watch.chains import Place
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
 from check_lab import checks_of, lines_of, place_of, total

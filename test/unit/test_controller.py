@@ -22,13 +22,13 @@ MOUSE_PERIOD = 0.05
 
 
 class GivenTurnLaw:
-    """A law that returns what is left; a turn is finished at 0."""
+    """A law that returns the remaining angle; a turn is finished at 0."""
 
     MAX_ANGLE = 100.0
 
     def __init__(self, period=0.1):
         self.period = period
-        self.left, self.ends_with = 1.0, 0.0
+        self.remaining, self.ends_with = 1.0, 0.0
         self.requested, self.times = [], []    # angles of the starts, times between the steps
 
     def start(self, yaw, angle):
@@ -39,8 +39,8 @@ class GivenTurnLaw:
 
     def step(self, yaw, rate, dt, age=0.0, noise=0.0):
         self.times.append(dt)
-        finished = self.left == 0.0
-        return LawStep(Twist2(0.0, 0.5), self.ends_with if finished else self.left, finished)
+        finished = self.remaining == 0.0
+        return LawStep(Twist2(0.0, 0.5), self.ends_with if finished else self.remaining, finished)
 
 
 class Desk:
@@ -73,7 +73,7 @@ class Desk:
         return commands
 
     def tick(self):
-        """What is commanded now, in a list."""
+        """Returns the commands of now, in a list."""
         output = self.core.tick(self.now, self.now)
         self.log_lines += output.log_lines
         return [] if output.command is None else [output.command]
@@ -85,8 +85,8 @@ class Desk:
         """Hold the mouse there from now on."""
         self.mouse, self._next_mouse = (active, x, y), 0.0
 
-    def ask(self, degrees=90.0):
-        self.core.ask(degrees, self.now)
+    def request_turn(self, degrees=90.0):
+        self.core.request_turn(degrees, self.now)
 
     @property
     def asked_for(self):
@@ -94,13 +94,13 @@ class Desk:
         return math.degrees(self.law.requested[-1])
 
     def told(self, words, warning=False):
-        """Has the user had this line, once?"""
+        """Was this line logged, once?"""
         self.tick()
         return [line.warning for line in self.log_lines if words in line.text] == [warning]
 
     def finish(self, left=0.0):
-        """The turn ends, and the robot rests: the law has the remaining angle [rad]."""
-        self.law.left, self.law.ends_with = 0.0, left
+        """End the turn with a robot at rest, and this remaining angle of the law [rad]."""
+        self.law.remaining, self.law.ends_with = 0.0, left
         self.run(0.4)
         assert self.core.driver is Driver.NOBODY
 
@@ -112,7 +112,7 @@ def desk():
 
 def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_active(desk):
     assert not desk.is_watched() and desk.core.problem(desk.now) == ''
-    desk.ask()
+    desk.request_turn()
     assert desk.core.idle_for(desk.now) < LONGEST_IDLE and desk.is_watched()
     desk.finish()
     assert not desk.is_watched()
@@ -123,8 +123,8 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
 
 def test_each_turn_is_announced_and_begins_from_standing(desk):
     for _ in range(2):
-        desk.law.left, desk.law.times, desk.log_lines = 1.0, [], []
-        desk.ask()
+        desk.law.remaining, desk.law.times, desk.log_lines = 1.0, [], []
+        desk.request_turn()
         desk.run(0.2)
         assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1
         desk.finish()
@@ -132,49 +132,49 @@ def test_each_turn_is_announced_and_begins_from_standing(desk):
 
 
 def test_what_the_law_knows_to_be_left_is_reported_and_made_up_for(desk):
-    desk.ask()
+    desk.request_turn()
     desk.run(0.2)
     desk.yaw = 0.8                       # one sample has another yaw
     desk.finish(math.radians(2.0))
     assert desk.told('2.00 degrees short of')
     desk.run(1.0)
-    desk.ask()
+    desk.request_turn()
     assert desk.asked_for == pytest.approx(92.0, abs=0.01)
 
 
 @pytest.mark.parametrize('between', ['mouse', 'given up', 'stuck', 'another node'])
 def test_an_error_is_forgotten_when_the_robot_was_in_other_hands(desk, between):
-    desk.ask()
+    desk.request_turn()
     desk.finish(0.5)
-    desk.law.left = 1.0
+    desk.law.remaining = 1.0
     if between == 'another node':
         desk.rate = 0.2
         desk.run(0.1)
         desk.rate = 0.0
     elif between != 'mouse':
-        desk.ask()
+        desk.request_turn()
         desk.run(2.0 if between == 'stuck' else 0.2)
     if between in ('mouse', 'given up'):
         desk.core.on_mouse(Event(MouseState(True, 1.0, 0.0), desk.now))
         desk.core.on_mouse(Event(MouseState(False, 1.0, 0.0), desk.now))
     desk.run(1.0)
     assert sum('Turned' in line.text for line in desk.log_lines) == 1    # not the one given up
-    desk.ask()
+    desk.request_turn()
     assert desk.asked_for == pytest.approx(90.0, abs=0.01)
 
 
 def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(desk):
-    desk.ask()
+    desk.request_turn()
     desk.run(0.2)
     desk.run(1.0, imu=False)
-    desk.yaw, desk.law.left = 0.5, 3.0     # it was turned meanwhile: farther than 0.8 rad
+    desk.yaw, desk.law.remaining = 0.5, 3.0    # it was turned meanwhile: farther than 0.8 rad
     assert Twist2() not in desk.run(0.5)
     assert desk.law.requested[-1] == pytest.approx(math.pi / 2.0 - 0.5, abs=1e-5)
     assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
 
 
 def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(desk):
-    desk.ask(180.0)
+    desk.request_turn(180.0)
     desk.run(0.5)
     desk.run(0.5, imu=False)
     desk.yaw = 2.0
@@ -184,32 +184,32 @@ def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(desk):
 
 @pytest.mark.parametrize('slept, refused', [(0.9, False), (1.1, True), (5.0, True)])
 def test_a_turn_that_may_have_been_asked_for_during_a_sleep_is_refused(desk, slept, refused):
-    """The mouse may have been deactivated since."""
+    """The mouse may have been deactivated during the silence."""
     core, woke = desk.core, desk.now + slept
     core.imu.received(woke)
     core.tick(woke, woke)
     if refused:
         with pytest.raises(ValueError, match='while this node did not run'):
-            core.ask(90.0, woke)
+            core.request_turn(90.0, woke)
         woke += 0.31
         core.imu.received(woke)
         core.tick(woke, woke)
-    core.ask(90.0, woke)
+    core.request_turn(90.0, woke)
 
 
 def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
-    desk.ask()
+    desk.request_turn()
     desk.tremble = 0.0
     assert Twist2() not in desk.run(0.5)
     desk.finish()
-    desk.law.left = 1.0
-    desk.ask()
+    desk.law.remaining = 1.0
+    desk.request_turn()
     assert Twist2() not in desk.run(0.5)
     assert desk.run(0.5)[-1] == Twist2() and desk.told('imu repeats one reading', warning=True)
 
 
 def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
-    desk.ask()
+    desk.request_turn()
     desk.run(1.0)
     desk.core.set_law(GivenTurnLaw(period=0.2))
     commands = desk.run(1.0)
@@ -217,17 +217,17 @@ def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
 
 
 def test_a_second_turn_before_rest_reports_both(desk):
-    desk.ask()
+    desk.request_turn()
     desk.rate = 0.05                      # it is not judged yet
     desk.finish()
-    desk.ask(-90.0)
+    desk.request_turn(-90.0)
     desk.rate = 0.0
     desk.finish()
     assert sum('Turned' in line.text for line in desk.log_lines) == 2
 
 
 def test_another_law_does_not_begin_a_turn_that_is_over(desk):
-    desk.ask()
+    desk.request_turn()
     desk.rate = 0.05                      # it is not judged yet
     desk.finish()
     law = GivenTurnLaw()
@@ -241,10 +241,10 @@ def test_another_law_does_not_begin_a_turn_that_is_over(desk):
 def test_what_is_no_turn_is_refused(good, bad):
     desk = Desk(make_turn(TurnConfig(), BURGER))
     if good:
-        desk.ask(good)
+        desk.request_turn(good)
     for degrees in bad:
         with pytest.raises(ValueError, match='from -36000 to 36000'):
-            desk.ask(degrees)
+            desk.request_turn(degrees)
     assert bool(desk.run(0.5)) is bool(good)
 
 
@@ -278,18 +278,18 @@ def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep
         if degrees is None:
             repetitions.stop()
         else:
-            found.append(repetitions.count(Event(degrees, at, 'script', age), is_waking and at == 0.0))
-            assert repetitions.count(Event(degrees, at, str(at))) == 0      # of another sender
+            found.append(repetitions.count_doubts(Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert repetitions.count_doubts(Event(degrees, at, str(at))) == 0    # of another sender
     assert found == doubts
 
 
 def test_no_turn_without_the_imu():
     controller = ControllerCore(GivenTurnLaw())
     with pytest.raises(ValueError, match='no imu yet'):
-        controller.ask(90.0, 1.0)
+        controller.request_turn(90.0, 1.0)
     controller.on_imu(ImuSample(0.0, 0.0, 0.0), 1.0)
     with pytest.raises(ValueError, match='no imu for 1.0 s'):
-        controller.ask(90.0, 2.0)
+        controller.request_turn(90.0, 2.0)
 
 
 @pytest.mark.parametrize('requested, carried, turned, words', [
@@ -299,7 +299,7 @@ def test_no_turn_without_the_imu():
                        '(asked: 90; left by the turn before: +0.21)')])
 def test_the_result_of_a_turn(requested, carried, turned, words):
     turn = ActiveTurn(math.radians(requested), 0.2, math.radians(carried), 5.0)
-    turn.left_at_end = turn.left(0.2 + math.radians(turned))
+    turn.remaining_at_end = turn.remaining(0.2 + math.radians(turned))
     assert turn.result(7.5) == 'Turned ' + words
 
 
@@ -319,7 +319,7 @@ def test_the_mouse_drives_outside_the_middle_while_it_is_active(desk):
 
 def test_the_mouse_pre_empts_a_turn_at_once(desk):
     desk.hold(True)
-    desk.ask(180.0)
+    desk.request_turn(180.0)
     desk.run(0.5)
     assert desk.core.driver is Driver.TURN
     desk.hold(True, 0.0, -0.6)
@@ -327,10 +327,10 @@ def test_the_mouse_pre_empts_a_turn_at_once(desk):
     desk.run(0.5)
     assert desk.told('the mouse took over', warning=True)
     with pytest.raises(ValueError, match='the mouse is driving'):
-        desk.ask()
+        desk.request_turn()
     desk.hold(True)
     desk.run(0.5)
-    desk.ask(-90.0)
+    desk.request_turn(-90.0)
     desk.finish()
     assert desk.asked_for == pytest.approx(-90.0, abs=0.01) and desk.told('Turned')
 
@@ -340,7 +340,7 @@ def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(d
     desk.run(0.3)
     desk.mouse = None
     desk.run(0.5)
-    desk.ask(180.0)
+    desk.request_turn(180.0)
     desk.run(0.5)
     for active in (True, False):     # as a page's STOP
         desk.core.on_mouse(Event(MouseState(active, 0.0, 0.0), desk.now, 'page'))
@@ -371,10 +371,10 @@ class TurningRobot:
         self._start = self._yaw = self.robot.truth.yaw
         self.log_lines = []
         self.run(0.2)
-        self.ask(degrees)
+        self.request_turn(degrees)
 
-    def ask(self, degrees):
-        self.core.ask(degrees, self.robot.now)
+    def request_turn(self, degrees):
+        self.core.request_turn(degrees, self.robot.now)
 
     def run(self, seconds):
         """The commands of that time."""
@@ -397,7 +397,7 @@ class TurningRobot:
 def test_a_turn_during_a_turn_moves_its_goal(second, total):
     bench = TurningRobot(90.0)
     bench.run(0.4)
-    bench.ask(second)
+    bench.request_turn(second)
     bench.run(4.0)
     assert bench.turned == pytest.approx(total, abs=0.5) and len(bench.reports()) == 1
 

@@ -19,7 +19,7 @@ class RecordedCalls(list):
     def stop(self):
         self.append('a zero')
 
-    def keep(self, awake):
+    def set_awake(self, awake):
         self.append(awake)
 
     def feed(self):

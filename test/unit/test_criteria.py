@@ -18,7 +18,7 @@ from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.marking.text.source_analysis import analyse, text_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
-from tb3_labs.marking.labs.turn import EACH_TURN, MOUSE_PLACES
+from tb3_labs.marking.labs.turn import TURN_STIMULI, MOUSE_PLACES
 from tb3_labs.report.run_data import Twists
 
 #: A node that ends with a traceback, after it has said goodbye.
@@ -306,7 +306,7 @@ def test_one_drive_is_enough_to_see_its_speeds():
 
 def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
     still = scene((0.1, 0.0, 0.0), moved=False, rested=True)
-    parts = {name: still for name in EACH_TURN}
+    parts = {name: still for name in TURN_STIMULI}
     assert {'clamped', 'on_the_spot'} <= missed('turn', observed('turn', **parts))
     none = {name: scene(moved=False, rested=True) for name in ('first drive', 'second drive')}
     assert 'within_limits' in missed('move2goal', observed('move2goal', **none))
@@ -353,7 +353,7 @@ def test_parts_are_those_of_the_lab():
 
 
 def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do():
-    for name, requested in EACH_TURN.items():
+    for name, requested in TURN_STIMULI.items():
         assert requested.requested_deg == {'l': 90.0, 'r': -90.0}[requested.typed] and name[0] == requested.typed
         ends = sorted((requested.begins_deg, requested.begins_deg + requested.requested_deg))
         crossed = [jump for jump in (0.0, 180.0, 360.0) if ends[0] - 20.0 < jump < ends[1] + 20.0]
@@ -578,7 +578,7 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
     seen.runs[0].publishes, seen.runs[0].printed = publishes, printed
-    seen.run, seen.odd = recording(commands), odd
+    seen.run, seen.not_finite = recording(commands), odd
     assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
     assert words in missed_of('turn', 'left', seen)
 
@@ -596,8 +596,8 @@ def test_a_speed_that_no_wheel_follows_is_told():
 def test_nothing_is_said_that_the_truth_contradicts():
     seen = observed('turn', l=turn(424.0, moved=False))
     seen.run = replace(seen.run, commands=Twists.none())
-    seen.odd = [[11.0, 'nan m/s and 1.5 rad/s']]
-    seen.lost = {'commands that are not finite numbers': 1}
+    seen.not_finite = [[11.0, 'nan m/s and 1.5 rad/s']]
+    seen.omitted = {'commands that are not finite numbers': 1}
     assert 'after l it turned 424.0 degrees to the left: 1 of its commands' in missed_of('turn', 'left', seen)
     assert remarks_on(seen) == [
         '1 commands that are not finite numbers came on cmd_vel: they are not recorded, and not judged.']

@@ -45,7 +45,7 @@ A, B = 'page a', 'page b'
 
 @pytest.fixture
 def dead_man():
-    """Page a drives; it was heard at 100.0 s."""
+    """Page a drives; its last message is of 100.0 s."""
     dead_man = DeadMan()
     assert dead_man.hold(A, 0, 100.0, 0.0, True)
     return dead_man

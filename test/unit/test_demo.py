@@ -52,7 +52,7 @@ def demo(monkeypatch):
                         lambda condition, seconds: any(condition() for _ in range(3)))
     made = object.__new__(kind)
     made._received = {'has_control': [(1.0, False)], 'goal_state': []}
-    made._granted = made._taken = False
+    made._granted = made._control_taken = False
     made.said, made.refuses, made._control = [], 0, made
 
     def publish(word):

@@ -20,7 +20,7 @@ from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot, judge_types)
-from tb3_labs.doctor import fault, ok, printed, summary, warning
+from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused, judge_stream)
@@ -32,7 +32,7 @@ OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 def check(line, verdict, *words):
     """The verdict and the words in the line; a line that is not ok says what to do.
     """
-    text = printed(line)
+    text = as_text(line)
     assert line.severity == verdict, text
     for word in words:
         assert word in text
@@ -43,10 +43,10 @@ def check(line, verdict, *words):
 # ----- one line, and all lines
 
 def test_a_line_is_one_line_with_its_verdict_in_front():
-    assert printed(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
-    assert printed(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
-    assert printed(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
-    assert printed(fault('Disk', 'a', 'b')).startswith('FAULT')
+    assert as_text(ok('Disk', 'a')).split() == ['ok', 'Disk', 'a']
+    assert as_text(warning('Disk', 'a', 'b')).split() == ['warning', 'Disk', 'a.', 'Do:', 'b']
+    assert as_text(fault('Disk', 'a\nb', 'c\r\033[2Jd')).isprintable()
+    assert as_text(fault('Disk', 'a', 'b')).startswith('FAULT')
 
 
 @pytest.mark.parametrize('lines, words', [
@@ -87,7 +87,7 @@ def node_at(*peer):
 
 
 def stream(*silences, period=0.005):
-    """The judgement of arrivals in 5 s: one in each period, none in a silence (begin, end)."""
+    """Returns the line on 5 s of messages: one in each period, none in a silence (begin, end)."""
     times = [round(period * k, 3) for k in range(round(5.0 / period) + 1)]
     return judge_stream('/imu', [at for at in times if not any(
         begin < at < end for begin, end in silences)], 5.0, CORE)
@@ -357,7 +357,7 @@ def odometry(header):
 
 
 def heard_of_a_robot_at_rest(namespace, address):
-    """As listen() returns it: messages that were just sent, 0.6 s long."""
+    """Returns what listen() returns: messages of the last 0.6 s."""
     times = [time.time() - 0.6 + 0.01 * number for number in range(60)]
     return [ReceivedMessage(name, at, '/pad', kind(header=Header(stamp=rospy.Time.from_sec(at)), **data))
             for at in times for name, kind, data in (

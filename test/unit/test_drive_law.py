@@ -29,7 +29,7 @@ def begun(goal, **settings):
 
 
 def moves(law, move, motion, goal, times=10):
-    """The last of so many steps of a law, one in each period."""
+    """Returns the last one of this number of steps of a law, one in each period."""
     return [move(motion, goal, law.period) for _ in range(times)][-1]
 
 

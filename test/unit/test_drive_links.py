@@ -15,11 +15,12 @@ from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
 from tb3_labs.report.run_data import Values, Variables
-from tb3_labs.watch.broken_link import NodeRun, first_broken
-from tb3_labs.watch.chains import CHAINS
-from tb3_labs.watch.drive_links import Part, not_silent, state_kept
-from tb3_labs.watch.drive_pose import APART, Frame, places, wrong_pose
-from tb3_labs.watch.quantities import RECENT
+from tb3_labs.watch.broken_link import NodeRun
+from tb3_labs.watch.chains import CHAINS, first_broken
+from tb3_labs.watch.drive_links import not_silent, state_kept
+from tb3_labs.watch.drive_pose import place_quantities, wrong_pose
+from tb3_labs.watch.drive_states import POSE_TOLERANCE, Frame, StateInterval
+from tb3_labs.watch.quantities import RECENT_TIME
 
 X, Y = 'self.local_x = cos * dx + sin * dy', 'self.local_y = -sin * dx + cos * dy'
 #: Wrong nodes: (the changes, texts in the sentence, the variable)
@@ -52,14 +53,6 @@ WRONG = {
                         r'local_yaw followed the yaw, mirrored since the reset[;,]', 'local_yaw'),
     'degrees': ([('self.normalize_angle(global_yaw', 'self.normalize_angle(math.degrees(global_yaw)')],
                 r'local_yaw followed the yaw in degrees', 'local_yaw'),
-    'reset at the goal alone': (
-        [('        pose = request', "        if self.state != 'GOAL_REACHED':\n            return\n"
-          '        pose = request')],
-        r'initial_global_yaw stayed 2.1\d+; .* when this was -1.7',
-        'initial_global_yaw'),
-    'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
-                              'self.initial_odom_yaw = self.initial_global_yaw')],
-                            r'initial_odom_yaw followed the yaw at the reset', 'initial_odom_yaw'),
     'order': ([('global_yaw = Quaternion(q.w, q.x, q.y, q.z)', 'global_yaw = Quaternion(q.x, q.y, q.z, q.w)')],
               r'initial_global_yaw followed the yaw of the quaternion read in the order x, y, z, w',
               'initial_global_yaw'),
@@ -77,6 +70,9 @@ WRONG = {
               'angular.z'),
     'not normalized': ([('return math.atan2(math.sin(angle), math.cos(angle))', 'return angle')],
                        r'- local_yaw, not normalized\);', 'angular.z'),
+    'odometry by the IMU': ([('self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]',
+                              'self.initial_odom_yaw = self.initial_global_yaw')],
+                            r'initial_odom_yaw followed the yaw at the reset', 'initial_odom_yaw'),
     'other field': ([('cmd.angular.z = 0.3', 'cmd.angular.x = 0.3')],
                     r'in ROTATE_TO_GOAL angular.z was \+0.00 for an error of \+2.36 rad', 'angular.z'),
     'too fast': ([('cmd.linear.x = 0.15', 'cmd.linear.x = 0.5')], r'linear.x was 0.50, by the handout it is 0.15',
@@ -90,9 +86,6 @@ WRONG = {
                       r'state stayed MOVE_FORWARD at a distance of 0.1', 'state'),
     'skipped': ([("self.state = 'ROTATE_TO_FINAL'\n", "self.state = 'GOAL_REACHED'\n")],
                 r'from MOVE_FORWARD to GOAL_REACHED at a heading error of 2.\d+ rad', 'state'),
-    'no abs': ([('error) > 0.05:\n                cmd.angular.z = 0.5', 'error) > 5.0:\n                '
-                 'cmd.angular.z = 0.5')],
-               r'from ROTATE_TO_FINAL to GOAL_REACHED at a heading error of 2.\d+ rad', 'state'),
     'not silent': ([(" or self.state == 'GOAL_REACHED'", '')],
                    r'state became GOAL_REACHED, and \d+ commands came later', ''),
     'no zero at the goal': ([("'Goal reached!')\n", "'Goal reached!')\n                return\n")],
@@ -153,10 +146,10 @@ def test_a_state_that_a_reset_sets_back_for_a_moment_was_not_kept():
     for seconds, is_kept in ((0.0, True), (0.15, False)):
         texts = rows.value.copy()
         texts[(rows.name == 'state') & (rows.arrival >= reset) & (rows.arrival < reset + seconds)] = 'ROTATE_TO_GOAL'
-        last = state_kept(NodeRun(replace(
+        last = any(state_kept(NodeRun(replace(
             run, resets=run.resets.take(slice(-1, None)),
-            variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts))))
-        assert (last is not None) is is_kept
+            variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts)))))
+        assert last is is_kept
 
 
 @pytest.mark.parametrize('is_over, words', [(True, ''), (False, 'ctrl_relinq became False, and the last command was')])
@@ -192,8 +185,8 @@ def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
     node = str(run.variables.node[0])
     taken = replace(run, senders=('/gamepad',), control=Values(*np.array([[0.5], [0.5], [0.0]])),
                     sender_index=Values(run.commands.arrival, run.commands.arrival, 0.0 * run.commands.arrival))
-    assert not_silent(NodeRun(taken)) is not None
-    assert not_silent(NodeRun(taken, node)) is None
+    assert any(not_silent(NodeRun(taken)))
+    assert not any(not_silent(NodeRun(taken, node)))
 
 
 @pytest.mark.parametrize('changes', [
@@ -250,8 +243,8 @@ def test_a_reset_soon_after_the_goal_begins_the_next_drive(seconds, accused):
     run = played()
     at = float(run.commands.arrival[run.commands.angular != 0.0][5])
     node_run = NodeRun(replace(run, control=Values.none()))
-    node_run.cached = lambda function: [Part('GOAL_REACHED', at, at + seconds, '', *3 * [np.empty(0)], None)]
-    assert (not_silent(node_run) is not None) is accused
+    node_run.cached = lambda function: [StateInterval('GOAL_REACHED', at, at + seconds, '', *3 * [np.empty(0)], None)]
+    assert any(not_silent(node_run)) is accused
 
 
 def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
@@ -270,7 +263,7 @@ WHOLE = Frame(-np.inf, np.inf, 0j, 0.0, False, 0j, 0.0, 0.0)
 
 def test_a_place_that_comes_late():
     run = played()
-    _, x = next(places(NodeRun(run), WHOLE))
+    x = next(place_quantities(run.odometry, WHOLE, WHOLE))
     late = changed(run, 'local_x', lambda time: x.value.real[
         (np.searchsorted(x.time, time - 2.0) - 1).clip(0)])
     assert 'local_x came up to 2.0 s late' in broken(late).words
@@ -280,30 +273,30 @@ RUNS = {}
 
 
 @settings(max_examples=12)
-@given(st.sampled_from([((0.5, -0.2, 0.4), 0.3), ((4.8, -0.3, 2.0), -1.2)]), st.integers(0, 197))
+@given(st.sampled_from([((0.5, -0.2, 0.4), 0.3), ((4.8, -0.3, 2.0), -1.2)]), st.integers(0, 36))
 def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_this_motion(robot, k):
     if robot not in RUNS:
         RUNS[robot] = played(pose=robot[0], offset=robot[1])
     run, rows = RUNS[robot], RUNS[robot].variables
     run = replace(run, variables=rows.take([not name.startswith('initial') for name in rows.name]))
-    table = [each for _, each in places(NodeRun(run), WHOLE)]
+    table = list(place_quantities(run.odometry, WHOLE, WHOLE))
     quantity = table[k]
     for name, value in (('local_x', quantity.value.real), ('local_y', quantity.value.imag)):
         run = changed(run, name, lambda time: value[
             (np.searchsorted(quantity.time, time) - 1).clip(0)])  # noqa: B023
-    found = wrong_pose(NodeRun(run))
+    found = next(wrong_pose(NodeRun(run)), None)
     right = table[0]
     if found is None:
-        assert np.quantile(np.abs(quantity.value - right.value), 0.5) < 2.0 * APART
+        assert np.quantile(np.abs(quantity.value - right.value), 0.5) < 2.0 * POSE_TOLERANCE
         return
     named = re.search('followed (.*?); it should', found.words)
     axis = np.real if found.variable == 'local_x' else np.imag
     moved = np.ptp(axis(quantity.value)[quantity.time < run.resets.arrival[0]])
-    assert named or 'stayed' in found.words or moved < 2.0 * APART, found
+    assert named or 'stayed' in found.words or moved < 2.0 * POSE_TOLERANCE, found
     for words in named.group(1).split(', or ') if named else []:
         other = next(each for each in table if each.words == words)
         apart = np.abs(axis(other.value - quantity.value))[other.time > 0.0]
-        assert np.quantile(apart, 0.2) < APART + MAX_SPEED * RECENT, (found.words, quantity.words)
+        assert np.quantile(apart, 0.2) < POSE_TOLERANCE + MAX_SPEED * RECENT_TIME, (found.words, quantity.words)
 
 
 def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():

@@ -14,7 +14,7 @@ from test_gyro_check import Watched, controller, navigator
 @pytest.mark.parametrize('settings', [{}, dict(HOSTS['pi'], stamp_step=0.22), NETWORKS['busy']])
 @pytest.mark.parametrize('way', [0.01, 1.0, 1.97])
 def test_a_drive_is_given_up_within_2_s_when_the_battery_is_cut(settings, way):
-    """It speeds up, drives, or brakes for its goal, 2 m away. Afterwards it is not driven again."""
+    """The robot speeds up, drives, or brakes for its goal, 2 m away. Then no drive follows."""
     drives = navigator()
     watched = Watched(drives, **settings)
     watched.run(0.5)
@@ -33,7 +33,7 @@ def test_a_turn_is_given_up_within_2_s_when_the_battery_is_cut(after):
     """The odometry has no forward speed: the gyro shows that the robot does not turn."""
     drives, turns = navigator(), controller()
     for core, begin in ((drives, lambda: drives.set_goal(Pose2(-1.0, 0.1, 0.0))),
-                        (turns, lambda: turns.ask(180.0, watched.robot.now))):
+                        (turns, lambda: turns.request_turn(180.0, watched.robot.now))):
         watched = Watched(core)
         watched.run(0.5)
         begin()

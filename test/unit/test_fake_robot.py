@@ -59,7 +59,7 @@ class Computer:
 
 
 class TimedRobot:
-    """Keeps the computer's time of each step; the computer pauses within one of them."""
+    """Keeps the computer's time of each step; the computer pauses in one step."""
 
     def __init__(self, computer):
         self._computer, self.steps = computer, []

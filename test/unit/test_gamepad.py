@@ -34,7 +34,7 @@ class Core(GamepadCore):
         return output
 
     def take(self, what):
-        """All of it since the last call."""
+        """Returns all outputs since the last call."""
         self.tick(self.now)
         taken, self.put_out[what] = self.put_out[what], []
         return taken
@@ -75,7 +75,7 @@ class PluggedPad:
             self.sent.append((self.now, command if command != Twist2() else None))
 
     def said(self):
-        """The words on ctrl_relinq since the last call."""
+        """Returns the messages on ctrl_relinq since the last call."""
         return self.controller.take('words')
 
     def press(self, *buttons):
@@ -101,7 +101,7 @@ def hear(controller, now, stamp, *pressed, forward=0.0, age=Age.NEW):
 
 
 def look(controller, since, until):
-    """The node runs, and gets no message of the pad."""
+    """Let the node run without a message of the pad."""
     for tick in range(int((until - since) / 0.1)):
         controller.tick(since + 0.1 * tick)
     controller.tick(until)
@@ -217,7 +217,7 @@ def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late,
 
 @pytest.mark.parametrize('ring', [2, 10])
 def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, ring):
-    """Each has another stamp than the message before: the pad drove while they came."""
+    """The stamps of the messages differ: the pad drove while they arrived."""
     commands = []
     for tick in range(200):
         now = 101.05 + 0.05 * tick
@@ -275,7 +275,7 @@ def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, s
 # Other nodes --------------------------------------------------------------------------------------
 
 def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
-    """One zero; the stick drives again once it was in its middle."""
+    """The robot gets one zero. The stick drives again only after it was in its middle."""
     assert pad.rest_and_push()
     pad.controller.on_ctrl_relinq(Event(False, pad.now))
     assert set(pad.run(1.0)) == {None} and pad.holder is NOBODY

@@ -51,7 +51,7 @@ class Watched:
         return self.ears[0].problem()
 
     def run(self, seconds, linear=0.0, angular=0.0, until=lambda: False):
-        """Let time pass, with commands at 20 Hz, unless a node in `ear` drives, which is ticked."""
+        """Let time pass, with commands at 20 Hz, or with the commands of a node in `ear`."""
         end = self.robot.now + seconds
         for tick in itertools.count():
             if self.robot.now >= end or until():
@@ -167,7 +167,7 @@ def test_samples_that_were_lost_accuse_nobody(settings):
         {'gyro_bias_deg': 10.0}, (1.0,), {'gyro_bias_deg': 2.0}, (2.0, 0.2),
         {'gyro_bias_deg': 0.0}, (0.5,), True, (1.8,), False])])
 def test_a_story_of_a_gyro(words, settings, steps, sign):
-    """A step: (seconds, forward speed, rate of turn), settings that change, or is it accused?"""
+    """Do one step of a story: drive (seconds, forward speed, rate of turn), change settings, or check the verdict."""
     watched = Watched(**settings)
     for step in steps:
         if isinstance(step, tuple):
@@ -285,7 +285,7 @@ def test_a_lying_gyro_is_neither_driven_nor_turned_by():
     for words in status.text, status.sensor_problem:
         assert 'the gyro contradicts the wheels' in words
     with pytest.raises(ValueError, match='cannot turn: the gyro contradicts the wheels'):
-        turns.ask(90.0, watched.robot.now)
+        turns.request_turn(90.0, watched.robot.now)
     assert watched.robot.truth == Pose2()
     assert 'gyro' in turns.problem(watched.robot.now)
 
@@ -302,7 +302,7 @@ def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, setti
         core.set_goal(Pose2(1.0, 1.0, 0.0))
     else:
         watched.run(0.05)
-        core.ask(90.0, watched.robot.now)
+        core.request_turn(90.0, watched.robot.now)
     watched.run(3.0, until=lambda: watched.robot.truth != Pose2())
     assert (1.1 < watched.robot.now < 1.6) is (watched.robot.truth != Pose2()) is begins
 

@@ -90,7 +90,7 @@ from test_movements import drives_of, run_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import move2goal, ros_move2goal
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig
-from tb3_labs.watch.drive_links import own_pose
+from tb3_labs.watch.drive_states import own_pose
 from tb3_labs.watch.variables import Series
 
 given = []
@@ -117,7 +117,7 @@ print(json.dumps({
     'elsewhere': judged(-0.61, 0.61, 0.0), 'criteria': [each.meaning for each in move2goal.CRITERIA if each.name in (
         'goal_place', 'goal_heading', 'second_heading')],
     'report': [reported.x, reported.y, reported.yaw], 'node': [first.x, first.y, first.yaw],
-    'watch': [own.away[0].real, own.away[0].imag, own.goal[0]]}))
+    'watch': [own.to_goal[0].real, own.to_goal[0].imag, own.goal_yaw[0]]}))
 '''
 
 

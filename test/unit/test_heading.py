@@ -14,7 +14,7 @@ from timed_part import TimedPart
 @pytest.mark.parametrize('turned, said', [
     (0.98, ''), (-0.98, ''), (1.02, '58 degrees'), (-1.02, '58 degrees'), (2.0 * math.pi, '')])
 def test_more_than_a_radian_at_once_is_a_jump(turned, said):
-    """A node that does not see it drives on by a heading that is not the robot's."""
+    """A node that does not notice the jump drives on by a wrong heading."""
     jump = heading_jump(ImuSample(1.0, 3.0, 0.0),
                         ImuSample(1.1, math.remainder(3.0 + turned, WHOLE_TURN), 0.0))
     assert said in jump and bool(said) == bool(jump)

@@ -98,7 +98,7 @@ def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(
     for words in (['tb3_labs', path.name], ['--screen', str(path)]):
         said = launch.problem_of(words + given.split(), path)
         assert line in said and bool(line) == bool(said) and '\n' not in said
-        # nor is a file asked that another one includes
+        # a file that another file includes is not checked
         assert launch.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
 
 

@@ -4,7 +4,7 @@ from unittest.mock import patch
 import pytest
 
 from test_criteria import observed, turn
-from tb3_labs.marking.text.lint import LARGEST_TEXT, MOST, assigned, faults, read
+from tb3_labs.marking.text.lint import LARGEST_TEXT, MOST_FAULTS, assigned, faults, read
 from tb3_labs.marking.marks import LABS, Marks, judged
 
 NODE = '''import rospy
@@ -75,7 +75,7 @@ def test_right_code_is_not_told(line, method, last):
 
 def test_few_faults_are_told_the_first_ones():
     text = ''.join('x{}()\n'.format(k // 2) for k in range(100))
-    assert [line for line, _ in faults(text.encode())] == list(range(1, 2 * MOST, 2))
+    assert [line for line, _ in faults(text.encode())] == list(range(1, 2 * MOST_FAULTS, 2))
 
 
 @pytest.mark.parametrize('begin, more, times', [

@@ -50,7 +50,7 @@ def after(messages, time):
 
 
 def assert_fixes(fixes, robot, declared, since, metres=1e-4, radians=1e-6):
-    """Every fix is `declared` times the true motion since the instant `since`."""
+    """Check that every fix is `declared` times the true motion since the instant `since`."""
     assert fixes
     for fix in fixes:
         time = fix.stamp - robot.clock_ahead
@@ -124,7 +124,7 @@ def test_a_reset_in_motion_is_as_exact_as_at_rest(robot, seed):
 
 @pytest.mark.parametrize('sample_delay', [0.0135, 0.08])
 def test_samples_that_are_older_than_their_stamps_show_the_instant_of_a_reset_later(sample_delay):
-    """They are taken as the sensors show them: the instant is in the middle of a spin."""
+    """Both sensors are read at one instant, in the middle of a spin."""
     older = replace(SPINNING, clock_ahead=SPINNING.clock_ahead + sample_delay)
     localizer, requested_at = TimedPart.localizer(), 2.0
     messages = [(arrival + sample_delay, sample) for arrival, sample in older.messages(0.0, 4.0)]
@@ -196,7 +196,7 @@ def test_a_reset_may_be_the_first_frame():
 @pytest.mark.parametrize('robot', [RESTING, STRAIGHT, SPINNING])
 @pytest.mark.parametrize('later', [0.0, 0.004, 0.04])
 def test_motion_carries_the_newest_samples_on(robot, later):
-    """The IMU was last heard at 3.02 s, the odometry at 3.0 s."""
+    """The last sample of the IMU arrived at 3.02 s, the last message of the odometry at 3.0 s."""
     now = 3.02 + later
     localizer, _, _ = drive_with_a_reset(robot, 2.0, end=3.02)
     motion = localizer.motion(now)
@@ -223,7 +223,7 @@ def test_motion_is_carried_on_for_two_control_periods_only(age):
 
 
 def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
-    """The latest samples were delayed by 50 ms, the others by 10."""
+    """The latest samples were delayed by 50 ms, all earlier samples by 10 ms."""
     messages = STRAIGHT.messages(0.0, 2.0, imu_delay=lambda: 0.01, odometry_delay=lambda: 0.01)
     localizer = TimedPart.localizer()
     feed(localizer, messages)

@@ -19,17 +19,18 @@ from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import archives, sandbox, submissions
-from tb3_labs.marking.labs.criteria import TOOK, Criterion, Place, judge
+from tb3_labs.marking.labs.criteria import TOOK, Criterion, judge
 from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
 from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
-from tb3_labs.marking.labs.ros_gamepad import AXES, PAD_BUTTONS_SENT
+from tb3_labs.marking.labs.ros_gamepad import NUMBER_OF_AXES, NUMBER_OF_BUTTONS
 from tb3_labs.marking.trial.ros_stimuli import changed
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.report.run_data import Commands, Poses
+from tb3_labs.watch.chains import Place
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 
@@ -112,7 +113,7 @@ def test_the_sheet_for_instructors_lists_every_part():
 
 def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     sheet = (ROOT / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
-    words, turns = ' '.join(sheet.split()), turn.EACH_TURN.values()
+    words, turns = ' '.join(sheet.split()), turn.TURN_STIMULI.values()
     for said in (
             'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
@@ -120,9 +121,9 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             '{:g} MB and {} files'.format(archives.MOST_BYTES / 1e6, archives.MOST_FILES),
             '{:g} GB of the zip file of a class'.format(archives.SUBMISSIONS_PER_CLASS_ZIP * archives.MOST_BYTES / 1e9),
             'files above {:g} MB are left out'.format(submissions.LARGEST_COPIED / 1e6),
-            '{} processes, {:g} GB of memory'.format(processes.PROCESSES, processes.MEMORY / 1e9),
-            '{:g} MB in th'.format(processes.OWN_DISK / 1e6),      # their folders
-            'with more than {:g} MB'.format(processes.OF_OTHERS / 1e6),
+            '{} processes, {:g} GB of memory'.format(processes.MOST_PROCESSES, processes.MOST_MEMORY / 1e9),
+            '{:g} MB in th'.format(processes.MOST_DISK / 1e6),      # their folders
+            'with more than {:g} MB'.format(processes.MOST_OTHER_MEMORY / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
                 sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
         assert said in words
@@ -173,8 +174,8 @@ def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
 def test_the_sticks_and_buttons_of_every_pad_are_there():
     for file in (ROOT / 'launch' / 'params').glob('pad_*.yaml'):
         pad = PadConfig(**pad_called(file.name[4:-5]))
-        assert max(pad.linear_axis, pad.angular_axis) < AXES
-        assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < PAD_BUTTONS_SENT
+        assert max(pad.linear_axis, pad.angular_axis) < NUMBER_OF_AXES
+        assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < NUMBER_OF_BUTTONS
 
 
 @pytest.mark.parametrize('name', ['xbocks', '../gamepad'])
@@ -258,7 +259,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
         ('start', 1.5, 'the node is started')]
 
 
-def test_the_drives_of_a_mark_are_in_their_local_frames():
+def test_the_drives_of_a_mark_are_in_their_drive_states():
     """The second one's frame stands at (1, 2) in the world, turned by 90 degrees."""
     local = Pose2(1.0, 2.0, math.pi / 2.0).inverse()
     frames = [[0.0, 0.0, 0.0], [local.x, local.y, local.yaw]]

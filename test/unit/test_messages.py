@@ -81,7 +81,7 @@ def test_a_clock_that_is_off_for_more_than_a_tenth_of_the_messages_was_set(numbe
 
 @pytest.mark.parametrize('late, time', [(9.5, 4.9), (10.5, 5.0)])
 def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
-    """Else it is used, but time does not run back."""
+    """Otherwise the clock is used, but time does not run back."""
     stamp = SENT - np.where(np.arange(100) == 50, late, 0.0)
     assert times_on_recorders_clock(SENT, stamp, None)[50] == pytest.approx(time)
 
@@ -90,7 +90,7 @@ def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
     ([0.0, 100.0], 0.0), ([-100.0, 0.1, 0.2], 0.1), ([-100.0, 0.2, 0.3, 100.0], 0.2),
     (np.arange(100) / 1000.0, 0.005), (np.arange(42) / 1000.0, 0.002)])
 def test_a_clock_goes_by_its_quickest_messages_but_for_outliers(lags, lag):
-    """A twentieth of them may be quicker."""
+    """A twentieth of the messages may be quicker."""
     stamp = np.arange(len(lags)) / 10.0
     assert RecordedClock.of(stamp + lags, stamp).lag == pytest.approx(lag)
 

@@ -90,7 +90,7 @@ def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(
 
 @pytest.mark.parametrize('lag', [0.0, 0.02, 0.07, 0.14])
 def test_noise_of_the_samples_averages_out(lag):
-    """0.1 deg: the first sample in motion has travelled as much as that."""
+    """The noise is 0.1 deg, as large as the travel in the first sample in motion."""
     estimate, _ = identified(0.05, lag, noise=math.radians(0.1))
     assert estimate.lag == pytest.approx(lag, abs=0.006)
     assert estimate.delay + estimate.lag == pytest.approx(0.05 + lag, abs=0.002)
@@ -155,7 +155,7 @@ def test_the_age_of_a_sample_is_no_delay_of_the_commands_nor_is_it_counted_again
 
 
 class OtherNode:
-    """Commands one rate of turn again and again; the navigator gets it."""
+    """Commands one rate of turn repeatedly; the navigator gets the samples."""
 
     def __init__(self, navigator):
         self._navigator = navigator

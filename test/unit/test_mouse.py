@@ -54,7 +54,7 @@ def test_a_lost_mouse_comes_back_by_the_middle_or_a_deactivation(active, x, lost
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])
 def test_messages_of_a_silence_do_not_bring_a_lost_mouse_back(active, x, lost):
-    """They come together when the silence ends, and may be as old as that."""
+    """The messages arrive together when the silence ends, and may be as old as the silence."""
     for k in range(20):
         hear(lost, active, x, 0.0, 5.0 + 0.001 * k)
     hear(lost, True, 0.9, 0.0, 5.1)

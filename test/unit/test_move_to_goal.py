@@ -61,7 +61,7 @@ class CoreRobot:
         return output
 
     def answers(self, request=None):
-        """What clients hear now: [(outcome, text)], of all or of one."""
+        """Returns the new answers to all clients, or to one: [(outcome, text)]."""
         return [(outcome, text) for client, outcome, text in self.tick().answers
                 if client is (request or client)]
 
@@ -70,7 +70,7 @@ class CoreRobot:
         return self.core.status(self.now)
 
     def run(self, seconds):
-        """Let time pass; the commands that were due (None = silence)."""
+        """Let time pass. Returns the commands that were due (None: no command)."""
         commands = []
         for _ in range(round(seconds / 0.01)):
             self.now += 0.01
@@ -135,7 +135,7 @@ def test_odometry_that_jumps_stops_the_drive_and_leaves_the_pose(odom_pose, word
 
 @pytest.mark.parametrize('silence, is_reached', [(2.6, False), (11.7, True)])
 def test_a_pose_that_was_lost_is_not_driven_by_until_it_is_declared(silence, is_reached):
-    """The board is silent while it is told to move, or for so long that it may have been moved."""
+    """The board is silent while the robot drives, or so long that a person may have moved the robot."""
     robot = driving()
     if is_reached:
         robot.core.set_goal(Pose2())
@@ -284,7 +284,7 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
 @pytest.mark.parametrize('moved, told', [
     ((Pose2(), 1.0), 1), ((Pose2(1.3, 2.0, 1.8), 2.5), 0), ((Pose2(1.3, 2.0, -1.2), -0.5), 0)])
 def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(moved, told):
-    """B, then a drive by stick, in which a sensor jumps for this node, then A."""
+    """A person presses B, drives by stick, during which a sensor jumps, and presses A."""
     robot = driving()
     robot.control(False)
     robot.run(0.2)
@@ -448,7 +448,7 @@ def test_the_time_of_a_stand_does_not_make_a_sensor_look_frozen(stand):
 
 
 class Resumed(DriveLaw):
-    """Counts how often a drive that was interrupted goes on."""
+    """Counts how often an interrupted drive continues."""
 
     times = 0
 

@@ -46,7 +46,7 @@ class Child:
         assert self.lines.readline() == 'ready\n'
 
     def words(self):
-        """The rest of its words, up to its end."""
+        """Returns the rest of its output, up to its end."""
         with self.lines:
             words = self.lines.read().split()
         os.waitpid(self.pid, 0)
@@ -54,7 +54,7 @@ class Child:
 
 
 def wait(say, looks=300):
-    """As run() waits: a signal just before a sleep begins does not end it."""
+    """A signal just before a sleep does not interrupt the sleep. run() waits in the same way."""
     try:
         say('ready')
         for _ in range(looks):
@@ -75,7 +75,7 @@ def heeds_hangups():
 
 
 def ignores_hangups():
-    """As nohup does."""
+    """Ignore SIGHUP, as nohup does."""
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
 
 
@@ -128,7 +128,7 @@ PRINTS = [(SCRIPTS / 'gamepad.py', '--help'), (RUN, 'robot_description', 'burger
     (PRINTS[-1], output) for output in ('>&-', '| :', '>&- 2>&- <&-')],
     ids=lambda part: part if isinstance(part, str) else part[-1] + part[0].name)
 def test_a_terminal_that_has_gone_ends_nothing(words, output):
-    """Else a class that is marked in `mark.py ... | head` would lose its marks."""
+    """Otherwise `mark.py ... | head` would lose the marks of a class."""
     ran = subprocess.run(['bash', '-c', '{{ "$@"; echo $? >&3; }} {}'.format(output), 'bash', sys.executable,
                           *map(str, words)], stdout=subprocess.PIPE, text=True,
                          stderr=subprocess.STDOUT, preexec_fn=lambda: os.dup2(1, 3), pass_fds=[3])
@@ -191,7 +191,7 @@ def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent)
 
 
 def test_a_subscriber_that_hangs_holds_up_no_other_and_hears_the_last_message_later():
-    """Private parts of rospy that are changed."""
+    """The private parts of rospy that this package changes."""
     topic, readers = _PublisherImpl('/cmd_vel', Twist), []
     write_at_once(SimpleNamespace(impl=topic))
     for name in '/robot', '/hangs':

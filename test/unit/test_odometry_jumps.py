@@ -51,7 +51,7 @@ class DrivenRobot:
         return self.localizer.motion(self.robot.now).pose
 
     def errors(self):
-        """[m], [deg]"""
+        """Returns the errors of place [m] and heading [deg]."""
         truth, pose = self._start.inverse() @ self.robot.truth, self.pose
         return (math.hypot(pose.x - truth.x, pose.y - truth.y),
                 math.degrees(angle_between(pose.yaw, truth.yaw)))
@@ -135,7 +135,7 @@ ZERO, HERE, THERE = (0.0, 0.0, 0.0), (2.0, 1.0, 0.5), (2.0, -1.0, 2.5)
       for rate in (1.0, -1.0)],
     (HERE, ZERO, 0.6, {'rate': 1.0, 'turned': 0.7}, POSE_LOST, 'zero')])
 def test_two_messages_show_a_jump_or_none(before, after, gap, how, outcome, words):
-    """The place is kept, with the heading of the IMU; from there the robot drives on."""
+    """The place is kept, with the heading of the IMU. From this pose the robot drives on."""
     turned, arrived = how.get('turned', 0.0), 10.0 + how.get('arrived', gap)
     imu = ImuSample(0.0, 1.0, how.get('rate', 0.0))
     imu_after, steady = imu._replace(yaw=1.0 + turned), Steady()

@@ -71,7 +71,7 @@ def test_lateness_shows_after_a_while_and_a_late_message_is_not_current():
 
 @pytest.mark.parametrize('stamps, lateness', [((0.1, 0.2, 0.6), 0.5), ((0.0, 0.0, 0.0), 0.0)])
 def test_after_a_loss_lateness_is_known_by_stamps_alone(stamps, lateness):
-    """0.0 alone means that there is none: a message may have waited during the loss."""
+    """A stamp of 0.0 is no stamp: then a message may have waited during the loss."""
     listener = PadListener()
     for now, stamp in zip((1.0, 1.1), stamps):
         listener.receive(read_pad(AXES, pressed(), CONFIG), now, stamp)

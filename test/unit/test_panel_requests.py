@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.panel.requests import BrowserPad, Held, PageRequest, Viewer, read_request
+from tb3_labs.panel.requests import BrowserPad, Grip, PageRequest, Viewer, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
@@ -17,7 +17,7 @@ VALID = {
     'turn': ({'degrees': -90}, -90.0),
     'goal': (GOAL, TypedPose(1.0, -0.5, 90.0)), 'reset': (GOAL, TypedPose(1.0, -0.5, 90.0)),
     'joy': ({'pad': PAD, 'mouse': [0.25, -1], 'first': True},
-            Held(BrowserPad(0.4, -0.1, hold=True), (0.25, -1.0), True)),
+            Grip(BrowserPad(0.4, -0.1, hold=True), (0.25, -1.0), True)),
     'stop': ({}, None)}
 #: Numbers of a message, and their bounds.
 NUMBERS = [('turn', 'degrees', 360, 'deg'), ('goal', 'x', 100, 'm'), ('goal', 'y', 100, 'm'),
@@ -97,8 +97,8 @@ def test_sticks_and_mouse_reach_from_minus_one_to_one(sign):
 
 
 @pytest.mark.parametrize('text, request_', [
-    ('{"type": "joy", "pad": null, "mouse": null}', PageRequest('joy', Held())),
-    ('{"type": "joy"}', PageRequest('joy', Held()))])
+    ('{"type": "joy", "pad": null, "mouse": null}', PageRequest('joy', Grip())),
+    ('{"type": "joy"}', PageRequest('joy', Grip()))])
 def test_nothing_gripped_is_null_or_missing(text, request_):
     assert read_request(text) == request_
 
@@ -221,7 +221,7 @@ MESSAGES = st.sampled_from(sorted(VALID)).flatmap(lambda kind: st.dictionaries(
 
 
 def is_valid(value):
-    """Each number of a request is finite."""
+    """Is each number of a request finite?"""
     if isinstance(value, tuple):
         return all(is_valid(part) for part in value)
     return not isinstance(value, float) or math.isfinite(value)

@@ -243,8 +243,8 @@ def test_no_node_fills_a_page_with_its_variables(view):
     (False, 100.0, 0.0, 'the robot does not answer'), (False, None, 0.0, 'the robot does not answer')])
 def test_a_stop_is_done_when_the_robot_stands_and_nobody_has_control(
         view, control, heard_at, speed, problem):
-    """The stop came at 100.0 s; an odometry of before shows nothing."""
+    """The stop is of 100.0 s. An older odometry does not show that the robot stands."""
     view.on_message('has_control', control, 99.0)
     if heard_at is not None:
         view.on_odometry(OdometrySample(0.0, Pose2(), speed, 0.0), heard_at)
-    assert view.why_not_stopped(100.0) == problem
+    assert view.stop_problem(100.0) == problem

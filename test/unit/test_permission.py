@@ -44,12 +44,12 @@ class PermissionSenders:
         return might
 
     def at_once(self, times, sender='pad'):
-        """A pad sends True so often in no time, as after a stall of the network."""
+        """A pad's messages, this number of True, arrive at once, as after a stall of the network."""
         for _ in range(times):
             self.hear(sender, True, renews=True)
 
     def give_anew(self, sender):
-        """A False and a True; may the robot be driven then?"""
+        """Send a False and a True. Returns whether the robot may be driven then."""
         self.say(sender, False)
         self.say(sender, True)
         return self.run(0.25)
@@ -130,7 +130,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
 @pytest.mark.parametrize('late, counts', [(0.0, True), (0.5, True), (1.8, True), (2.5, False),
                                           (10.0, False)])
 def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
-    """It arrives together with the renewals that were sent since."""
+    """The delayed True arrives together with the renewals that were sent after it."""
     senders.say('pad', True)
     senders.at_once(int(late / RENEWAL))
     assert senders.run(3.0) is counts
@@ -158,7 +158,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
 
 @pytest.mark.parametrize('slept', [True, False])
 def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(senders, slept):
-    """It arrives when this node has been awake for a while."""
+    """The True arrives when this node has been awake for a while."""
     if slept:
         senders.now += 3.0               # no update meanwhile
     else:
@@ -173,7 +173,7 @@ def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(sende
     (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad 2', False), (1.5, 'pad', True)])
 def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
         senders, late, stopper, counts):
-    """A False of the same sender came before it, in order."""
+    """A False of the same sender came before the True, in order."""
     senders.hear(stopper, False)
     senders.run(0.01)
     senders.say('pad', False)

@@ -56,7 +56,7 @@ def family():
     started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'], start_new_session=True,
                                env=dict(os.environ, **{IDENTITY: 'of a test'}))
     deadline = time.monotonic() + 100.0
-    while len(processes._below(started.pid)) < 2 and time.monotonic() < deadline:
+    while len(processes._descendants(started.pid)) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
     yield started
     kill_processes('of a test')
@@ -64,14 +64,14 @@ def family():
 
 
 def test_only_what_has_the_identity_is_ended(family):
-    children = processes._below(family.pid)
+    children = processes._descendants(family.pid)
     kill_processes('of another test')
     assert family.poll() is None and len(children) == 2
     kill_processes('of a test')
     assert family.wait(100.0) == -9
-    assert processes._below(family.pid) == []
+    assert processes._descendants(family.pid) == []
     assert [processes._own_memory(child) for child in children] == [0, 0]
-    assert processes._used(family.pid, '/tmp') == 0
+    assert processes._disk_used(family.pid, '/tmp') == 0
 
 
 class Bomb:
@@ -117,15 +117,15 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
 
 
 @pytest.mark.parametrize('limit, most, words', [
-    ('PROCESSES', 1, 'more than 1 processes'), ('MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
-    ('OWN_DISK', 0, 'files of more than 0 MB'),
-    ('OF_OTHERS', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
+    ('MOST_PROCESSES', 1, 'more than 1 processes'), ('MOST_MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
+    ('MOST_DISK', 0, 'files of more than 0 MB'),
+    ('MOST_OTHER_MEMORY', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
     monkeypatch.setattr(processes, 'LIMITS_POLL_PERIOD', 0.01)
-    monkeypatch.setattr(processes, 'OF_OTHERS', 10 ** 12)
+    monkeypatch.setattr(processes, 'MOST_OTHER_MEMORY', 10 ** 12)
     calm = ResourceWatch(family.pid, [], os.getpid())
     calm.over.set()
-    assert calm._excess() == ''
+    assert calm._exceeded_limit() == ''
     monkeypatch.setattr(processes, limit, most)
     watch = ResourceWatch(family.pid, ['/tmp'], os.getpid())
     assert family.wait(100.0) == -9 and watch.exceeded == words

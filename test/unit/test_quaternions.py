@@ -27,7 +27,7 @@ def then_tilted(yaw, tilt, axis):
 
 
 def yaw_of(quaternion, scale=1.0):
-    """The function for arrays has the same yaw, and NaN where the other one raises."""
+    """The function for arrays returns the same yaw, and NaN if the function for one quaternion raises."""
     w, x, y, z = (scale * part for part in quaternion)
     of_array, = yaws_from_quaternions(*map(np.atleast_1d, (w, x, y, z)))
     try:

@@ -15,7 +15,7 @@ from tb3_labs.marking.marks import LABS
 CRITERION = """
 
 def _is_polite(seen: Observation) -> str:
-    return 'it was rude' if 'rude' in seen.during('Ctrl+C', may_die=True).printed else ''
+    return 'it was rude' if 'rude' in seen.scene('Ctrl+C', may_die=True).printed else ''
 
 
 CRITERIA.append(Criterion('polite', CRITERIA[0].part, 'says nothing rude', CRITERIA[0].where,

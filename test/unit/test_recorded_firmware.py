@@ -64,7 +64,7 @@ class Replay:
         return next(sample for sample in self.odometry if sample.stamp >= stamp)
 
     def lag(self, begin, end):
-        """How far the IMU's yaw is behind the true one, in a steady turn [s]."""
+        """Returns the lag of the IMU's yaw behind the true yaw, in a steady turn [s]."""
         stamps, yaws = self.imu[:, 0], np.unwrap(self.imu[:, 1])
         turning = (begin < stamps) & (stamps < end)
         behind = np.interp(stamps[turning], self.truth[:, 0], self.truth[:, 3]) - yaws[turning]
@@ -93,7 +93,7 @@ def test_a_drive_and_its_computer(host, imu_rate, odom_rate, lag):
 
 
 def test_a_reset_in_a_drive():
-    """Zeros come 0.2 s after it, and are obeyed when the pause is over."""
+    """Zero commands arrive 0.2 s after the reset, and are obeyed when the pause is over."""
     replay = Replay([(0.492, 2.699, 0.2, 0.0), (2.699, 3.67, 0.0, 0.0)], 9.0, reset=2.498)
     before, after = replay.pause()
     assert after[0] - before[0] == pytest.approx(2.58, abs=0.1)

@@ -16,7 +16,7 @@ from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import Marks, judged, points_of, read_points
-from tb3_labs.marking.trial.from_bag import KEPT, read_trial
+from tb3_labs.marking.trial.from_bag import MOST_PRINTED, read_trial
 from tb3_labs.marking.trial import ros_recording
 from tb3_labs.marking.trial.ros_recording import CHUNK, PRINTED_A_SECOND, NodeOutput, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
@@ -78,7 +78,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     recording.close()
     seen = read_trial(tmp_path / 'trial.bag')
     assert (seen.lab, seen.file) == ('turn', 'turtlebot_controller.py')
-    scene = seen.during('l')
+    scene = seen.scene('l')
     assert scene.end - scene.begin == pytest.approx(17 * step, abs=1e-3)
     assert (scene.printed, scene.lines) == ('l\ndone\n', 2)
     assert scene.facts == {'moved': True, 'rested': False}
@@ -93,7 +93,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert not seen.has('r') and seen.missing == {
         'mouse up': 'it does not listen to mouse_info'}
     assert (seen.remarks, seen.findings) == (['Once.'], ['For the instructor.'])
-    assert [words for _, words in seen.odd] == ['nan m/s and 0 rad/s']
+    assert [words for _, words in seen.not_finite] == ['nan m/s and 0 rad/s']
     marks = judged(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
     assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.worth
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:     # others can read it, too
@@ -134,10 +134,10 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
     recording.event('end', facts={}, died=False)
     recording.close()
     seen = read_trial(tmp_path / 'trial.bag')
-    scene = seen.during('a')
+    scene = seen.scene('a')
     assert scene.printed.endswith('the last words\n') and scene.lines == 5001
     recorded = sum(map(len, seen.run.printed.words))
-    assert recorded <= PRINTED_A_SECOND * 7 and len(scene.printed) <= KEPT
+    assert recorded <= PRINTED_A_SECOND * 7 and len(scene.printed) <= MOST_PRINTED
 
 
 def test_a_bag_that_is_not_of_a_trial_is_refused(tmp_path):

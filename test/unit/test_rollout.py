@@ -22,7 +22,7 @@ LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
 def random_drive(number):
-    """The Drive of one drive with everything drawn at random, `number` being the seed."""
+    """Returns the Drive of one drive with random settings; `number` is the seed."""
     rng = random.Random(number)
 
     def angle():
@@ -107,7 +107,7 @@ def test_goals_that_are_there_already_or_only_to_be_turned_to():
     ({'imu_drift_deg_per_min': 5.0}, 0.0, 5.0),
     ({'slip': 0.1, 'wheel_mismatch': 0.03, 'imu_drift_deg_per_min': 5.0}, 0.1135, 5.0)])
 def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, drift_deg):
-    """The goal is reached as far as wheels and IMU show, without swinging about it."""
+    """By wheels and IMU the robot reaches the goal, and does not swing about it."""
     robot = SimulatorConfig(imu_offset_deg=59.1, command_latency=0.02, **fault)
     result = drive(LAB_GOAL, robot)
     assert result.reached, result.failure
@@ -123,7 +123,7 @@ def test_what_the_sensors_cannot_know_is_all_that_is_missed(fault, lost_share, d
 @pytest.mark.parametrize('network', ['good', 'busy', 'bad'])
 @pytest.mark.parametrize('crosses', [False, True])
 def test_drives_over_a_network_arrive_and_are_never_said_to_have_arrived_falsely(network, crosses):
-    """The same with an IMU that crosses +/-180 deg on the way, where one displacement is reversed."""
+    """A drive on which the IMU crosses +/-180 deg, where the firmware reverses one displacement."""
     for seed in range(2):
         offset = 45.0 if crosses else 100.0          # the goal lies at 135 deg
         d = drive(LAB_GOAL, SimulatorConfig(imu_offset_deg=offset, seed=seed, **NETWORKS[network]))

@@ -25,7 +25,7 @@ def filled(messages):
 
 
 def pairs_of(history, messages):
-    """[(odometry sample, IMU yaw)] of a history that is read after each message."""
+    """Returns [(odometry sample, IMU yaw)] of a history that is read after each message."""
     pairs = []
     for arrival, sample in messages:
         history.add(sample, arrival)
@@ -219,7 +219,7 @@ def test_the_least_delay_is_forgotten_after_some_seconds():
 
 
 def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
-    """The clock of a Pi that runs fast and is corrected: no instant is lost, nor off by more."""
+    """The clock of a Pi runs fast and is corrected: no instant is lost, or wrong by more than the correction."""
     history = TimedPart(SampleBuffer())
     for arrival, sample in restamped(SPINNING.messages(0.0, 20.0),
                                      lambda arrival, stamp: stamp + 0.01 * (arrival % 1.0)):
@@ -239,7 +239,7 @@ def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
 
 
 def test_stamps_that_do_not_catch_up_are_no_clock():
-    """They go back by less than a step, and then run at a tenth of the time."""
+    """The stamps go back by less than a step, and then run at a tenth of the rate."""
     timing = SampleTiming()
     for k in range(160):
         arrival = 0.01 * k
@@ -249,7 +249,7 @@ def test_stamps_that_do_not_catch_up_are_no_clock():
 
 
 def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():
-    """The last step goes back by less than its silence: the stamps only went ahead."""
+    """The last stamp is ahead of the stamp before, but by less than the silence."""
     timing = SampleTiming()
     for arrival, stamp, epoch in ((1.0, 101.0, 0), (2.2, 102.2, 0), (2.3, 104.0, 1),
                                   (8.3, 105.0, 2)):

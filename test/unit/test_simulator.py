@@ -68,7 +68,7 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
     {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(FAULTS)
     - {'network_cut'}))
 def test_physics_may_change_while_it_drives(name):
-    """Nothing jumps: the motion so far is kept."""
+    """A change of settings keeps the motion so far: no pose jumps."""
     robot = Simulator(QUIET)
     drive(robot, 1.0, 0.1, 0.5)
     robot.step(0.013)   # between two ticks of the board

@@ -11,7 +11,7 @@ from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
 
-from tb3_labs.skeletons import FOLDER, checked_target, skeleton
+from tb3_labs.skeletons import FOLDER, checked_target, package_files
 from tb3_labs.marking.names import LAB_NODES
 
 #: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
@@ -46,7 +46,7 @@ ADDED = re.compile(r' # added\b')
 
 
 def files_of(lab, package=None):
-    return skeleton(ROOT / FOLDER / lab, package or LAB_NODES[lab].packages[0])
+    return package_files(ROOT / FOLDER / lab, package or LAB_NODES[lab].packages[0])
 
 
 def node_of(lab, package=None):

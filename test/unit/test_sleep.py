@@ -57,7 +57,7 @@ class SleepingCore:
         self.told += ' '.join(lines)
 
     def let_go(self):
-        """Nothing is held any more, and control is there."""
+        """Restore the state before the sleep: nothing is held, and control is given."""
 
     @property
     def is_driven(self):
@@ -75,7 +75,7 @@ class SleepingCore:
         return self.has_moved
 
     def wakes_with(self, act, slept_for):
-        """The same, if it is the first message after a sleep, apart from the sensors'."""
+        """Does it move by an act whose message is the first one after a sleep, apart from samples?"""
         self.now += slept_for
         self.live()
         return self.moves_by(act)
@@ -98,7 +98,7 @@ class SleepingMoveToGoal(SleepingCore):
         self.tell(*[text for _, _, text in output.answers])
 
     def let_go(self):
-        """A long sleep took control."""
+        """Give control again, which a long sleep has ended."""
         for word in (False, True):
             self.core.on_ctrl_relinq(self.event(word))
 

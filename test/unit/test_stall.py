@@ -9,7 +9,7 @@ STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
 
 
 def after(progress, seconds, remaining, speed=(0.0, 0.0), **told):
-    """The problem after that time."""
+    """Returns the problem after this time."""
     for k in range(round(seconds / DT)):
         problem = progress.update(
             remaining(k * DT) if callable(remaining) else remaining, *speed, DT, **told)
@@ -44,7 +44,7 @@ def test_a_rest_is_no_stall_but_has_an_end():
 
 
 def test_a_robot_settles_by_the_samples_of_one_rest():
-    """Times by hand; the samples are of 1 s on, and of 5 s on."""
+    """The expected times are computed by hand. Samples begin at 1 s, and again at 5 s."""
     settling = Settling()
     for at in (1.0, 1.0 + 0.9 * SETTLING_TIME):
         settling.update(True, at)

@@ -62,7 +62,7 @@ def test_wheels_that_spin_without_turning_the_robot():
 
 
 def test_the_robots_own_reset():
-    """The motors run on while the board is busy, which no zero changes."""
+    """While the board is busy, the motors run on: no zero command reaches them."""
     for motion, stop in stops(Simulator.reset):
         assert stop.to_zero <= SILENCE
         assert ROBOT.reset_pause < stop.to_rest <= 2.6 + 1.0 / 30.0 + COASTING

@@ -24,18 +24,18 @@ def test_no_long_story_moves_a_robot_against_the_rule(name):
 
 
 def never_old(self, way, now):
-    """No message is found to be latched."""
+    """A mistake: a node treats no message as latched."""
     age = AGE_OF(self, way, now)
     return Age.NEW if age in (Age.OLD, Age.LATCHED) else age
 
 
 def sleepless(self, now):
-    """A sleep is not noticed."""
+    """A mistake: a node does not notice a sleep."""
     self.slept_for, self.is_waking = 0.0, False
 
 
 def forgetful(self, now, is_checked=True):
-    """Each silence is short."""
+    """A mistake: a node measures each silence as short."""
     self.request_motion()
     UPDATE(self, now, is_checked)
 

@@ -305,9 +305,9 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
         (tmp_path / name).write_text('2')
         assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
         marked_once(tmp_path / 'marks')
-    scripts = 'seconds = LOST_AFTER + turn_lab.EACH_TURN[HDG_TOL]'
+    scripts = 'seconds = LOST_AFTER + turn_lab.TURN_STIMULI[HDG_TOL]'
     values = {name.split()[1]: value for name, value in marks_folder.values_in(scripts).items()}
-    assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['EACH_TURN']
+    assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['TURN_STIMULI']
     assert len(values) < 4
     names = {path.name for path in marks_folder.trial_files('turn')}
     assert {'simulator.py', 'ros_trial.py', 'ros_turn.py'} < names

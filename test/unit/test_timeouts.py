@@ -39,11 +39,11 @@ def test_complaints_name_each_silent_source_and_how_long():
 
 @pytest.mark.parametrize('silence, sight', [
     (0.21, SensorStatus.FRESH), (0.23, SensorStatus.BACK_SOON), (2.0, SensorStatus.BACK_SOON),
-    (2.1, SensorStatus.LATE)])
+    (2.1, SensorStatus.TIMED_OUT)])
 @pytest.mark.parametrize('looked_at', [True, False])
 def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
         silence, sight, looked_at):
-    """A process that slept did not look."""
+    """A process that slept did not look at the clock."""
     imu = received_at(10.0)
     watch = SensorWatch(imu)
     assert check_repetition(watch, 10.0) is SensorStatus.FRESH

@@ -8,10 +8,10 @@ from hypothesis import strategies as some
 from made_run import made, values
 
 from tb3_labs.report.run_data import MouseSamples, Orientations, Twists, Variables
-from tb3_labs.watch.broken_link import NodeRun, first_broken, is_heading, sentence
-from tb3_labs.watch.chains import CHAINS
-from tb3_labs.watch.quantities import Quantity, delay, headings, matching_quantities
-from tb3_labs.watch.variables import Series, find
+from tb3_labs.watch.broken_link import NodeRun, is_usable_heading, sentence
+from tb3_labs.watch.chains import CHAINS, first_broken
+from tb3_labs.watch.quantities import Quantity, headings, longest_delay, matching_quantities
+from tb3_labs.watch.variables import Series
 
 #: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a
 #: reading of its variables come every so many steps.
@@ -339,21 +339,21 @@ def test_a_value_is_not_late_while_the_sensor_is_silent():
     quantity = Quantity('the time', samples, samples, 1.0)
     read = np.arange(1.0, 11.9, 0.05)
     kept = Series('kept', read, read, samples[np.searchsorted(samples, read, 'right') - 1])
-    assert matching_quantities(kept, [quantity]) == [quantity] and delay(kept, quantity) < 0.01
+    assert matching_quantities(kept, [quantity]) == [quantity] and longest_delay(kept, quantity) < 0.01
     late = kept.take(read >= 7.0)
     late.value[:14] = samples[samples < 4.0][-1]
-    assert matching_quantities(late, [quantity]) == [] and 0.5 < delay(late, quantity) < 0.7
+    assert matching_quantities(late, [quantity]) == [] and 0.5 < longest_delay(late, quantity) < 0.7
 
 
 def test_the_heading_in_any_range_can_be_used_and_no_other():
     right, *others = headings(TIMES, orientation([-3.0, 3.0, -6.0]))
-    usable = [each.words for each in [right, *others] if is_heading(each, right)]
+    usable = [each.words for each in [right, *others] if is_usable_heading(each, right)]
     assert usable[0] == 'the heading, from 0 to 360 degrees'
     assert {'the yaw in degrees, from -180 to 180', 'the yaw in radians, from -180 to 180'} <= set(usable)
     assert not [words for words in usable if 'mirrored' in words or 'plus 180' in words or 'roll' in words]
-    assert not is_heading(Quantity('late', TIMES, right.value, 360.0), right)
+    assert not is_usable_heading(Quantity('late', TIMES, right.value, 360.0), right)
 
 
 def test_a_private_variable_of_an_object_is_found_by_its_name():
-    series = Series('Controller._curr_yaw', TIMES, TIMES, TIMES)
-    assert find({'a': series, series.name: series}, 'curr_yaw') is series
+    rows = Variables(*np.array([[0.0], [0.0]]), *np.array([['node'], ['Controller._curr_yaw'], ['1.5']], dtype=object))
+    assert NodeRun(made(variables=rows)).find('curr_yaw').value.tolist() == [1.5]

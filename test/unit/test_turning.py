@@ -79,7 +79,7 @@ def test_turns_do_not_add_up_their_errors():
 
 @pytest.mark.parametrize('noise, error', [(0.3, 0.6), (1.0, 2.0)])
 def test_turns_by_a_noisy_imu_end_as_near_as_it_lets_know(noise, error):
-    """Thirty of them, none given up; with 0.3 deg each sample alone would miss the tolerance.
+    """None of thirty turns is given up; with 0.3 deg each sample alone would miss the tolerance.
 
     With 1 deg, 90 % of 1200 such turns are within 1.7 to 1.8 deg; of fifteen it is the second worst.
     """

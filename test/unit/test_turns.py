@@ -81,7 +81,7 @@ def test_two_turns_in_quick_succession_are_two():
 
 @pytest.mark.parametrize('spins', [(1.0, 3.0), (4.0, 9.0)])
 def test_the_robot_rests_before_and_after_a_turn(spins):
-    """A person carries it round meanwhile, for longer than one looks back, or waits."""
+    """A person turns the robot by hand during this time."""
     run = driven([turn(3.0, 90.0)])
     time = run.imu.time
     carried = np.interp(time, spins, [0.0, 0.3 * (spins[1] - spins[0])])

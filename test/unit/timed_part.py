@@ -5,7 +5,7 @@ from tb3_labs.robot.samples import ImuSample
 
 
 class TimedPart:
-    """A part, all of whose other attributes are its own."""
+    """A part behind SampleTiming; all other attributes are those of the part."""
 
     def __init__(self, part):
         self.timing, self.part = SampleTiming(), part

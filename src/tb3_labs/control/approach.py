@@ -1,10 +1,10 @@
 """An approach drives the remaining way, and comes to rest where it is zero, in spite of delays.
 
 From each sample `braking` predicts the *way at rest*: the way that would remain if the robot were
-told to stop now. It uses the delay, lag and gain that `motor_response` identifies. An `Estimate`
-takes the noise out of these predictions: between two samples, only the command changes the way at
-rest. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
-they are short commands to a robot that was told to stop. A `PreciseTurn` approaches a heading.
+commanded to stop now. It uses the delay, lag and gain that `motor_response` identifies. An
+`Estimate` filters the noise of these predictions: between two samples, only the command changes the
+way at rest. A braking profile gives the speed for the way at rest. *Nudges* correct the last bit:
+they are short commands after the first stop. A `PreciseTurn` approaches a heading.
 
 Units: radians or metres for ways, per second for speeds; seconds. Works for either direction.
 Source: braking profile, see :func:`tb3_labs.control.braking.braking_speed`.
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from tb3_labs.control.braking import (
     CommandHistory, Estimate, LawStep, braking_speed, first_order_response, remaining_at_rest)
-from tb3_labs.control.motor_response import TIME_DOUBT, Identification, Response
+from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Response
 from tb3_labs.geometry.angles import clamp, difference, unwrap
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
@@ -42,8 +42,8 @@ class ApproachConfig:
     #: If the predicted rest is this near to zero, the command is a stop. Otherwise the robot
     #: would swing about zero at the lowest speed.
     close_enough: float
-    #: A robot that was told to stop gets no command this near to zero. If `close_enough` is larger,
-    #: it is the limit instead.
+    #: After the first stop the robot gets no command this near to zero. A larger `close_enough`
+    #: takes precedence.
     leave_alone: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -64,7 +64,7 @@ class Approach:
     """One axis (turning or driving) that comes to rest where `remaining` is zero."""
 
     def __init__(self, config: ApproachConfig, response: Response) -> None:
-        """`response`: what was learned of the robot so far; this approach adds to it."""
+        """`response`: the known response of the robot, which this approach improves."""
         self._config = config
         self._response = response
         self.start()
@@ -73,11 +73,11 @@ class Approach:
         """Begin again with a robot that stands."""
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # the latest sample
-        #: The way that would remain if the robot were told to stop now.
+        #: The way that would remain if the robot were commanded to stop now.
         self.at_rest = Estimate()
         self._direction = 0.0     # sign of the latest command that was not zero
         self._reversals = 0       # changes of that direction
-        self._nudges = False      # was the robot told to stop since the start?
+        self._nudges = False      # was the robot commanded to stop since the start?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._begin(math.nan, 0.0)
 
@@ -93,15 +93,15 @@ class Approach:
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
     def cruises(self, fastest: float) -> bool:
-        """Is the command `fastest` now, and for two more periods?"""
+        """Is the command `fastest` now, and will it be for two more periods?"""
         later = abs(self.at_rest.value) - 2.0 * self._config.period * fastest
         return abs(self._history.command) == fastest and (
             braking_speed(later, self._config.braking, self._config.gain) >= fastest)
 
     def step(self, remaining: float, speed: float, fastest: float, dt: float,
              noise: float = 0.0, age: float = 0.0) -> float:
-        """The speed to command, given the remaining way and the measured speed, `dt` [s] after the
-        last step. The speed is at most `fastest`.
+        """Returns the speed to command, given the remaining way and the measured speed, `dt` [s]
+        after the last step. The speed is at most `fastest`.
 
         `noise`: standard deviation of `remaining`; `age`: time since both were measured [s].
         """
@@ -139,10 +139,11 @@ class Approach:
         history.advance(dt)
         commanded = history.commanded(history.begin) - before
         fastest = max(abs(speed), abs(history.command))
-        self.at_rest.shift(-self._identification.estimate.gain * commanded, TIME_DOUBT * fastest)
+        self.at_rest.shift(-self._identification.estimate.gain * commanded,
+                           TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
-        """The speed as measured, or as the model predicts it."""
+        """Returns the speed as measured, or as the model predicts it."""
         if self._config.speed_is_prompt:
             return speed
         estimate = self._identification.estimate
@@ -153,13 +154,14 @@ class Approach:
         """Returns the speed to aim at."""
         config = self._config
         self._nudges = self._nudges or bool(self._direction and not self._history.command)
-        left = config.leave_alone if self._nudges else 0.0
+        leave_alone = config.leave_alone if self._nudges else 0.0
         distance = self.at_rest.value
-        near = self.at_rest.uncertainty + max(config.close_enough, left)
+        near = self.at_rest.uncertainty + max(config.close_enough, leave_alone)
         if distance > near or distance < -max(near, config.backwards_from):
             caution = 1.0 + config.reversal_caution * self._reversals
-            gain = config.gain / (caution + config.nudge_caution * self._nudges)
-            size = abs(braking_speed(distance, config.braking, gain))
+            if self._nudges:
+                caution += config.nudge_caution
+            size = abs(braking_speed(distance, config.braking, config.gain / caution))
             wanted = math.copysign(clamp(size, min(config.slowest, fastest), fastest), distance)
             if wanted * self._direction < 0.0:
                 self._reversals += 1
@@ -171,7 +173,7 @@ class Approach:
 
 
 def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """The ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
+    """Returns the ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
     period = PreciseTurn.period
     return ApproachConfig(
         period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
@@ -180,7 +182,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
 
 
 class PreciseTurn:
-    """Turns as fast as the limits allow, in the direction asked for, and ends at rest."""
+    """Turns as fast as the limits allow, in the requested direction, and ends at rest."""
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
@@ -189,8 +191,8 @@ class PreciseTurn:
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
                  response: Response) -> None:
-        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: this robot's
-        delay and lag as far as known."""
+        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: the known
+        delay and lag of this robot."""
         self._fastest = fastest
         self._tolerance = tolerance
         self._approach = Approach(turning_approach(acceleration, tolerance), response)
@@ -218,8 +220,8 @@ class PreciseTurn:
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """The command for a robot with this `yaw` [rad] and `rate` [rad/s]. The step is finished if
-        the robot rests inside the tolerance, as far as the noise shows.
+        """Returns the command for a robot with this `yaw` [rad] and `rate` [rad/s]. The step is
+        finished if the robot rests inside the tolerance, as far as the noise shows.
 
         `dt`: time since the last step [s]; `age`: the sample's age [s]; `noise`: standard
         deviation of the sample's yaw [rad].

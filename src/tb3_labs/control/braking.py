@@ -8,12 +8,12 @@ two periods.
 *Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
 a first-order *lag*. A controller that brakes by the measured position alone overshoots by the
 travel that is still to come. A Smith predictor brakes by the way that would remain if the robot
-were told to stop now,
+were commanded to stop now,
 
     remaining - (speed of the motors) * lag - (travel of the commands under way)
 
 The middle term is the way that a first-order motor coasts: the integral of v exp(-t / lag) is
-v lag. An `Estimate` takes the noise out of the way at rest.
+v lag. An `Estimate` filters the noise of the way at rest.
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are treated
 alike. Edge cases of a Pace: a clock that goes back makes a step due. The first step, and the first
@@ -31,7 +31,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: Steps after the first step are planned earlier by this [s]. The sample for a step may come 5 ms
 #: late, and the robot obeys the command before until a late command arrives.
 EARLY = 0.0035
-#: While the robot is not driven, samples are left alone for a little more than a period [s].
+#: While the robot is not driven, samples are not read for a little more than a period [s].
 LONGEST_IDLE = 0.036
 #: In 95 of 100 cases the true value is within two standard deviations of the estimate.
 STANDARD_ERRORS = 2.0
@@ -53,7 +53,7 @@ class LawStep(NamedTuple):
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
-    """Fastest speed from which a robot can stop within the remaining way.
+    """Returns the fastest speed from which a robot can stop within the remaining way.
 
     `deceleration` is in [1/s^2], `gain` in [1/s]. Far away this is the braking profile sqrt(2 a d)
     of constant deceleration a. The slope of that profile is infinite at 0, and no motor can follow
@@ -84,7 +84,7 @@ class Pace:
         return now >= self._next or now < self._next - 2.0 * self._period
 
     def idle_for(self, now: float) -> float:
-        """Time for which no sample needs to be read [s]."""
+        """Returns the time for which no sample needs to be read [s]."""
         return clamp(self._next - now, 0.0, 2.0 * self._period)
 
     def step(self, now: float) -> float:
@@ -97,15 +97,15 @@ class Pace:
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
-        """Leave out a step that was due. The next step is due a period later."""
+        """Skip a step that was due. The next step is due a period later."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def prolong(self) -> None:
-        """The robot keeps its present command: the next step is due a period later."""
+        """Keep the present command: the next step is due a period later."""
         self._next += self._period
 
     def pause(self) -> None:
-        """The robot stands, or another node drives it: the next step is treated as the first."""
+        """Treat the next step as the first: the robot stands, or another node drives it."""
         self._last = None
 
 
@@ -134,12 +134,11 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded(self, until: float) -> float:
-        """Travel commanded from the start to `until` [s], a time after the latest command."""
+        """Returns the travel commanded until `until` [s], which is after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
     def advance(self, dt: float) -> None:
-        """Let `dt` [s] pass."""
         self.now += dt
         self.begin = round(self.now / self._period) * self._period
 
@@ -155,7 +154,7 @@ class CommandHistory:
             self._sent.popleft()
 
     def travel_under_way(self, delay: float) -> float:
-        """Travel commanded from `delay` [s] ago until `begin`."""
+        """Returns the travel commanded from `delay` [s] ago until `begin`."""
         travel, until = 0.0, self.begin
         horizon = self.now - delay
         for time, command in reversed(self._sent):
@@ -166,9 +165,12 @@ class CommandHistory:
         return travel
 
     def arrived(self, delay: float) -> float:
-        """The command that reaches the motors now; 0 before the first command arrives."""
+        """Returns the command that reaches the motors now; 0 before the first command arrives."""
         horizon = self.now - delay
-        return next((command for time, command in reversed(self._sent) if time <= horizon), 0.0)
+        for time, command in reversed(self._sent):
+            if time <= horizon:
+                return command
+        return 0.0
 
     def only_stops_since(self, time: float) -> bool:
         """Were only stops commanded for the periods from `time` on?"""
@@ -176,19 +178,19 @@ class CommandHistory:
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """The speed of a first-order motor `dt` [s] after it had `speed`, at a constant `command`."""
+    """Returns the speed of a first-order motor `dt` [s] after `speed`, at a constant `command`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 
 def remaining_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
                       lag: float, gain: float = 1.0) -> float:
-    """The part of `remaining` that would remain if the robot were told to stop now."""
+    """Returns the part of `remaining` that would remain after a stop that is commanded now."""
     return remaining - motor_speed * lag - gain * history.travel_under_way(delay)
 
 
 class Estimate:
-    """An estimate of a number by samples. While the number does not change, it is their mean. When
-    the number changes, later samples have more weight."""
+    """An estimate of a number from samples. While the number does not change, the estimate is their
+    mean. When the number changes, later samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.
@@ -201,7 +203,7 @@ class Estimate:
         return STANDARD_ERRORS * math.sqrt(self._variance)
 
     def shift(self, by: float, doubt: float = 0.0) -> None:
-        """The number has changed by `by`; `doubt` is the standard deviation of `by`."""
+        """Take in a change of the number by `by`; `doubt`: the standard deviation of `by`."""
         self.value += by
         self._variance += doubt * doubt    # for a large doubt ** would raise, * gives infinity
 

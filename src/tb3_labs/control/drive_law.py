@@ -20,7 +20,7 @@ OUTSIDE = 0.8
 
 
 def driving_approach(config: DriveConfig) -> ApproachConfig:
-    """The ApproachConfig of a precise drive along its line."""
+    """Returns the ApproachConfig of a precise drive along its line."""
     return ApproachConfig(
         period=PreciseTurn.period, acceleration=config.linear_acceleration,
         braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
@@ -28,7 +28,7 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
 
 
 class DriveLaw:
-    """Drives as fast as the limits allow, and stops exactly.
+    """Drives as fast as the limits allow, and stops at the goal.
 
     Each turn is a PreciseTurn. The way along the line from start to goal is an Approach. While
     driving, the robot steers towards a point of the line a little ahead. Each driving state has a
@@ -36,16 +36,16 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    #: The robot begins to drive at this angle from the line; its turn ends while it drives.
+    #: The robot begins to drive at this angle from the line, and ends its turn while it drives.
     FACING = 0.1                  # [rad]
-    #: An interrupted drive goes on along its line if the robot faces within this angle of it.
+    #: An interrupted drive continues along its line if the robot faces within this angle of it.
     ALONG = 0.3                   # [rad]
     #: The drive ends when the robot would come to rest this far before the goal.
     STOP_AHEAD = 0.0005           # [m]
     #: The robot steers towards a point of the line this far ahead. A larger distance is calmer, a
     #: smaller one keeps nearer to the line.
     LOOK_AHEAD = 0.20             # [m]
-    #: At full speed, with less steering than this, every second step is left out.
+    #: At full speed, with less steering than this, every second step is skipped.
     CALM = 0.05                   # [rad/s]
     #: A robot that is slower stands.
     REST_SPEED = 0.01             # [m/s]
@@ -66,17 +66,17 @@ class DriveLaw:
     def start(self, pose: Pose2, goal: Pose2) -> None:
         """Choose the line to the goal, and whether to drive it forwards or backwards."""
         self._line = pose.bearing_to(goal)
-        self._there = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
+        self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
         turns, reverse_turns = (sum_of_turns(pose.yaw, face, goal.yaw)
                                 for face in (self._line, backwards))
         self._reverse = self._config.allow_reverse and reverse_turns < turns
         self._begin_turn(pose, backwards if self._reverse else self._line)
         self._driving.start()
-        self._final = False
+        self._final_turn_begun = False
 
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """Returns the state in which an interrupted drive goes on.
+        """Returns the state in which an interrupted drive continues.
 
         If the robot still faces along its line, it drives on. If only the last turn remained, it
         makes this turn. Otherwise the drive begins again from here.
@@ -87,7 +87,7 @@ class DriveLaw:
             self._turning.start(pose.yaw, off)
             self._driving.start()
         elif state is GoalState.ROTATE_TO_FINAL:
-            self._final = False
+            self._final_turn_begun = False
         else:
             state = GoalState.ROTATE_TO_GOAL
             self.start(pose, goal)
@@ -95,7 +95,7 @@ class DriveLaw:
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to face along the line, and brake so that the turn would end there."""
-        if self._there:
+        if self._is_at_goal:
             return LawStep(Twist2(), 0.0, True)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
@@ -119,18 +119,18 @@ class DriveLaw:
         turn = self._turn(motion, dt)
         cruises = (self._driving.cruises(self._max_linear)
                    and abs(turn.command.angular) <= self.CALM)
-        return self._step(speed, turn, ahead, self._there or arrived, cruises)
+        return self._step(speed, turn, ahead, self._is_at_goal or arrived, cruises)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""
-        if not self._final:
-            self._final = True
+        if not self._final_turn_begun:
+            self._final_turn_begun = True
             self._begin_turn(motion.pose, goal.yaw)
         turn = self._turn(motion, dt)
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """The distance from the goal in words, if it is outside the tolerance; else ''."""
+        """Returns the distance from the goal in words if it is above the tolerance; else ''."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''

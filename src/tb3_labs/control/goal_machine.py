@@ -5,8 +5,6 @@ and says when the state is finished. This module chooses the state. If the robot
 the drive is given up with a reason. The goal is reached when the robot has settled there, as shown
 by samples that were measured while it rested.
 
-A reset or a new goal starts again at ROTATE_TO_GOAL; a reset does not start a cancelled goal again.
-
 Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
 failure the command is None, not a zero.
 """
@@ -20,8 +18,8 @@ from tb3_labs.robot.samples import Motion, is_slow
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.stale_or_stalled import Settling, StallWatch
 
-#: A drive that ends outside its tolerance, for instance by a stall of the network, goes on from
-#: there, at most this many times.
+#: A drive that ends outside its tolerance, for instance by a stall of the network, continues from
+#: that pose, at most this many times.
 MORE_TRIES = 2
 
 
@@ -36,7 +34,7 @@ class GoalMachine:
         self.failure = ''
         #: True after a person or program cancelled the drive. Only a new goal starts another drive.
         self.cancelled = False
-        #: True once the robot has been told to move for this goal.
+        #: True after the first command to move to this goal.
         self.begun = False
         #: Will the command of the last step hardly change in the next period?
         self.cruises = False
@@ -50,17 +48,15 @@ class GoalMachine:
 
     @property
     def active(self) -> bool:
-        """True while a drive goes on."""
         return self.state is not GoalState.GOAL_REACHED and not self.failure
 
     def set_goal(self, goal: Pose2) -> None:
-        """Drive to another goal (in local) from now on."""
         self.goal = goal
         self.cancelled = False
         self.restart()
 
     def restart(self) -> None:
-        """Begin the drive to the goal again, as after a reset, unless it was cancelled."""
+        """Begin the drive to the goal again after a reset or a change, unless it was cancelled."""
         if self.goal is not None and not self.cancelled:
             self.failure = ''
             self.begun = self._interrupted = False
@@ -69,7 +65,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot stood for a moment. The drive goes on from the robot's present pose."""
+        """Continue the drive from the robot's present pose, since the robot stood for a moment."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -83,7 +79,7 @@ class GoalMachine:
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """The command for now, or None if there is no drive (any more).
+        """Returns the command for now, or None if no drive is active.
 
         `dt` is the time since the last step [s].
         """

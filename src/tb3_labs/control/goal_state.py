@@ -1,4 +1,4 @@
-"""A drive to a goal from outside: settings, four states, texts of `goal_state`.
+"""The public side of a drive to a goal: settings, four states, texts of `goal_state`.
 
 The states are those that the Transformation lab lists:
 
@@ -52,22 +52,22 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def to_go(distance: float, angle_deg: float) -> str:
-    """The remaining way of a drive in words [m, deg]; the angle is for the turn at the end."""
+    """Returns the remaining way in words [m, deg]; the angle is of the turn at the end."""
     return f'{distance:.3f} m to go, {abs(angle_deg):.1f} deg off the final heading'
 
 
 def with_reason(word: str, reason: str) -> str:
-    """The text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
+    """Returns the text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
     return f'{word}: {reason}'
 
 
 def sum_of_turns(start: float, face: float, end: float) -> float:
-    """Sum of both turns [rad] of a drive: from yaw `start` to the line's `face`, then to `end`."""
+    """Returns the sum [rad] of the turns from yaw `start` to `face`, and from `face` to `end`."""
     return abs(difference(face, start)) + abs(difference(end, face))
 
 
 def errors(pose: Pose2, goal: Pose2) -> Tuple[float, float]:
-    """(distance [m], angle [rad]) by which `pose` misses `goal`."""
+    """Returns (distance [m], angle [rad]) by which `pose` misses `goal`."""
     return pose.distance_to(goal), difference(goal.yaw, pose.yaw)
 
 

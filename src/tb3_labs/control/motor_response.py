@@ -2,8 +2,8 @@
 
 A command arrives after a *delay*: it crosses the network and waits for the next control period of
 the firmware. The motors then follow with a *lag*: they are modelled as first-order. The steady
-speed is the command times a *gain*, which is not quite 1: motors take whole steps of speed, and the
-distance of the wheels differs from robot to robot. A robot that started from rest has
+speed is the command times a *gain*. The gain is not quite 1: motors run at whole steps of speed,
+and the distance of the wheels differs from robot to robot. A robot that started from rest has
 
     the travel   x(t) = gain U(t - delay) - lag v(t)
 
@@ -19,10 +19,10 @@ w = x / (gain u) of one sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
-The delay is the round trip's, to the robot and back, since a robot sets its clock by the same slow
-link: the stamps of late samples look fresh. The time that a command needs is known from
-measurements (`COMMAND_TIME`). The rest of the delay is taken as the *sample delay*. If commands
-need longer than `COMMAND_TIME`, the sample delay is too large.
+This is the delay of the round trip, to the robot and back. A robot sets its clock over the same
+slow link, so the stamps of late samples look fresh. The time that a command needs is known from
+measurements (`COMMAND_TIME`). The rest of the delay is assumed to be the *sample delay*. If
+commands need longer than `COMMAND_TIME`, the sample delay is too large.
 
 Units: seconds; radians or metres for travel, per second for speeds. Works for either direction.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -59,13 +59,13 @@ MAX_DELAY = 0.4
 #: A measured lag is clipped to this [s].
 MAX_LAG = 0.15
 #: Standard deviations of the values with which an approach begins: gain, delay [s], lag [s].
-DOUBTS = 0.03, 0.03, 0.05
+FIRST_DEVIATIONS = 0.03, 0.03, 0.05
 #: Standard deviation of the lag if the measured speed is a mean [s]. A mean does not show the lag,
-#: so this is small enough to keep the lag as it was.
-BELIEVED = 1e-6
+#: so this is small enough for the lag not to change.
+FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
-TIME_DOUBT = 0.002
-#: Each measurement at cruise has this weight in the values with which the next approach begins.
+TIME_DEVIATION = 0.002
+#: Weight of each measurement at cruise in the values with which the next approach begins.
 LEARNING = 0.1
 #: Least weight of a measurement in the usual delay, which is learned over several approaches.
 SLOW_LEARNING = 0.01
@@ -83,7 +83,7 @@ ONSET = 0.03
 #: A robot that speeds up has a speed between these shares of the command.
 SPEEDING_UP = 0.1, 1.5
 #: A first command slower than this shows too little of the motors [rad/s].
-TELLING = 0.2
+SLOWEST_FIRST_COMMAND = 0.2
 #: If the motors have more than this share of the command at the first look, their lag is 0.
 PROMPT_SHARE = 0.98
 
@@ -122,13 +122,13 @@ class Response:
 
 def identify_at_start(time: float, first: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
-    """(delay, lag) [s] from one sample of a robot that speeds up; None if it shows too little.
+    """Returns (delay, lag) [s] from one sample of a robot that speeds up, or None.
 
     `time` [s] counts from the first command, which was not changed since; `first` is the steady
     speed of this command; `travelled` and `speed` come from the sample. `speed` must be the
     speed at this moment, not a mean over a period.
     """
-    if abs(first) < TELLING or not 0.0 < speed * first:
+    if abs(first) < SLOWEST_FIRST_COMMAND or not 0.0 < speed * first:
         return None
     reached, distance = speed / first, travelled / first
     lag = 0.0 if reached > PROMPT_SHARE else distance / (-math.log1p(-reached) - reached)
@@ -148,15 +148,15 @@ class Identification:
         self._response = response
         self._first = copy(response)    # the equations are solved for the difference
         self._speed_is_prompt = speed_is_prompt
-        self._from_rest = False          # did the robot stand when the approach began,
-        self._start_observed = False     # and was it seen to speed up?
-        gain, delay, lag = DOUBTS
-        doubts = np.array([gain, delay, lag if speed_is_prompt else BELIEVED])
+        self._from_rest = False          # did the robot stand when the approach began?
+        self._start_observed = False     # did a sample show that it speeds up?
+        gain, delay, lag = FIRST_DEVIATIONS
+        doubts = np.array([gain, delay, lag if speed_is_prompt else FIXED_LAG_DEVIATION])
         self._squares, self._right = np.diag(doubts ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """The first command is given now, to a robot with this measured `speed`. Only a start from
-        rest shows delay and lag: earlier commands caused any other motion."""
+        """Begin with a robot of this measured `speed`, just before the first command. Only a start
+        from rest shows delay and lag: an earlier command may have caused another motion."""
         self._from_rest = abs(speed) <= ONSET
 
     def update(self, history: CommandHistory, travelled: float, speed: float,
@@ -197,7 +197,7 @@ class Identification:
         arrived = history.commanded(history.now) - history.command * (first.delay + age)
         row = np.array([arrived, -first.gain * history.command, -speed])
         missing = travelled - (first.gain * arrived - first.lag * speed)
-        weight = (TIME_DOUBT * fastest) ** -2.0
+        weight = (TIME_DEVIATION * fastest) ** -2.0
         self._squares += weight * np.outer(row, row)
         self._right += weight * missing * row
         gain, delay, lag = map(float, np.linalg.solve(self._squares, self._right))

@@ -3,17 +3,16 @@
 A function ``judge_*`` turns numbers and names into one Line: its severity, the reason, and what to
 do. `checks` measures, and calls these functions in order.
 
-At first the doctor needs neither rospy nor a node of its own: a question is an XML-RPC call that
-only reads. After the line `Way back` it listens to the robot, as an ordinary node that publishes
-nothing.
+At first the doctor needs neither rospy nor a node: it asks by XML-RPC calls that only read. After
+the line `Way back` it listens to the robot, as an ordinary node that publishes nothing.
 """
 from functools import partial
 from typing import NamedTuple, Sequence
 
 
 class Line(NamedTuple):
-    """`severity`: 'ok', 'warning' or 'FAULT'. `text`: the reason. `remedy`: the thing to do; '' if
-    nothing is to be done."""
+    """One finding. `severity`: 'ok', 'warning' or 'FAULT'; `text`: the reason; `remedy`: the thing
+    to do, or ''."""
 
     severity: str
     subject: str
@@ -21,16 +20,17 @@ class Line(NamedTuple):
     remedy: str = ''
 
 
-#: ok(subject, text): the thing is right. warning(subject, text, remedy): it may cause a problem.
-#: fault(subject, text, remedy): it keeps a lab from working.
+#: ok(subject, text): the subject is right. warning(subject, text, remedy): it may cause a problem.
+#: fault(subject, text, remedy): it prevents a lab from working.
 ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 'FAULT'))
 
 
-def printed(line: Line) -> str:
+def as_text(line: Line) -> str:
     """Returns the line as a single line of text. Texts of other programs may contain line ends, or
     codes that a terminal obeys: these become spaces."""
-    text = '{:<7} {:<8} {}{}'.format(line.severity, line.subject, line.text,
-                                     line.remedy and '. Do: ' + line.remedy)
+    text = '{:<7} {:<8} {}'.format(line.severity, line.subject, line.text)
+    if line.remedy:
+        text += '. Do: ' + line.remedy
     return ''.join(sign if sign.isprintable() else ' ' for sign in text)
 
 
@@ -41,5 +41,6 @@ def summary(lines: Sequence[Line]) -> str:
         return f'{faults} faults: begin with the first fault'
     if faults:
         return '1 fault'
-    warned = any(line.severity == 'warning' for line in lines)
-    return 'no fault found' + ', but see the warnings' * warned
+    if any(line.severity == 'warning' for line in lines):
+        return 'no fault found, but see the warnings'
+    return 'no fault found'

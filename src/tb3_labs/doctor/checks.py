@@ -1,4 +1,4 @@
-"""The doctor's examinations, in order; each yields its lines as soon as it knows them."""
+"""The doctor's examinations, in order. Each yields a line as soon as it is known."""
 import os
 import time
 from dataclasses import replace
@@ -17,14 +17,14 @@ def examine(namespace):
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     state = master.ask('getSystemState')
     if master.uri and master.problem == 'malformed':
-        yield judge_master(master)    # all else depends on where the master is
+        yield judge_master(master)    # all further checks need the address of the master
         return
     here = address_here(master.address)
     yield judge_address(here)
     graph = RobotGraph(namespace, state or ([], [], []),
                        state and Peer(master.uri).ask('getTopicTypes') or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
-    yield judge_nat(nat_kind(), here.towards_others, not here.master_here or any(
+    yield judge_nat(nat_kind(), here.lan_address, not here.master_here or any(
         not is_own(peer.address) for peer in robot.values() if peer.address))
     yield judge_master(master)
     if state is None:
@@ -35,7 +35,7 @@ def examine(namespace):
         yield judge_nodes(robot)
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
-        return    # no node is left that could be asked or heard
+        return    # no node could answer or publish
     yield from _check_return_path(here, graph, alive, drivers)
     if not python.remedy:
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
@@ -45,9 +45,9 @@ def examine(namespace):
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the lines on the messages of the drivers, and on the way from the robot to this
-    computer. `alive`, `drivers`: {node: Peer} of the robot's nodes that answer, and of those that
-    publish cmd_vel."""
+    """Yields the lines on the message type of the drivers, and on the way from the robot to this
+    computer. `alive`: {node: Peer} of the robot's nodes that answer; `drivers`: {node: Peer} of the
+    nodes that publish cmd_vel."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return
@@ -59,20 +59,25 @@ def _check_return_path(here, graph, alive, drivers):
                    if received and kind not in ('', received)}
     if other_types:
         yield judge_types(topic, robot_node, received, other_types)
-    mine = {node: peer.uri for node, peer in drivers.items() if (
-        peer.problem == 'unresolved' or is_own(peer.address) and not peer.problem)
-        and node not in graph.robot_nodes and node not in other_types}
-    if mine:
+    own_drivers = {}
+    for node, peer in drivers.items():
+        may_be_own = is_own(peer.address) and not peer.problem or peer.problem == 'unresolved'
+        if may_be_own and node not in graph.robot_nodes and node not in other_types:
+            own_drivers[node] = peer.uri
+    if own_drivers:
         time.sleep(1.0)    # in which the robot connects to a driver that was started just now
     connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
         address = alive[robot_node].address
         connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
-        yield judge_return_path(mine, connected, robot_node,
+        yield judge_return_path(own_drivers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
                                 not is_own(address))
 
 
 def _type_of(topic, peer, question):
     """Returns the type of a node's topic, by its answer to `question`; '' if it is not known."""
-    return next((str(kind) for name, kind in peer.ask(question) or () if name == topic), '')
+    for name, kind in peer.ask(question) or ():
+        if name == topic:
+            return str(kind)
+    return ''

@@ -1,8 +1,8 @@
-"""This computer: its Python, the address that its nodes tell others, and NAT in front of it.
+"""This computer: its Python, the address that its nodes advertise, and NAT in front of it.
 
 Addresses are texts such as '192.168.0.5', only IPv4, as in ROS 1; '' is not an address. Nodes
-*tell* others an address to connect to: ROS_HOSTNAME, else ROS_IP, else the computer's own name, as
-in rospy.
+*advertise* an address, to which other nodes connect: ROS_HOSTNAME, else ROS_IP, else the
+computer's own name, as in rospy.
 """
 import importlib
 import ipaddress
@@ -24,8 +24,8 @@ NAT = ipaddress.ip_network('172.16.0.0/12')
 
 
 def check_python() -> Line:
-    """Returns the line on the interpreter and its packages. Each package is imported, because it
-    may be installed but lack a package that it needs."""
+    """Returns the line on the interpreter and its packages. Each package is imported, because an
+    installed package may lack a package that it needs."""
     missing = {}
     for name in PACKAGES:
         try:
@@ -41,8 +41,10 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
     here = f'Python {version} ({executable})'
     if missing:
         first, *others = missing
-        return fault('Python', '{} cannot import {} ({}){}'.format(
-            here, first, missing[first], ', nor ' + ', '.join(others) if others else ''),
+        text = f'{here} cannot import {first} ({missing[first]})'
+        if others:
+            text += ', nor ' + ', '.join(others)
+        return fault('Python', text,
                      'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py')
     return ok('Python', here + ' has all packages')
 
@@ -50,7 +52,7 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
 # Addresses --------------------------------------------------------------------------------------
 
 def quoted(value: str) -> str:
-    """A value of the environment; in quotes if blanks are in it, which nobody would see."""
+    """Returns a value of the environment; in quotes if it has blanks, which do not show."""
     return repr(value) if len(value.split()) != 1 or value != value.strip() else value
 
 
@@ -61,7 +63,7 @@ def is_loopback(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def own_addresses() -> Tuple[str, ...]:
-    """The addresses of this computer, without the loopback's."""
+    """Returns the addresses of this computer, without the loopback's."""
     listed = subprocess.run(['hostname', '-I'], stdout=subprocess.PIPE, check=False,
                             universal_newlines=True).stdout
     return tuple(address for address in listed.split() if ':' not in address)
@@ -74,7 +76,7 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a name; '' without one. The first look-up may take seconds."""
+    """Returns the address of a name, or ''. The first look-up may take seconds."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):
@@ -82,7 +84,7 @@ def address_of(name: str) -> str:
 
 
 def outgoing_address(address: str) -> str:
-    """Returns this computer's address on the way to `address`; '' without a way. Sends nothing."""
+    """Returns this computer's address on the way to `address`, or ''. Sends nothing."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect((address, 9))
@@ -93,7 +95,7 @@ def outgoing_address(address: str) -> str:
 
 @dataclass(frozen=True)
 class Address:
-    """The address that this computer tells others, and its real addresses."""
+    """The address that this computer advertises, and its real addresses."""
 
     ros_ip: str = ''
     ros_hostname: str = ''
@@ -105,21 +107,23 @@ class Address:
 
     @property
     def advertised(self) -> str:
-        """The address or name that this computer tells others."""
+        """The address or name that this computer advertises."""
         return self.ros_hostname or self.ros_ip or self.hostname
 
     @property
-    def towards_others(self) -> str:
-        """The address on the way to the master; if that is here, the first one; '' without any."""
-        return next((each for each in (self.outgoing_address, *self.own)
-                     if each and not is_loopback(each)), '')
+    def lan_address(self) -> str:
+        """The address on the way to the master; the first address if the master is here; or ''."""
+        for address in (self.outgoing_address, *self.own):
+            if address and not is_loopback(address):
+                return address
+        return ''
 
     @property
     def advice(self) -> str:
-        """The commands that tell others the right address."""
+        """The commands after which this computer advertises the right address."""
         return '{}export ROS_IP={}, then start the nodes here again'.format(
             'unset ROS_HOSTNAME; ' if self.ros_hostname else '',
-            self.towards_others or 'ADDRESS_OF_THIS_COMPUTER')
+            self.lan_address or 'ADDRESS_OF_THIS_COMPUTER')
 
 
 def address_here(master: str) -> Address:
@@ -132,19 +136,18 @@ def address_here(master: str) -> Address:
 
 
 def judge_address(here: Address) -> Line:
-    """Can others reach this computer by the address that its nodes tell them?"""
+    """Can others reach this computer at the address that its nodes advertise?"""
     if not here.ros_ip and not here.ros_hostname:
         unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if here.master_here:
             return ok('Address', unset + 'good for this computer alone')
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
-    known = here.resolved in ('', here.advertised) or is_loopback(here.resolved)
-    source = 'ROS_{}={}{}{}'.format(
-        'HOSTNAME' if here.ros_hostname else 'IP', quoted(here.advertised),
-        '' if known else ' ({})'.format(here.resolved),
-        ' (it goes before ROS_IP={})'.format(quoted(here.ros_ip))
-        if here.ros_hostname and here.ros_ip else '')
+    source = 'ROS_{}={}'.format('HOSTNAME' if here.ros_hostname else 'IP', quoted(here.advertised))
+    if here.resolved not in ('', here.advertised) and not is_loopback(here.resolved):
+        source += f' ({here.resolved})'
+    if here.ros_hostname and here.ros_ip:
+        source += f' (it goes before ROS_IP={quoted(here.ros_ip)})'
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):
@@ -161,10 +164,10 @@ def judge_address(here: Address) -> Line:
 # NAT --------------------------------------------------------------------------------------------
 
 def nat_kind() -> str:
-    """Returns 'WSL' or 'a container' if this Linux runs in one, with a network of its own; else ''.
+    """Returns 'WSL' or 'a container' if this Linux runs in one that has its own network; else ''.
 
     WSL with its host's network (mirrored) has an interface loopback0. A container with its host's
-    network has an interface of hardware.
+    network has a hardware interface.
     """
     interfaces = [name for _, name in socket.if_nameindex()]
     with open('/proc/version') as file:
@@ -179,13 +182,15 @@ def nat_kind() -> str:
 def judge_nat(kind: str, outgoing_address: str, others_elsewhere: bool) -> Line:
     """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
     `others_elsewhere`: is the master or the robot on another computer?"""
-    if not kind or not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT:
-        return ok('NAT', f'this is {kind}, but its address is not one of NAT' if kind else
-                  'this computer has no network of its own behind another computer')
+    if not kind:
+        return ok('NAT', 'this computer has no network of its own behind another computer')
+    if not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT:
+        return ok('NAT', f'this is {kind}, but its address is not one of NAT')
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
             kind, outgoing_address))
-    return fault(
-        'NAT', f'this is {kind} behind NAT: no robot can reach {outgoing_address}',
-        'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else use a Linux '
-        'of its own' if kind == 'WSL' else 'start the container with the network of its host')
+    remedy = 'start the container with the network of its host'
+    if kind == 'WSL':
+        remedy = ('networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else '
+                  'use a Linux of its own')
+    return fault('NAT', f'this is {kind} behind NAT: no robot can reach {outgoing_address}', remedy)

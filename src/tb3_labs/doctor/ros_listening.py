@@ -1,4 +1,4 @@
-"""Listens to the robot's messages as an ordinary node, which is gone when the doctor ends: the
+"""Listens to the robot's messages as an ordinary node, which ends with the doctor, and makes the
 lines on drivers, sensors, clock and gyro."""
 import os
 import time
@@ -13,7 +13,7 @@ from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor import fault
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
-    HEARING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
+    LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
     judge_stream, judge_wheels)
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
@@ -24,7 +24,7 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
-#: The topics of a robot that the doctor hears: their messages, and how these become samples.
+#: {topic of a robot that the doctor hears: (type of its messages, function that makes a sample)}
 TOPICS = {'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
           'joint_states': (JointState, to_wheel_sample),
           'cmd_vel': (rospy.AnyMsg, lambda command: None)}
@@ -39,17 +39,18 @@ class ReceivedMessage(NamedTuple):
     at: float
     sender: str
     message: Any
-    kind: str = ''    # its type, as the sender says; '' if it is not known
+    kind: str = ''    # its type, by the sender; '' if it is not known
 
 
 def examine_messages(graph, address, round_trip, is_wall_time):
-    """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to it
-    [s]; `is_wall_time`: its stamps come from a real clock. `address` as in :func:`listen`."""
+    """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to the
+    robot [s]; `is_wall_time`: do its stamps come from a real clock? `address`: see :func:`listen`.
+    """
     received, ended = listen(graph.namespace, address)
-    # a robot accepts no other message type: see examination
+    # a robot accepts no other message type, see checks
     yield judge_drivers(Counter(each.sender for each in received if each.topic == 'cmd_vel'
                                 and each.kind in ('', COMMAND)))
-    watch, encoders, samples, refused = compared(received, graph.namespace + 'reset')
+    watch, encoders, samples, refused = run_watches(received, graph.namespace + 'reset')
     for name in SENSORS:
         arrivals = [each.at for each in received if each.topic == name]
         line = judge_stream(graph.namespace + name, arrivals, ended,
@@ -74,9 +75,8 @@ def examine_messages(graph, address, round_trip, is_wall_time):
 
 
 def listen(namespace, address):
-    """Returns all ReceivedMessage of a robot's topics, and the time of the end [s]. `address`: of
-    this computer, on the way to the master; this node works also if the terminal's ROS_IP is
-    wrong."""
+    """Returns (all ReceivedMessages of a robot's topics, time of the end [s]). `address`: this
+    computer's address on the way to the master, which takes the place of a wrong ROS_IP."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
@@ -91,15 +91,15 @@ def listen(namespace, address):
                         disable_rostime=True, disable_signals=True)
         for name, (kind, _) in TOPICS.items():
             rospy.Subscriber(namespace + name, kind, on_message, name)
-        time.sleep(HEARING_TIME)
+        time.sleep(LISTENING_TIME)
         return list(received), time.time()
     finally:
         rospy.signal_shutdown('the doctor has heard enough')
 
 
-def compared(received, reset_topic):
-    """Returns a GyroWatch and an EncoderWatch, the samples that they took in, and {topic: why each
-    of its other messages is refused, as the labs' nodes refuse it}."""
+def run_watches(received, reset_topic):
+    """Returns (GyroWatch, EncoderWatch, the samples that they took in, refusals). The refusals are
+    {topic: the reasons for which the labs' nodes refuse its other messages}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
     timing, samples, refused = SampleTiming(), [], {topic: [] for topic in TOPICS}
     for topic, at, _, message, _ in received:

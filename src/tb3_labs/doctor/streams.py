@@ -11,49 +11,50 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: The doctor listens for this long [s].
-HEARING_TIME = 5.0
+LISTENING_TIME = 5.0
 #: A clock that is off by more than CLOCK_OFF disturbs tf [s]. If it is off by more than
 #: CLOCK_WRONG, nothing that uses stamps works [s].
 CLOCK_OFF = 0.1
 CLOCK_WRONG = 1.0
-#: If the robot's computer is busy, its board's clock is ahead by up to this [s].
+#: If the robot's computer is busy, the clock of its board is ahead by up to this [s].
 BOARD_AHEAD = 0.25
 #: More drift than this disturbs a lab [deg/min].
-DRIFTS = 2.0
+MOST_DRIFT = 2.0
 #: A node still works without this share of a sensor's messages.
 FEW_REFUSED = 0.05
 #: The wheels stand if they turn by less than this while the doctor listens [rad].
-WHEELS_STAND = 0.005
+STANDING_TURN = 0.005
 
 
 def judge_drivers(sent: Mapping[str, int]) -> Line:
-    """Does at most one node drive? `sent`: {node: number of its commands} in HEARING_TIME."""
+    """Does at most one node drive? `sent`: {node: number of its commands} in LISTENING_TIME."""
     if len(sent) > 1:
         return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
-                     .format(' and '.join('{} ({:.0f}/s)'.format(node, count / HEARING_TIME)
+                     .format(' and '.join('{} ({:.0f}/s)'.format(node, count / LISTENING_TIME)
                                           for node, count in sorted(sent.items()))),
                      'stop all but one of them')
-    # several nodes may be registered to drive: the labs' nodes give way to each other
+    # several nodes may publish cmd_vel: the labs' nodes give way to each other
     return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
               'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
                  publisher: str = '') -> Line:
-    """Do the messages of a sensor come evenly enough to drive? They came at `arrivals`; the doctor
-    listened until `ended`. `publisher`: a node, '' without one."""
+    """Do the messages of a sensor arrive evenly enough to drive? `arrivals`: their times; `ended`:
+    the time until which the doctor listened; `publisher`: a node that publishes them, or ''."""
     name = topic.rpartition('/')[2]
     if not publisher:
         return fault(name, f'nobody publishes {topic}', "restart the robot's bringup, and "
                      'look at its first lines')
     if not arrivals:
-        return fault(name, f'nothing came on {topic} for {HEARING_TIME:.1f} s',
+        return fault(name, f'nothing came on {topic} for {LISTENING_TIME:.1f} s',
                      "restart the robot's bringup; switch the robot's board off and on")
     gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
-        judge, effect = (fault, 'a drive is given up') if gap > RESUME_TIME else (
-            warning, 'the robot will pause')
+        judge, effect = warning, 'the robot will pause'
+        if gap > RESUME_TIME:
+            judge, effect = fault, 'a drive is given up'
         return judge(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
                      'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
                      'a cable) or a busy computer holds messages; else the robot'.format(topic))
@@ -61,8 +62,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Do the nodes of the labs refuse messages of a sensor? Then a line says so; else `line`.
-    `reasons`: one for each refused message, of `count` messages."""
+    """Returns a line that says that the labs' nodes refuse messages of a sensor, or `line` if there
+    are no `reasons`, one for each refused message of all `count` messages."""
     if not reasons:
         return line
     judge = fault if len(reasons) > FEW_REFUSED * count else warning
@@ -72,9 +73,9 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
 
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
-    """Is the robot's clock the same as this computer's? `least_delay`: least arrival (on our clock)
-    minus stamp (on the robot's). `round_trip`: time of a question to the robot and its answer; the
-    fastest message took at most this long."""
+    """Does the robot's clock agree with this computer's? `least_delay`: the least difference of
+    arrival (this computer's clock) and stamp (the robot's clock). `round_trip`: time of a question
+    to the robot and its answer; the fastest message needed at most this time."""
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if abs(offset) <= max(CLOCK_OFF, exact):
         return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
@@ -96,7 +97,7 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
 # Gyro and wheels --------------------------------------------------------------------------------
 
 def judge_wheels(topic: str, sender: str) -> Line:
-    """The line on a `topic` of joint states that has no wheels."""
+    """Returns the line on a `topic` of joint states that has no wheels."""
     return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be '
                  'checked'.format(topic, sender, *WHEEL_JOINTS),
                  "let the robot's bringup publish it, and no other node")
@@ -114,9 +115,9 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
 
 
 def judge_drift(drift: float, namespace: str = '/') -> Line:
-    """Does the heading stand while the wheels stand? `drift`: by drift_of."""
+    """Does the heading stand while the wheels stand? `drift`: see :func:`drift_of`."""
     text = f'{drift:+.1f} deg/min at rest'
-    if abs(drift) > DRIFTS:
+    if abs(drift) > MOST_DRIFT:
         return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '
                        'the standing robot: rostopic pub -1 {}reset std_msgs/Empty'.format(
                            namespace))
@@ -128,7 +129,7 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
     samples. `imu`: (stamp [s], yaw [rad]); `wheels`: (left, right) [rad]."""
     if len(imu) < 12 or len(wheels) < 2 or any(
-            max(angles) - min(angles) > WHEELS_STAND for angles in zip(*wheels)):
+            max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
         return None
     middle = mean(stamp for stamp, _ in imu)
     turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]

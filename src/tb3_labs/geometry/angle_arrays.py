@@ -1,7 +1,7 @@
 """Angles in arrays, and in degrees, as recorded runs have them.
 
-Units: radians, except in ``difference_degrees``. Edge case: infinity becomes NaN, since one invalid
-sample must not hide the others.
+Units: radians, except in ``difference_degrees``. Edge case: an infinite angle becomes NaN.
+It raises no error, since one invalid sample must not hide the valid samples.
 """
 import math
 from typing import Sequence, Tuple, Union
@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
 
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
-    """:func:`wrap` for an array of any shape."""
+    """Returns the same directions as `angles`, in (-pi, pi]; an array of any shape."""
     angles = np.asarray(angles, dtype=float)
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - WHOLE_TURN * np.round(angles / WHOLE_TURN), math.pi)
@@ -21,7 +21,7 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
 
 def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
           z: np.ndarray) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Roll, pitch and yaw [rad] of quaternions."""
+    """Returns roll, pitch and yaw [rad] of quaternions."""
     return (np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),
             np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)),
             np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
@@ -29,7 +29,7 @@ def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
                           z: np.ndarray) -> np.ndarray:
-    """:func:`tb3_labs.geometry.angles.yaw_from_quaternion` for arrays; NaN for each invalid one."""
+    """Returns the headings [rad] of quaternions; NaN for each quaternion that is invalid."""
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         norm = np.sqrt(w * w + x * x + y * y + z * z)
         roll, pitch, yaw = euler(w / norm, x / norm, y / norm, z / norm)
@@ -39,6 +39,6 @@ def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 
 def difference_degrees(target: float, start: float) -> float:
-    """The shortest turn from `start` to `target`, in (-180, 180] [deg]."""
+    """Returns the shortest turn from `start` to `target`, in (-180, 180] [deg]."""
     turn = math.remainder(target - start, 360.0)
     return 180.0 if turn <= -180.0 else turn

@@ -23,41 +23,41 @@ MAX_TILT = math.radians(45.0)
 
 
 def clamp(value: float, low: float, high: float) -> float:
-    """`value` clipped to [low, high]; NaN stays NaN."""
+    """Returns `value` clipped to [low, high]; NaN stays NaN."""
     return max(min(value, high), low)    # with this order of arguments NaN stays NaN
 
 
 def wrap(angle: float) -> float:
-    """The same direction as `angle`, in (-pi, pi]."""
+    """Returns the same direction as `angle`, in (-pi, pi]."""
     wrapped = math.remainder(angle, WHOLE_TURN)
     return math.pi if wrapped <= -math.pi else wrapped
 
 
 def difference(target: float, start: float) -> float:
-    """The turn from `start` to `target` the short way round, in (-pi, pi]."""
+    """Returns the turn from `start` to `target` the short way round, in (-pi, pi]."""
     return wrap(target - start)
 
 
 def unwrap(angle: float, previous: float) -> float:
-    """`angle` plus the whole turns that bring it nearest to `previous`: no jump at +/-pi."""
+    """Returns `angle` plus whole turns, nearest to `previous`: it does not jump at +/-pi."""
     return previous + difference(angle, previous)
 
 
 def interpolate_angle(start: float, end: float, fraction: float) -> float:
-    """The angle `fraction` (0 to 1) of the short way from `start` to `end`, in (-pi, pi]."""
+    """Returns the angle at a `fraction` (0 to 1) of the short turn to `end`, in (-pi, pi]."""
     return wrap(start + fraction * difference(end, start))
 
 
 def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
-    """Heading [rad] of a robot that stands on a floor.
+    """Returns the heading [rad] of a robot that stands on a floor.
 
-    Raises ``ValueError``, saying why, for NaN, infinity, a norm that is not 1, and a tilt of
+    Raises ``ValueError`` with the reason for NaN, infinity, a norm that is not 1, and a tilt of
     more than 45 degrees.
     """
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
-    # as Quaternion.to_euler() does, which takes three times as long
+    # the formulas of Quaternion.to_euler(), which takes three times as long
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))
@@ -71,6 +71,6 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
 
 def quaternion_from_yaw(yaw: float, roll: float = 0.0,
                         pitch: float = 0.0) -> Tuple[float, float, float, float]:
-    """(w, x, y, z) of a heading and a tilt [rad]."""
+    """Returns (w, x, y, z) of a heading and a tilt [rad]."""
     quaternion = Quaternion.from_euler(roll, pitch, yaw)
     return quaternion.w, quaternion.x, quaternion.y, quaternion.z

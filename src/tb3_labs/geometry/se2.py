@@ -7,7 +7,7 @@ A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B i
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
 Poses chain by their frames' names: ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-A pose that a person types is in degrees, and within bounds that catch errors of the unit
+The heading of a pose that a person types is in degrees. Bounds find a number in a wrong unit
 (:class:`TypedPose`).
 
 Units: metres and radians. Edge case: a computed yaw is in (-pi, pi].
@@ -48,23 +48,23 @@ class Pose2:
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
-        """The pose of the parent frame in this pose's own frame."""
+        """Returns the pose of the parent frame in this pose's own frame."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 
     def __matmul__(self, other: 'Pose2') -> 'Pose2':
-        """A_T_B @ B_T_C = A_T_C."""
+        """Returns A_T_B @ B_T_C = A_T_C."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(self.x + cos * other.x - sin * other.y,
                      self.y + sin * other.x + cos * other.y,
                      wrap(self.yaw + other.yaw))
 
     def distance_to(self, other: 'Pose2') -> float:
-        """Straight-line distance between the two places [m]."""
+        """Returns the straight-line distance between the two places [m]."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing_to(self, other: 'Pose2') -> float:
-        """Direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
+        """Returns the direction of `other` from here, in the parent frame [rad], (-pi, pi]."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x))
 
     def __str__(self) -> str:
@@ -72,7 +72,7 @@ class Pose2:
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
-    """The pose `fraction` (0 to 1) of the way from `start` to `end`, turning the short way."""
+    """Returns the pose at a `fraction` (0 to 1) of the way to `end`; it turns the short way."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))
@@ -80,7 +80,7 @@ def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
 
 @dataclass(frozen=True)
 class TypedPose(Config):
-    """A pose in the local frame in the numbers that a person types."""
+    """A pose in the local frame, as a person types it."""
 
     x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
     y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
@@ -88,20 +88,14 @@ class TypedPose(Config):
 
     @property
     def pose(self) -> Pose2:
-        """This pose as a Pose2."""
         return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
-
-
-def check_pose(pose: Pose2) -> None:
-    """Raises ``ValueError``, in the words of a TypedPose, if a Pose2 is too far away."""
-    TypedPose(float(pose.x), float(pose.y))     # numpy's numbers are not Python's
 
 
 @dataclass(frozen=True)
 class RequestedPose:
-    """A pose of a goal or a reset, as its sender gave it: in ``local`` or in ``odom``.
+    """The pose that a goal or a reset asks for. Its sender chose the frame: ``local`` or ``odom``.
 
-    A pose in odom is converted when it is used, by the local frame that is in force then.
+    A pose in odom is converted to local when it is used.
     """
 
     pose: Pose2
@@ -116,5 +110,6 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        check_pose(pose)
+        # a TypedPose checks the distance; it takes Python's numbers only, not numpy's
+        TypedPose(float(pose.x), float(pose.y))
         return pose

@@ -1,6 +1,6 @@
 """Where is the robot, and when was that measured?
 
-This room turns the samples of both sensors into a pose in the local frame. A reset comes as a call
-to `nodes/move_to_goal/ros_requests`, and goes by `nodes/move_to_goal/core` to `localizer`, which
-carries it out: it declares the frame that `local_frame` describes.
+This room turns the samples of both sensors into a pose in the local frame. A reset passes from
+`nodes/move_to_goal/ros_requests` to `nodes/move_to_goal/core`, and then to `localizer`. The
+localizer carries out the reset: it declares the frame that `local_frame` describes.
 """

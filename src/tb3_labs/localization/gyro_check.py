@@ -1,7 +1,7 @@
 """Does the gyro contradict the wheels, or the orientation of its own IMU?
 
-A board that calibrates its gyro while the robot turns takes this rate of turn as zero. Afterwards
-the gyro shows the opposite turn while the robot rests. In motion it is wrong by the same rate. A
+If a board calibrates its gyro while the robot turns, it treats this rate of turn as zero. Then the
+gyro shows the opposite turn while the robot rests. In motion it is wrong by the same rate. A
 robot that is carried looks the same, since its wheels rest. So each rate of the gyro is compared
 with the rates at which the wheels turned the robot a little earlier and later. The turn that delay,
 slip and uneven wheels do not explain is added up.
@@ -13,9 +13,9 @@ Times are the samples' stamps, so delays of the network do not matter. Cases:
   repeats one reading.
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREED`, with the wheels at rest.
-* No motion begins before gyro and wheels were compared for this time, at rest. In a silence of more
-  than timeouts.RESUME_TIME a board may have calibrated its gyro again. Wheels that cannot be
-  compared are not awaited.
+* No motion begins before gyro and wheels were compared for `AGREED`, at rest. In a silence of more
+  than timeouts.RESUME_TIME a board may have calibrated its gyro again. If the wheels cannot be
+  compared within `AGREED`, the motion does not wait for them.
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 7.5 deg/s at full speed.
 
@@ -48,7 +48,7 @@ DRIFT = 0.02
 WORST_SLIP = 0.45
 #: With a calibrated gyro, wheels may be uneven by this share, as when one is worn.
 WORST_UNEVEN = 0.1
-#: The slip of the wheels is known after steady turns of this time in all, by a calibrated gyro [s].
+#: A calibrated gyro shows the slip of the wheels after steady turns of this total time [s].
 SLIP_TIME = 0.1
 #: A steady turn is faster than this [rad/s].
 TURNING = 0.3
@@ -58,7 +58,7 @@ STEADY_TURN = 0.1
 UNEXPLAINED = 0.015
 #: The contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
 AGREED = 1.0
-#: Wheels rest while the margin around their rates, see _plausible, is below this [rad/s].
+#: Wheels rest while the margin around their rates, see plausible(), is below this [rad/s].
 RESTING_MARGIN = 1.2 * DRIFT
 #: A robot that turns more slowly than this stands [rad/s].
 STANDING_RATE = 0.03
@@ -68,7 +68,7 @@ WHEEL_MEMORY = 0.6
 GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved? carried? not a '
              '{}?): let it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
-#: The orientation stands if it does not follow while the gyro turns by this [rad].
+#: The orientation stands if it does not change while the gyro turns by this [rad].
 GYRO_TURNED = 0.1
 #: An orientation that stands changes by less than this, its noise [rad].
 STANDING_NOISE = 0.02
@@ -82,20 +82,19 @@ ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch
 class OrientationWatch:
     """Does the orientation of an IMU follow its gyro?
 
-    Some boards and drivers send an orientation that stands (turtlebot3 #912), or one of zero turn.
+    Some boards and drivers send an orientation that stands (turtlebot3 #912), or is always zero.
     The contradiction is over when the orientation moves, or when the gyro rested for `AGREED`.
     """
 
     def __init__(self) -> None:
-        self._begin: Optional[float] = None   # yaw [rad]
-        self._farthest = 0.0                  # its largest change since then [rad]
-        self._turned = 0.0                    # by the gyro since then [rad]
-        self._rested_for = 0.0                # the gyro [s]
+        self._begin: Optional[float] = None   # yaw at the begin of the comparison [rad]
+        self._farthest = 0.0                  # largest change of the yaw since then [rad]
+        self._turned = 0.0                    # turn by the gyro since then [rad]
+        self._rested_for = 0.0                # time for which the gyro rested [s]
         #: Does the orientation stand?
         self.stands = False
 
     def on_imu(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
         if last is None or self._begin is None:
             self._begin = yaw
@@ -123,12 +122,12 @@ class _WheelTurn(NamedTuple):
 
     begin: float
     end: float
-    rate: float        # at which they turned the robot [rad/s]
-    one_wheel: float   # at which the faster wheel alone would turn it [rad/s]
+    rate: float        # rate at which both wheels turned the robot [rad/s]
+    one_wheel: float   # rate at which the faster wheel alone would turn it [rad/s]
 
 
 class _GyroRate(NamedTuple):
-    """A rate of the gyro [rad/s], measured at `begin` and taken to hold until `end`."""
+    """A rate of the gyro [rad/s], measured at `begin` and assumed until `end`."""
 
     begin: float
     end: float
@@ -137,23 +136,22 @@ class _GyroRate(NamedTuple):
 
 
 class _Comparison:
-    """The knowledge since a silence, or since the robot's clock was set."""
+    """The comparison since the last silence, or since the robot's clock was set."""
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest
         self.readings: Deque[_GyroRate] = deque()    # not compared yet
         self.turns: Deque[_WheelTurn] = deque()
         self.is_calibrated = False  # did the gyro agree with resting wheels?
-        self.turned_for = 0.0       # time of its steady turns [s]
+        self.turned_for = 0.0       # time of its steady turns by a calibrated gyro [s]
         self.slip = 0.0             # mean slip in these turns
         self.unexplained = 0.0      # [rad]
         self.agreed_for = 0.0       # [s]
 
     def plausible(self, least: float, most: float, one_wheel: float) -> Tuple[float, float, float]:
-        """Returns (least, most, margin) [rad/s]: wheels of these rates may have turned the robot
-        at rates from `least` to `most`, or beyond by up to the margin.
-
-        `one_wheel`: the largest of _WheelTurn.one_wheel [rad/s].
+        """Returns (least, most, margin) of the robot's rate of turn [rad/s], which may be beyond
+        the first two by up to the margin. `least`, `most`, `one_wheel`: the least and the largest
+        _WheelTurn.rate, and the largest _WheelTurn.one_wheel [rad/s].
         """
         margin = SLIP * max(-least, most) + DRIFT
         if not self.is_calibrated:
@@ -181,8 +179,8 @@ class GyroWatch:
         #: Has any reading been compared?
         self.has_compared = False
         self._sends_wheels = False
-        self._rested_for = 0.0       # the time of all comparisons at rest [s]
-        self._alone_for = 0.0        # time of the gyro since anything was compared [s]
+        self._rested_for = 0.0       # time of all comparisons at rest [s]
+        self._alone_for = 0.0        # time of gyro samples since the last comparison [s]
         self._orientation = OrientationWatch()
         self._contradicts = False
         self._comparison = _Comparison()
@@ -203,10 +201,9 @@ class GyroWatch:
             readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
                                       sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
-            readings.popleft()    # the wheels are not heard
+            readings.popleft()    # no samples of the wheels arrive
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels."""
         self._sends_wheels = True
         last, time = self._comparison.wheels, sample.stamp
         if last is not None and not -SMALL_STEP <= time - last.stamp <= WHEEL_GAP:
@@ -218,7 +215,7 @@ class GyroWatch:
             self._compare(readings.popleft())
 
     def problem(self) -> str:
-        """The contradiction and its remedy, in words; '' if there is none."""
+        """Returns the contradiction and its remedy, in words; '' if there is none."""
         if self._orientation.stands:
             return ORIENTATION_STANDS
         return self._gyro_lies if self._contradicts else ''

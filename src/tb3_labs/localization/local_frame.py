@@ -29,15 +29,15 @@ class LocalFrame:
 
     @classmethod
     def declare(cls, local_T_base: Pose2, odom_T_base: Pose2, imu_yaw: float) -> 'LocalFrame':
-        """The frame in which the robot is at `local_T_base` while its sensors read `odom_T_base`
-        and `imu_yaw` [rad]."""
+        """Returns the frame in which the robot is at `local_T_base` while its sensors read
+        `odom_T_base` and `imu_yaw` [rad]."""
         return cls(odom_T_base @ local_T_base.inverse(), wrap(imu_yaw - local_T_base.yaw))
 
     def pose(self, odom_T_base: Pose2, imu_yaw: float) -> Pose2:
-        """The robot's pose in ``local``: place by odometry, heading by IMU."""
+        """Returns the robot's pose in ``local``: place by odometry, heading by IMU."""
         place = self.odom_T_local.inverse() @ odom_T_base
         return Pose2(place.x, place.y, self.heading(imu_yaw))
 
     def heading(self, imu_yaw: float) -> float:
-        """The robot's heading in ``local`` [rad], (-pi, pi]."""
+        """Returns the robot's heading in ``local`` [rad], (-pi, pi]."""
         return wrap(imu_yaw - self.imu_yaw_of_x)

@@ -3,13 +3,10 @@
 IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
 instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
 values of both sensors, interpolated to the moment of the request, once both sent a later sample. So
-it corrects any earlier error. In a spin, an error of the samples' age is an error of the reset. If
-the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
-(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unseen, the pose is lost:
-there is no local frame until a reset declares one.
-
-Samples and resets go in by `on_imu`, `on_odometry`, `on_reset`. Fixes, jumps and carried-out resets
-are events, taken once (`pop_fix`, `pop_jumps`, `pop_resets`); all else is state.
+it corrects any earlier error. If the robot turns, an error of the samples' age becomes an error of
+the reset. If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
+(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
+lost: there is no local frame until a reset declares one.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -44,11 +41,11 @@ class Fix:
 
 @dataclass
 class Reset:
-    """One declaration, from its request to its answer; only the localizer changes the rest."""
+    """A request to declare the robot's pose, and its outcome."""
 
     requested: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]
-    stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None: no sample yet
+    stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None: no sample
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
     sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
     before: Optional[Pose2] = None   # the pose at that instant in the old frame, if known
@@ -72,7 +69,7 @@ class Reset:
         return self.problem or '{} to {}{}'.format(PRINTED_POSE_SET, self.declared, self.hint)
 
     def give_up(self) -> None:
-        """The caller waits no longer: the old frame stays."""
+        """End a reset for which its caller waits no longer: the old frame stays."""
         if not self.is_over:
             self.problem = 'no sample of imu and odom at that instant'
 
@@ -81,25 +78,24 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, timing: SampleTiming) -> None:
-        """`timing`: of the samples; its clock finds the samples of an instant."""
+        """`timing`: the timing of the samples; its clock gives the stamp of an instant."""
         self._timing, self._clock = timing, timing.clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
         #: True from a loss of the pose to the next reset.
         self.is_lost = False
-        #: When the robot was last told to move, as far as known [s, receiver's clock].
+        #: Time of the last known command to move [s, receiver's clock].
         self.driven_at = -math.inf
         self._jump_filter = JumpFilter()
         self._jumps: List[Jump] = []
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []    # in the order of their requests, until they are taken
+        self._resets: List[Reset] = []    # in the order of their requests, until pop_resets()
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._awaits_imu = True    # a silence of both sensors: the odometry is back, the IMU is not
+        self._awaits_imu = True    # from a silence of both sensors to the next IMU sample
 
     def on_imu(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         jump = heading_jump(timed.before, timed.sample)
         if jump:
             self._jumps.append(Jump(jump))
@@ -109,7 +105,6 @@ class Localizer:
         self._carry_out_resets()
 
     def on_odometry(self, timed: TimedSample) -> None:
-        """Take in a message of the odometry."""
         self._awaits_imu = self._awaits_imu or timed.all_silent > RESET_SILENCE
         if self._timing.imu is None or self._awaits_imu:
             self._jump_filter.skip(timed)
@@ -124,11 +119,11 @@ class Localizer:
         self._carry_out_resets()
 
     def pop_fix(self) -> Optional[Fix]:
-        """The latest Fix, once; None if there is not a new one. Older ones are dropped.
+        """Returns the latest Fix once, and drops older ones; None if there is no new Fix.
 
-        The first Fix declares the frame, unless a reset came before it. The answer is None while
-        the pose is lost, and between a reset's instant and its samples, since a Fix would be in the
-        old frame.
+        The first Fix declares the frame, unless a reset declared it before. No Fix is returned
+        while the pose is lost, or for a sample after the instant of a reset that is not carried out
+        yet: the Fix would be in the old frame.
         """
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
@@ -144,12 +139,12 @@ class Localizer:
         return None if self.frame is None else self.frame.odom_T_local
 
     def pop_jumps(self) -> List[Jump]:
-        """The jumps of both sensors since the last call."""
+        """Returns the jumps of both sensors since the last call."""
         jumps, self._jumps = self._jumps, []
         return jumps
 
     def pop_resets(self) -> List[Reset]:
-        """The resets that are over since the last call, in order."""
+        """Returns the resets that are over since the last call, in order."""
         over = [reset for reset in self._resets if reset.is_over]
         if over:
             self._resets = self._waiting
@@ -167,7 +162,7 @@ class Localizer:
 
     @property
     def has_resets(self) -> bool:
-        """Does a reset wait for the samples of its instant?"""
+        """Is there a reset that is not carried out yet?"""
         return bool(self._waiting)
 
     @property
@@ -175,8 +170,8 @@ class Localizer:
         return [reset for reset in self._resets if not reset.is_over]
 
     def motion(self, now: float) -> Optional[Motion]:
-        """The robot's Motion at `now`; None before the first samples, or if the pose is lost. The
-        caller checks that the samples are fresh.
+        """Returns the robot's Motion at `now`; None before the first samples, or if the pose is
+        lost. The caller checks that the samples are fresh.
         """
         if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
@@ -192,13 +187,13 @@ class Localizer:
                       self._yaw_noise.deviation, extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is this stamp between the instant of a reset and the samples of that instant?"""
+        """Is `stamp` after a request, but not after the samples that its reset waits for?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
-        if jump.outcome == POSE_LOST:    # old data no longer applies
+        if jump.outcome == POSE_LOST:    # earlier samples are no longer valid
             for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'
             self.frame, self._buffer, self.is_lost = None, SampleBuffer(), True
@@ -207,7 +202,7 @@ class Localizer:
                 self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _shift(self, shift: Pose2) -> None:
-        """The frame ``odom`` jumped: its old frame has the pose `shift` in the new one."""
+        """Move ``local`` with ``odom``, whose old frame has the pose `shift` in the new one."""
         self._buffer.shift(shift)
         if self.frame is not None:
             self.frame = replace(self.frame, odom_T_local=shift @ self.frame.odom_T_local)
@@ -217,13 +212,13 @@ class Localizer:
             if reset.stamp is None:
                 reset.stamp, reset.epoch = (
                     self._clock.stamp_of(reset.requested_at), self._clock.epoch)
-            if reset.epoch != self._clock.epoch:    # its instant is lost
+            if reset.epoch != self._clock.epoch:    # the samples of its instant are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             readings = None if reset.stamp is None else self._buffer.at(
                 reset.stamp + reset.sample_delay)
             if readings is None:
-                return    # the later ones wait for it
+                return    # later resets wait for this one
             self._carry_out(reset, *readings)
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:

@@ -1,19 +1,19 @@
 """Finds the faults of the odometry, and its jumps, which are not a motion of the robot.
 
-There are three kinds of jumps:
+There are three kinds of jumps of the odometry:
 
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. Such a message
-  contradicts itself: its rate of turn has a spike, and its displacement is against its own forward
+  contradicts itself: its rate of turn has a spike, and its displacement is opposite to its own
   speed. The robot made the opposite displacement.
 * The robot's own `reset`, or a restart of its board, sets the odometry's place to zero after a
   silence, in which the motors keep their speed. If the robot stood before, it has
-  not moved, and the IMU's turn meanwhile comes from the calibration. Otherwise the pose is lost.
+  not moved, and the calibration caused the IMU's turn meanwhile. Otherwise the pose is lost.
 * The odometry jumps without a silence, as when the wheels spin while the robot is carried. Then
   the robot is assumed to stand where it was, turned as the IMU says. If the IMU jumps as well,
   the pose is lost.
 
 Frames: with a jump, the frame ``odom`` itself moves. The *shift* is the pose of the old frame in
-the new one: whatever is known in ``odom`` is to be shifted. Units: metres, radians, seconds.
+the new one: each pose in ``odom`` must be multiplied by it. Units: metres, radians, seconds.
 Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`): its `reset` takes 2.6 s,
 then the odometry's yaw begins at the IMU's turn of that time. A recording of a real Burger shows a
 displacement of 7.3 mm backwards at the crossing.
@@ -32,17 +32,17 @@ from tb3_labs.supervision.timeouts import LONGEST_SILENCE, RESET_SILENCE
 SPEED_BOUND = 0.5
 #: No TurtleBot3 turns faster than this [rad/s].
 TURN_BOUND = 4.0
-#: Messages that arrive unevenly may show a step that is longer by this [m].
+#: If messages arrive unevenly, a true step may exceed the bound by this [m].
 SLACK = 0.05
-#: Messages that arrive unevenly may show a turn that is larger by this [rad].
+#: If messages arrive unevenly, a true turn may exceed the bound by this [rad].
 SLACK_TURN = 0.3
 #: A rate of turn beyond this is the firmware's spike [rad/s].
 SPIKE = 10.0
-#: An odometry after a reset has a place of exactly zero, and a yaw below this [rad].
+#: After a reset the odometry's place is exactly zero, and its yaw is below this [rad].
 ZERO_YAW = 0.01
 #: If the place was this near to zero before, a place of zero does not show a reset [m].
 ZERO_PLACE = 0.001
-#: The first message after a reset may show a place this far from zero: the robot may move [m].
+#: The first message after a reset may have a place this far from zero: the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
 #: The yaw of the first message after a reset may be this far from zero, or from the angle by which
 #: the IMU turned [rad].
@@ -53,7 +53,7 @@ RESTING_TURN = 0.1
 CALIBRATION_TURN = 0.005
 #: A turning robot comes to rest within this time after its last message [s].
 STOPPING_TIME = 0.5
-#: The odometry contradicts the wheels if it runs on for this long while they stand [s].
+#: The odometry contradicts the wheels if it moves for this long while the wheels stand [s].
 CONTRADICTS = 0.5
 #: The contradiction in words.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
@@ -61,7 +61,7 @@ SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not a
 
 
 class Jump(NamedTuple):
-    """A step of a sensor that no robot can have made, in words, and the outcome for the pose."""
+    """A step of a sensor that is not a motion, in words, and the outcome for the pose."""
 
     text: str
     outcome: str = ''
@@ -75,24 +75,23 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class _Gap:
-    """The time between two odometry messages: the sum of what SampleTiming measured before each."""
+    """The time between two odometry messages, between which others may be skipped."""
 
     def __init__(self) -> None:
         self._by_stamps = self._by_arrival = 0.0
 
     def add(self, timed: TimedSample) -> None:
-        """Add the times of the next message."""
         self._by_stamps += timed.by_stamps
         self._by_arrival += timed.silence
 
     @property
     def seconds(self) -> float:
-        """The longer silence of stamps and arrivals, up to LONGEST_SILENCE [s]."""
+        """The longer time of stamps and arrivals, up to LONGEST_SILENCE [s]."""
         return min(max(self._by_stamps, self._by_arrival, 0.0), LONGEST_SILENCE)
 
     @property
     def silence(self) -> float:
-        """Its silence [s]. Delayed messages, or a clock that is set, do not lengthen it."""
+        """The shorter time [s]: neither delayed messages nor a clock that is set lengthen it."""
         return min(self._by_stamps, self._by_arrival) if self._by_stamps > 0.0 else self._by_arrival
 
 
@@ -129,21 +128,20 @@ class JumpFilter:
 
     def __init__(self) -> None:
         self._last: Optional[_JumpSample] = None    # the last message with a new pose
-        self._latest: Optional[_JumpSample] = None    # the last message of all
+        self._latest: Optional[_JumpSample] = None    # the last message
         self._since_last, self._since_latest = _Gap(), _Gap()
 
     def skip(self, timed: TimedSample) -> None:
-        """An odometry message was heard, but is not used."""
+        """Take in an odometry message that is not used."""
         self._since_last.add(timed)
         self._since_latest.add(timed)
 
     def filter(self, timed: TimedSample, imu: ImuSample,
                driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
-        """Returns (the shift of ``odom``, the Jump that an odometry message shows), each of them or
-        None.
+        """Returns (shift, jump) of an odometry message; each may be None.
 
         `imu`: the latest ImuSample, which shows the robot's turn while the odometry jumped;
-        `driven_at`: when the robot was last told to move, as far as known [s, as `arrival`].
+        `driven_at`: time of the last known command to move [s, receiver's clock].
         """
         self.skip(timed)
         sample = timed.sample
@@ -166,7 +164,7 @@ class JumpFilter:
 
     def _after_reset(self, before: _JumpSample, after: _JumpSample,
                      driven_at: float) -> Tuple[Optional[Pose2], Jump]:
-        """A reset between two messages. The pose is kept if the robot surely stood."""
+        """Returns (shift, jump) of a reset. The pose is kept if the robot surely stood."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
         if stood and abs(turned) <= RESTING_TURN and self._since_latest.seconds < LONGEST_SILENCE:
@@ -177,7 +175,7 @@ class JumpFilter:
     @staticmethod
     def _stand_still(problem: str, last: _JumpSample,
                      now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
-        """The odometry jumped, but the robot stands where it was at `last`."""
+        """Returns (shift, jump) of a jump, if the robot stands where it was at `last`."""
         turned = difference(now.imu.yaw, last.imu.yaw)
         if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
             return None, Jump(problem, POSE_LOST)
@@ -193,7 +191,7 @@ def _shift(before: Pose2, after: Pose2) -> Pose2:
 
 
 def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
-    """The step between two poses that no robot can have made, in words; '' if none."""
+    """Returns the step between two poses in words, if no robot can have made it; else ''."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
     if at_zero and (moved > ZERO_PLACE or turned > TURN_BOUND * seconds + SLACK_TURN):
@@ -217,7 +215,7 @@ class _Interval:
         self.begin, self.end = math.inf, -math.inf
 
     def update(self, is_true: bool, stamp: float) -> None:
-        """Take in a sample. A clock that goes back begins again."""
+        """Take in a sample. If the clock goes back, the interval begins again."""
         if not (is_true and self.begin <= stamp):
             self.begin = stamp
         self.end = stamp
@@ -227,7 +225,7 @@ class EncoderWatch:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders: the odometry runs on at its last speed for ever, while the robot and the angles
+    of its encoders: the odometry moves at its last speed for ever, while the robot and the angles
     in `joint_states` stand.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
@@ -242,7 +240,6 @@ class EncoderWatch:
         self._stand, self._rolls = _Interval(), _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels."""
         stands = self._wheels is not None and self._wheels[1:] == sample[1:]
         self._stand.update(stands, sample.stamp)
         self._wheels = sample
@@ -255,7 +252,7 @@ class EncoderWatch:
         self._odometry = sample
 
     def problem(self) -> str:
-        """The contradiction in words; '' if there is none."""
+        """Returns the contradiction in words; '' if there is none."""
         together = (min(self._stand.end, self._rolls.end)
                     - max(self._stand.begin, self._rolls.begin))
         return SERVOS_SILENT if together > CONTRADICTS else ''

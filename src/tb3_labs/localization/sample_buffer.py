@@ -1,7 +1,7 @@
 """The recent samples of both sensors, and their readings at one instant.
 
-A node reads every message of the odometry, but not every sample of the IMU. The odometry bridges a
-longer gap of the IMU: in the gap, the IMU's yaw is taken to turn as the odometry's.
+A node reads every message of the odometry, but not every sample of the IMU. In a longer gap of the
+IMU, its yaw is assumed to turn as the odometry's yaw does.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
 Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry longer than
@@ -49,8 +49,8 @@ class Track:
         return self._samples[-1][0] if self._samples else -math.inf
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
-        """The samples (time, value) before and after `time`. A sample of exactly that time is
-        returned as both. Returns None if `time` is outside of the track."""
+        """Returns the samples (time, value) before and after `time`. A sample of exactly that time
+        is returned as both. Returns None if `time` is outside of the track."""
         index = bisect_left(self._samples, (time,))
         if index == len(self._samples):
             return None
@@ -60,7 +60,7 @@ class Track:
         return (self._samples[index - 1], after) if index else None
 
     def at(self, time: float) -> Any:
-        """The value at `time`, or None if it is not known: too early, too late, or in a gap."""
+        """Returns the value at `time`; None if it is too early, too late, or in a gap."""
         around = self.around(time)
         if around is None:
             return None
@@ -85,12 +85,10 @@ class SampleBuffer:
         self._unpaired: Deque[Tuple[float, OdometrySample]] = deque()
 
     def add_imu(self, timed: TimedSample) -> None:
-        """Remember a sample of the IMU."""
         self._check_epoch(timed.epoch)
         self._imu.add(timed.time, timed.sample.yaw)
 
     def add_odometry(self, timed: TimedSample) -> None:
-        """Remember a message of the odometry."""
         self._check_epoch(timed.epoch)
         self._odometry.add(timed.time, timed.sample.pose)
         self._unpaired.append((timed.time, timed.sample))
@@ -98,13 +96,13 @@ class SampleBuffer:
             self._unpaired.popleft()
 
     def shift(self, shift: Pose2) -> None:
-        """The frame of the odometry jumped: its old frame has the pose `shift` in the new one."""
+        """Convert all samples to a new frame ``odom``, in which the old one is at `shift`."""
         self._odometry.change(lambda pose: shift @ pose)
         self._unpaired = deque((time, sample._replace(pose=shift @ sample.pose))
                                for time, sample in self._unpaired)
 
     def pop_pair(self) -> Optional[Tuple[OdometrySample, float]]:
-        """The latest (OdometrySample, IMU yaw at its stamp) that was not taken yet, or None."""
+        """Returns the latest (OdometrySample, IMU yaw at its stamp) once, or None."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()
@@ -119,7 +117,7 @@ class SampleBuffer:
         return None if yaw is None else (pose, yaw)
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """The IMU's yaw [rad]: by its own samples, or in a gap by the odometry's turn."""
+        """Returns the IMU's yaw [rad]: by its own samples, or in a gap by the odometry's turn."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
             return yaw
@@ -128,7 +126,7 @@ class SampleBuffer:
         if end - begin > MAX_BRIDGE or before is None or here is None:
             return None
         yaw = start + difference(here.yaw, before.yaw)
-        if after is not None:    # else the odometry has not passed the gap yet
+        if after is not None:    # else there is no odometry after the gap yet
             drift = difference(stop - start, difference(after.yaw, before.yaw))
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)

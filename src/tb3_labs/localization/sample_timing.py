@@ -1,8 +1,8 @@
 """The timing of samples, and the noise of an IMU. Each sample of a sensor is timed here, once.
 
-A :class:`SampleTiming` measures the silence before a sample, and reads the sender's clock. A
-:class:`TimedSample` has all values that later rooms need. SampleTiming keeps the latest sample of
-each sensor.
+A :class:`SampleTiming` measures the silence before a sample, and learns the sender's clock. It
+makes a :class:`TimedSample`, which has all times that other files need, and keeps the latest sample
+of each sensor.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -12,9 +12,9 @@ a clock, arrivals take their place for both sensors.
 
 Units: seconds. Cases:
 
-* An old stamp alone only shows that the message was delayed. The stamp counts.
+* An old stamp alone shows that the message was delayed. The stamp is used.
 * A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
-  stands still for this source until its stamps have caught up.
+  stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
   *epoch*. Instants of different epochs cannot be compared.
 * Stamps are not a clock if they are zero, stand still, run back, or differ between two sources.
@@ -32,39 +32,39 @@ from tb3_labs.supervision.timeouts import (
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
 #: Weight of each new sample in the variance of the noise, after the first ones.
-SHARE = 0.02
+NOISE_WEIGHT = 0.02
 #: A robot turns slowly if its rate is below this [rad/s].
 SLOW_TURN = 0.2
 #: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
-EVEN = 0.03
+EVEN_TURN = 0.03
 
 
 class TimedSample(NamedTuple):
-    """A sample, and all times that later rooms ask of it; made by :class:`SampleTiming` alone."""
+    """A sample, and all times that other files need; made by :class:`SampleTiming` alone."""
 
     sample: Any           # an ImuSample or OdometrySample
-    before: Any           # the sample of its source before it; None for the first
+    before: Any           # the sample before, of the same sensor; None for the first
     arrival: float        # [s, receiver's clock]
     time: float           # of the measurement [s, sender's clock; or by arrival]
     epoch: int            # of the sender's clock: times of different epochs cannot be compared
     measured_at: float    # [s, receiver's clock], as if the fastest message needed no time
     silence: float        # the silence before it, by arrivals [s]; infinite for the first
-    all_silent: float     # the same of all sources of its robot
-    by_stamps: float      # time since its source's sample before, by their stamps [s]; 0: none
+    all_silent: float     # the same, of both sensors together
+    by_stamps: float      # time since `before` by their stamps [s]; 0 for the first
 
     def age(self, now: float) -> float:
-        """Time since the measurement [s]; 0 if the receiver's clock went back."""
+        """Returns the time since the measurement [s]; 0 if the receiver's clock went back."""
         return max(0.0, now - self.measured_at)
 
     @property
     def step(self) -> float:
-        """Time since its source's sample before [s]: by their stamps, if these are a clock."""
+        """Time since `before` [s]: by stamps if they are a clock, otherwise by arrivals."""
         is_clock = 0.0 < self.by_stamps <= self.silence + CLOCK_STEP
         return self.by_stamps if is_clock else self.silence
 
 
 class SampleTiming:
-    """The timing of one robot: its IMU, and its odometry if it is heard."""
+    """The timing of one robot's samples."""
 
     def __init__(self) -> None:
         self.clock = SenderClock()
@@ -73,12 +73,12 @@ class SampleTiming:
         self.odometry: Optional[TimedSample] = None
 
     def on_imu(self, sample: ImuSample, now: float) -> TimedSample:
-        """A sample of the IMU has arrived."""
+        """Returns the TimedSample of an IMU sample that arrives now."""
         self.imu = self._timed('imu', self.imu, sample, now)
         return self.imu
 
     def on_odometry(self, sample: OdometrySample, now: float) -> TimedSample:
-        """A message of the odometry has arrived."""
+        """Returns the TimedSample of an odometry message that arrives now."""
         self.odometry = self._timed('odom', self.odometry, sample, now)
         return self.odometry
 
@@ -98,7 +98,7 @@ def _silence(last: Optional[TimedSample], now: float) -> float:
 
 
 class SenderClock:
-    """The robot's clock as its messages show it: reads the stamps of its sources."""
+    """The robot's clock, as the stamps of its messages show it."""
 
     def __init__(self) -> None:
         #: Number of the epoch; the first is 0.
@@ -111,7 +111,7 @@ class SenderClock:
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
                 all_silent: float) -> float:
-        """The time at which `source` measured a sample, on the sender's clock, or else by arrival.
+        """Returns the time of a sample of `source` on the sender's clock, or else its arrival.
         `silence`: of this source before the sample [s]; `all_silent`: of all sources [s]."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
@@ -127,13 +127,13 @@ class SenderClock:
         return time
 
     def stamp_of(self, now: float) -> Optional[float]:
-        """`now` [receiver's clock] on the sender's clock; None before the first sample."""
+        """Returns `now` [receiver's clock] on the sender's clock; None before the first sample."""
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """When was a sample of `time` [sender's clock], which has just arrived, measured? Returns
-        the time on the receiver's clock, as if the fastest message needed no time. Call
-        :meth:`time_of` before."""
+        """Returns when a sample that has just arrived was measured, on the receiver's clock, as if
+        the fastest message needed no time. `time`: the same on the sender's clock, as
+        :meth:`time_of` has returned it."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -163,7 +163,7 @@ class SenderClock:
         if source not in self._last:
             return False
         _, last_stamp = self._last[source]
-        # Delayed messages arrive all at once, but their stamps go on evenly.
+        # Messages that were delayed arrive together, but their stamps differ as usual.
         return not -SMALL_STEP <= stamp - last_stamp <= silence + CLOCK_STEP
 
     def _new_epoch(self) -> None:
@@ -187,11 +187,10 @@ class YawNoise:
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         before, (_, yaw, rate), step = timed.before, timed.sample, timed.step
         if before is None or not 0.0 < step < NOISE_GAP:
             return
-        if abs(rate) > SLOW_TURN or abs(rate - before.yaw_rate) > EVEN:
+        if abs(rate) > SLOW_TURN or abs(rate - before.yaw_rate) > EVEN_TURN:
             return
         turned = 0.5 * (before.yaw_rate + rate) * step
         # the difference of two samples has twice the variance of one
@@ -199,4 +198,4 @@ class YawNoise:
         self._count += 1
         variance = self.deviation ** 2
         self.deviation = math.sqrt(
-            variance + max(SHARE, 1.0 / self._count) * (square - variance))
+            variance + max(NOISE_WEIGHT, 1.0 / self._count) * (square - variance))

@@ -24,7 +24,8 @@ from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import LONGEST, LONGEST_FAIR_GAP, NO_RUN, Observation
 from tb3_labs.watch import chains
-from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
+from tb3_labs.watch.chains import Link, first_broken
 
 #: At most this many remarks and as many findings are written for one student.
 MOST_SENTENCES = 100
@@ -196,8 +197,8 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
-    if observation.broken and not marks.unjudged:
-        marks.unjudged = f'The marker itself failed ({observation.broken}).'
+    if observation.marker_error and not marks.unjudged:
+        marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = judge(LABS[lab].criteria, observation, worth, parts)
     verdict_text = ' '.join(each.observed for each in marks.verdicts)
     faults = [] if marks.is_full else faults_in(observation, verdict_text)
@@ -231,7 +232,7 @@ def _broken_link(observation: Observation,
     nobody publishes. Parts in which no point can be lost are left out: they ask for more than the
     handout.
     """
-    if observation.run is NO_RUN or observation.deaf or observation.odd or (
+    if observation.run is NO_RUN or observation.unpublished_topic or observation.not_finite or (
             tracebacks_before_the_end(observation)):
         return None
     missed = {verdict.criterion.part for verdict in verdicts

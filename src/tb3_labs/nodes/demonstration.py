@@ -12,7 +12,7 @@ TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'  # fits a terminal of 80 colum
 HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by', 'time',
                           '').rstrip()
 #: Largest true error of a good drive: of its place [m], and of its heading [deg].
-TRULY_OFF, TRULY_OFF_DEG = 0.01, 0.5
+MAX_TRUE_ERROR, MAX_TRUE_ERROR_DEG = 0.01, 0.5
 
 
 @dataclass(frozen=True)
@@ -28,14 +28,14 @@ class DemoConfig(Config):
 class DemoDrive:
     """The result of one drive; poses in local."""
 
-    state: str               # in which it ended
+    state: str               # state in which the drive ended
     goal: Pose2
     believed: Pose2          # at rest, as move_to_goal measured it
     reached: Pose2           # at rest, truly
     time: float              # [s]
 
     @property
-    def truly_off(self) -> Tuple[float, float]:
+    def true_error(self) -> Tuple[float, float]:
         """(distance [m], angle [deg]) from the true pose to the goal."""
         return (self.reached.distance_to(self.goal),
                 abs(math.degrees(difference(self.reached.yaw, self.goal.yaw))))
@@ -43,15 +43,14 @@ class DemoDrive:
     @property
     def is_good(self) -> bool:
         """Did the drive end at its goal, truly within the tolerances (bounds included)?"""
-        distance, angle = self.truly_off
+        distance, angle = self.true_error
         return (self.state == GoalState.GOAL_REACHED.name
-                and distance <= TRULY_OFF and angle <= TRULY_OFF_DEG)
+                and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
 
     def row(self, number: int) -> str:
-        """The row of the table."""
-        distance, angle = self.truly_off
+        distance, angle = self.true_error
         return TABLE_ROW.format(
-            'drive {}'.format(number), _in_short(self.goal), _in_short(self.believed),
+            'drive {}'.format(number), _short_pose(self.goal), _short_pose(self.believed),
             '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle), '{:.2f} s'.format(self.time),
             'ok' if self.is_good else 'NOT GOOD: ' + self.state)
 
@@ -61,6 +60,6 @@ def table(drives: Sequence[DemoDrive]) -> str:
     return '\n'.join(['', HEADER] + [drive.row(number) for number, drive in enumerate(drives, 1)])
 
 
-def _in_short(pose: Pose2) -> str:
+def _short_pose(pose: Pose2) -> str:
     return '{:.3f} {:.3f} {:.1f}'.format(
         pose.x, pose.y, round(math.degrees(pose.yaw), 1) + 0.0)  # not -0.0

@@ -22,7 +22,7 @@ from tb3_labs.config import Config, setting
 #: The address at which only programs of this computer can connect.
 LOOPBACK = '127.0.0.1'
 #: The port at the end of a Host header.
-PORT = re.compile(r':[0-9]*\Z')
+PORT_SUFFIX = re.compile(r':[0-9]*\Z')
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class PanelConfig(Config):
 
 
 class Access:
-    """Checks requests by the names of this node and its token ('': no token is needed)."""
+    """Checks requests by the names of this computer and the token ('': no token is needed)."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names`: names and addresses of this computer, beside the loopback's."""
@@ -55,7 +55,7 @@ class Access:
         an origin. `token`: the token in the request; None: this request needs no token.
         """
         host = (host or '').lower()
-        name = PORT.sub('', host)
+        name = PORT_SUFFIX.sub('', host)
         if name not in self._names:
             names = ', '.join(sorted(self._names))
             return f'this page is not offered as {name!r}: use one of {names}'

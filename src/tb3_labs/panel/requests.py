@@ -9,14 +9,14 @@ A request is a JSON object:
     {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     drive there, in local [m, deg]
     {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot is here, now, in local
 
-"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}; "mouse" counts from
-the middle of its square to its edges, -1..1, x right, y up. Each may have an "id", a whole number:
-the answer has it too. "stops" is the number of stops in the picture that the page had when its
-person acted; see :mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's
-clock [s]: "now" of the last picture, and the time since that picture. So a message can seem older
-than it is, but never newer, apart from the steps of a browser's clock.
+"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}; "mouse" is 0 in
+the middle of its square and -1 or 1 at its edges, x right, y up. Each request may have an "id", a
+whole number, which the answer repeats. "stops" is the number of stops in the picture that the page
+had when its person acted; see :mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on
+the panel's clock [s]: "now" of the last picture plus the time since that picture. So a message can
+seem older than it is, but not newer, apart from the steps of a browser's clock.
 
-Any other message raises ``ValueError`` with the invalid value, and the valid ones.
+Any other message raises ``ValueError`` with the invalid value and the valid values.
 """
 import json
 from contextlib import suppress
@@ -32,13 +32,13 @@ LONGEST_REQUEST = 500
 LATEST, MOST_AHEAD = 1e12, 0.2
 #: A turn is at most this [deg].
 MOST_DEGREES = 360.0
-#: Numbers of axes and buttons of the most common pad: students' nodes may read any of them.
+#: Number of axes and of buttons of the most common pad: students' nodes may read any of them.
 PAD_AXES, PAD_BUTTONS = 8, 11
 
 
 class BrowserPad(NamedTuple):
-    """The pad of a page: sticks from -1 to 1, forward and left positive; buttons pressed. A page
-    sends no b: its B is a "stop"."""
+    """The pad of a page: sticks from -1 to 1, forward and left positive; is each button pressed? A
+    page does not send b: it sends a "stop" for B."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -48,8 +48,8 @@ class BrowserPad(NamedTuple):
     b: bool = False
 
     def as_joy(self, config: PadConfig) -> Tuple[List[float], List[int]]:
-        """Returns (axes, buttons) of a sensor_msgs/Joy, numbered as the node `gamepad` reads them.
-        Axes are from -1 to 1, forward and left positive. A page need not know any numbers."""
+        """Returns (axes, buttons) of a sensor_msgs/Joy, at the numbers that the node `gamepad`
+        reads. Axes are from -1 to 1, forward and left positive."""
         axes = [0.0] * max(PAD_AXES, 1 + config.linear_axis, 1 + config.angular_axis)
         axes[config.linear_axis] = self.forward
         axes[config.angular_axis] = self.left
@@ -63,8 +63,8 @@ class BrowserPad(NamedTuple):
         return axes, buttons
 
 
-class Held(NamedTuple):
-    """The pad and the mouse pad that a person grips on a page; None if not gripped."""
+class Grip(NamedTuple):
+    """The pad and the mouse pad of a page; None if the person does not grip it."""
 
     pad: Optional[BrowserPad] = None
     mouse: Optional[Tuple[float, float]] = None
@@ -77,7 +77,7 @@ class PageRequest(NamedTuple):
     kind: str
     value: Any = None              # see the readers below
     id: Optional[int] = None
-    stops: Optional[int] = None    # stops that the page knew; None: unknown
+    stops: Optional[int] = None    # number of stops that the page knew; None: unknown
     sent_at: float = 0.0           # [s, the panel's clock]; 0: unknown, so the message is old
 
     def lateness(self, now: float) -> float:
@@ -88,10 +88,10 @@ class PageRequest(NamedTuple):
 
 
 class Viewer:
-    """One page; `send(text)` sends a message to it."""
+    """One page; `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
-        #: Lines of the log that were not sent to it yet.
+        #: Lines of the log that were not sent to the page yet.
         self.lines: List[Dict[str, str]] = []
         self._send = send
 
@@ -104,7 +104,7 @@ class Viewer:
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            # what is held on the page is ignored: the person must let go
+            # the grip on the page is ignored: the person must let go
             self.send('refused', text=text)
 
 
@@ -119,7 +119,7 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
         read = READERS[message['type']]
     except (ValueError, TypeError, KeyError):
         raise ValueError(f'{text!r:.60} is not valid: an object with a known "type"') from None
-    if message['type'] == 'stop':      # it is used, whatever stands beside it
+    if message['type'] == 'stop':      # a stop is obeyed, also if its other entries are invalid
         with suppress(ValueError):
             return _request(message, read)
         return PageRequest('stop')
@@ -139,7 +139,7 @@ def _pose(message: Dict) -> TypedPose:
         _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
-def _held(message: Dict) -> Held:
+def _grip(message: Dict) -> Grip:
     pad, mouse = _checked(message, 'pad', dict, None), _checked(message, 'mouse', list, None)
     if pad is not None:
         pad = BrowserPad(_number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
@@ -148,12 +148,12 @@ def _held(message: Dict) -> Held:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
         mouse = tuple(_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
-    return Held(pad, mouse, _checked(message, 'first', bool, False))
+    return Grip(pad, mouse, _checked(message, 'first', bool, False))
 
 
 #: {type: the reader of a message's value}
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'joy': _held, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
+    'joy': _grip, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
     'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg')}
 
 
@@ -168,7 +168,7 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
 
 
 def _checked(message: Dict, name: str, kind: type, missing: Any) -> Any:
-    """Returns the value called `name`, which is of this kind, or `missing`."""
+    """Returns the value called `name`, or `missing`; ``ValueError`` if its type is not `kind`."""
     value = message.get(name, missing)
     if value is not missing and type(value) is not kind:    # to Python a bool is an int
         raise ValueError(f'{name} is not valid: {kind.__name__}')

@@ -1,15 +1,15 @@
-"""All messages of one robot become the picture that a page draws.
+"""The latest messages of one robot, as the picture that a page draws.
 
-A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was heard:
+A picture is a JSON object. Poses are [x m, y m, yaw rad], null if they are not known:
 
     "odom", "local"      pose of the robot in odom, and in local
     "frame"              pose of the frame local, in odom
-    "is_own"             is local the node's own, by local_pose and tf? Else it is computed here
-                         from the odometry, since the last line "Local pose set to" of a node
+    "is_own"             does the node publish local, by local_pose and tf? Else it is computed
+                         here, from the odometry since the last line "Local pose set to" of a node
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
     "distance", "angle"  to the goal [m], and off its heading [deg]
-    "state", "phase"     the words of `goal_state`; their kind: driving, reached, waiting, stopped,
+    "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
     "holder"             the node that may drive, in words
@@ -20,7 +20,7 @@ A picture is a JSON object. Poses are [x m, y m, yaw rad], null if nothing was h
                          [[name, text]]}
     "page"               the page that drives the robot: "", "this" or "other"
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
-    "can"                {request: does any node listen to it?}
+    "can"                {type of a request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 
 NaN and infinite numbers are null too: JSON does not have them, but any node may publish them.
@@ -40,33 +40,33 @@ from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: If the odometry jumps by more than one of these, it was zeroed [m], [rad].
+#: If the odometry jumps by more than one of these, it was set to zero [m], [rad].
 JUMP, TURN_JUMP = 0.2, math.radians(60.0)
-#: The line of the handout by which a node says that local was declared: x, y [m], yaw [rad].
+#: The handout's line that a node prints when local was declared: x, y [m], yaw [rad].
 DECLARED = re.compile(
     PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: Truth and odometry that are farther apart in time than this are not compared [s].
-SAME_PICTURE = 0.3
-#: Ages below this are shown as 0 [s]: streams are read only a few times a second, so a small age
-#: shows nothing about the robot.
-READ_WITHIN = 0.3
+COMPARED_WITHIN = 0.3
+#: Ages below this are shown as 0 [s]: the panel reads topics only a few times a second, so a small
+#: age does not show a silence.
+LEAST_SHOWN_AGE = 0.3
 #: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
 STANDS_BELOW = 0.02
 
-#: A page shows the variables of so many nodes, so many of each, so many characters of a text, until
-#: the node is silent for so long [s].
-MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, STALE = 4, 40, 200, 2.0
+#: A page shows the variables of at most this number of nodes, this number of variables for each
+#: node, this number of characters for each text, and until a node is silent for this long [s].
+MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, VARIABLES_TIMEOUT = 4, 40, 200, 2.0
 
 
 class RobotView:
-    """The latest value of each kind that was heard from one robot."""
+    """The latest value of each kind from one robot."""
 
     def __init__(self) -> None:
         self._latest: Dict[str, Any] = {}          # kind: value
         self._arrivals: Dict[str, float] = {}      # kind: its arrival
         self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
         self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}  # node: arrival, variables
-        self._computed: Optional[Pose2] = None     # the frame, for a node that publishes none
+        self._computed_frame: Optional[Pose2] = None    # the frame, for a node that publishes none
 
     # -- input
 
@@ -76,19 +76,18 @@ class RobotView:
         self._latest[kind], self._arrivals[kind] = value, now
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
-        """Store a sample of the odometry."""
         last = self.latest('odom')
         if last is not None and (last.pose.distance_to(sample.pose) > JUMP or abs(
                 difference(sample.pose.yaw, last.pose.yaw)) > TURN_JUMP):
-            self._computed = None
+            self._computed_frame = None
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """Read a line of the log: it may say that the robot is at a pose in local now."""
-        found, odom = DECLARED.search(text), self.latest('odom')
-        if found and odom:
+        """Read a line of the log: it may declare the robot's pose in local."""
+        declared, odom = DECLARED.search(text), self.latest('odom')
+        if declared and odom:
             with suppress(ValueError):    # 1e999 is infinite
-                self._computed = odom.pose @ Pose2(*map(float, found.groups())).inverse()
+                self._computed_frame = odom.pose @ Pose2(*map(float, declared.groups())).inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
@@ -97,7 +96,7 @@ class RobotView:
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
         self._variables = {each: received for each, received in self._variables.items()
-                           if each != node and now - received[0] <= STALE}
+                           if each != node and now - received[0] <= VARIABLES_TIMEOUT}
         if len(self._variables) < MOST_NODES:
             self._variables[node[:LONGEST_TEXT]] = now, [
                 [name[:LONGEST_TEXT], text[:LONGEST_TEXT]]
@@ -106,7 +105,7 @@ class RobotView:
     # -- output
 
     def latest(self, kind: str) -> Any:
-        """The latest value of a kind, or None."""
+        """Returns the latest value of a kind, or None."""
         return self._latest.get(kind)
 
     @property
@@ -116,15 +115,18 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The kind of the words of `goal_state`; '' if they are not known."""
+        """The kind of the text of `goal_state`; '' if the text is not known."""
         state = self.latest('state') or ''
         if state in DRIVING:
             return 'driving'
         if state == GoalState.GOAL_REACHED.name:
             return 'reached'
-        return next((word for word in (WAITING, STOPPED, GAVE_UP) if state.startswith(word)), '')
+        for word in (WAITING, STOPPED, GAVE_UP):
+            if state.startswith(word):
+                return word
+        return ''
 
-    def why_not_stopped(self, since: float) -> Optional[str]:
+    def stop_problem(self, since: float) -> Optional[str]:
         """Returns why the stop at `since` [s] is not confirmed yet, in words; None if the robot
         stands, and move_to_goal has no control."""
         odom = self.latest('odom')
@@ -136,32 +138,32 @@ class RobotView:
         return None if stands else 'the robot still moves'
 
     def driver(self, now: float) -> str:
-        """The node whose commands move the robot, or ''."""
+        """Returns the node whose commands move the robot, or ''."""
         moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
         return max(moving)[1] if moving else ''
 
     def holder(self, now: float) -> str:
-        """The node that may drive, in words."""
+        """Returns the node that may drive, in words."""
         if self.latest('has_control'):
             return 'move_to_goal (it has control)'
         return self.driver(now) or self.latest('holder') or 'nobody'
 
     def picture(self, now: float) -> Dict[str, Any]:
-        """The picture, without the entries that differ from page to page."""
+        """Returns the picture, without the entries that differ from page to page."""
         driver, heading, odom = self.driver(now), self.latest('imu'), self.latest('odom')
         local, frame = self.latest('local'), self.latest('frame')
         is_own = bool(local or frame)
-        if not is_own and odom and self._computed:
-            frame, local = self._computed, self._computed.inverse() @ odom.pose
+        if not is_own and odom and self._computed_frame:
+            frame, local = self._computed_frame, self._computed_frame.inverse() @ odom.pose
         goal, distance, angle = self.latest('goal'), None, None
         if goal and local:
             distance = local.distance_to(goal)
             angle = math.degrees(difference(goal.yaw, local.yaw))
         return {
-            'odom': _numbers(odom and odom.pose), 'local': _numbers(local),
-            'frame': _numbers(frame), 'is_own': is_own,
-            'truth': _numbers(self._truth_in_odom()), 'goal': _numbers(goal),
+            'odom': _pose_numbers(odom and odom.pose), 'local': _pose_numbers(local),
+            'frame': _pose_numbers(frame), 'is_own': is_own,
+            'truth': _pose_numbers(self._truth_in_odom()), 'goal': _pose_numbers(goal),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
@@ -171,13 +173,13 @@ class RobotView:
             'ages': {source: self._silence(source, now) for source in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}
                        for node, (at, values) in sorted(self._variables.items())
-                       if now - at <= STALE]}
+                       if now - at <= VARIABLES_TIMEOUT]}
 
     def _silence(self, kind: str, now: float) -> Optional[float]:
         if kind not in self._arrivals:
             return None
         age = now - self._arrivals[kind]
-        return 0.0 if age <= READ_WITHIN else _rounded(age)
+        return 0.0 if age <= LEAST_SHOWN_AGE else _rounded(age)
 
     def _truth_in_odom(self) -> Optional[Pose2]:
         """Returns the true pose in odom at the time of the odometry, to compare the two while the
@@ -186,13 +188,13 @@ class RobotView:
         if origin is None or truth is None:
             return None
         (pose, stamp), odom = truth, self.latest('odom')
-        if odom is not None and abs(stamp - odom.stamp) < SAME_PICTURE:
+        if odom is not None and abs(stamp - odom.stamp) < COMPARED_WITHIN:
             ahead = stamp - odom.stamp
             pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
         return origin.inverse() @ pose
 
 
-def _numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
+def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
     if pose is None or not math.isfinite(pose.x + pose.y + pose.yaw):
         return None
     return [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]

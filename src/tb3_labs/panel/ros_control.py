@@ -1,8 +1,8 @@
-"""The robot as pages drive it: their requests become messages to the nodes of the labs.
+"""Carries out the requests of pages by messages to the nodes of the labs.
 
-A page is a pad: it sends `joy`, and the node `gamepad` decides what a stick or A does. Its mouse
-sends `mouse_info` to the node `controller`. :class:`tb3_labs.supervision.dead_man.DeadMan` says
-which page drives. STOP goes to every node at once.
+The pad of a page becomes a `joy`, and the node `gamepad` decides about sticks and buttons. The
+mouse of a page becomes a `mouse_info` to the node `controller`. A
+:class:`tb3_labs.supervision.dead_man.DeadMan` decides which page drives. A STOP goes to all nodes.
 """
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
@@ -22,11 +22,11 @@ from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.supervision.timeouts import OLDEST_RESET
 from tb3_labs.supervision.dead_man import DeadMan
 
-#: A request that was delayed by more than this is rejected: nobody expects it any more [s].
+#: A request that was delayed by more than this is rejected, since nobody expects it [s].
 LONGEST_DELAY = 2.0
 #: A stop is shown as done if the nodes and the robot answer within this time [s].
 CONFIRM_WITHIN = 1.5
-#: Time between two looks for that answer [s].
+#: Period of the checks for this answer [s].
 CONFIRM_PERIOD = 0.05
 
 
@@ -46,58 +46,59 @@ class PanelRobot:
         self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         #: Hears the robot's topics.
-        self.subscriptions = RobotSubscriptions(lambda: server.soon(self._stopped))
+        self.subscriptions = RobotSubscriptions(lambda: server.soon(self._on_stop))
 
     # -- what a page sees
 
     def picture(self, now):
-        """The picture, with the requests that have a listener, and the state of a page's pad."""
+        """Returns the picture, with the listeners of requests, and the state of a page's pad."""
         goal, joy = subscribers_of(self._goal), subscribers_of(self._joy) - {rospy.get_name()}
-        # a node of the handout hears ctrl_relinq, but no goals
+        # the handout's node listens to ctrl_relinq, but not to goals
         control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.subscriptions.read_view(lambda view: view.picture(now)),
                     stops=self.dead_man.stops,
                     can={'goal': bool(goal), 'reset': bool(goal or control), 'pad': bool(joy),
                          'turn': bool(subscribers_of(self._turn)),
                          'mouse': bool(subscribers_of(self._mouse))},
-                    pad=self._pad_words(joy))
+                    pad=self._pad_status(joy))
 
-    def _pad_words(self, listeners):
-        """'ready', or why the pad of a page does not drive."""
+    def _pad_status(self, listeners):
+        """Returns 'ready', or why the pad of a page does not drive."""
         if not listeners:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
             return 'another node publishes joy'
-        # a node of the handout does not publish control_holder
+        # the handout's node does not publish control_holder
         holder = self.subscriptions.read_view(lambda view: view.latest('holder')) or 'gamepad'
-        return {'gamepad': 'ready', 'move_to_goal': 'move_to_goal has control: B takes it'}.get(
-            holder, 'connecting: hold still')
+        if holder == 'move_to_goal':
+            return 'move_to_goal has control: B takes it'
+        return 'ready' if holder == 'gamepad' else 'connecting: hold still'
 
     # -- what a page asks for
 
     def carry_out(self, page, request):
-        """Do what `page` asks for. Returns the answer in words, or None if it comes later.
-        Raises ``ValueError`` with the reason if the request is rejected."""
+        """Carry out a request of `page`. Returns the answer in words, or None if the answer comes
+        later. Raises ``ValueError`` with the reason if the request is rejected."""
         return self._ACTIONS[request.kind](self, page, request)
 
     def _hold(self, page, request):
-        """A page sends what is held on it now."""
-        held = request.value
-        if not (held.pad or held.mouse):
+        """Drive by the grip of a person on `page`; an empty grip lets go."""
+        grip = request.value
+        if not (grip.pad or grip.mouse):
             if self.dead_man.let_go(page):
                 self._release()
             return ''
-        if held.mouse:
+        if grip.mouse:
             self._refuse_beside_move_to_goal()
         is_new, now = self.dead_man.page is None, steady_time()
         lateness = request.lateness(now)
-        if not self.dead_man.hold(page, request.stops, now, lateness, held.is_first):
+        if not self.dead_man.hold(page, request.stops, now, lateness, grip.is_first):
             return ''
         if is_new:
             in_thread(self._read_pad_numbers)
-        if held.pad:
-            self._send_pad(held.pad, lateness)
-        self._send_mouse(held.mouse)
+        if grip.pad:
+            self._send_pad(grip.pad, lateness)
+        self._send_mouse(grip.mouse)
         return ''
 
     def _stop(self, page, request):
@@ -114,19 +115,19 @@ class PanelRobot:
     def _send_goal(self, _page, request):
         self._check(request, LONGEST_DELAY)
         self._require(self._goal, 'move_base_simple/goal: is move_to_goal running?')
-        place = request.value
-        self._goal.publish(to_pose_stamped(place.pose, frame('local'), rospy.get_time()))
-        return f'goal sent: {place.x:.2f} m, {place.y:.2f} m, {place.yaw_deg:.0f} deg'
+        typed = request.value
+        self._goal.publish(to_pose_stamped(typed.pose, frame('local'), rospy.get_time()))
+        return f'goal sent: {typed.x:.2f} m, {typed.y:.2f} m, {typed.yaw_deg:.0f} deg'
 
     def _reset(self, page, request):
-        """Call the service in a thread of its own: it may take a second."""
-        self._check(request, OLDEST_RESET)    # a late one would declare another place
-        place = request.value
+        """Call the service in a separate thread: the call may take a second."""
+        self._check(request, OLDEST_RESET)    # a late reset would declare another place
+        typed = request.value
 
         def call():
             try:
-                fulfilled, text = True, call_reset(place.x, place.y, place.yaw_deg)
-            except Exception as problem:    # of any kind: the other pages keep their STOP
+                fulfilled, text = True, call_reset(typed.x, typed.y, typed.yaw_deg)
+            except Exception as problem:    # any: the STOP of other pages must go on working
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
         in_thread(call)
@@ -135,14 +136,14 @@ class PanelRobot:
     _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _ask_turn, 'goal': _send_goal, 'reset': _reset}
 
     def _check(self, request, most):
-        """Raises ``ValueError`` if a request that moves the robot, or its frame, is older than
-        `most` [s], or may be."""
+        """Raises ``ValueError`` if a request that moves the robot, or its frame, is, or may be,
+        older than `most` [s]."""
         now = steady_time()
         self.dead_man.check(request.stops, now, request.lateness(now), most)
 
     @staticmethod
     def _require(publisher, what):
-        """Raises ``ValueError`` if nobody hears it; `what`: its topic, and what to look at."""
+        """Raises ``ValueError`` if no node listens to `publisher`; `what`: topic, and advice."""
         if not subscribers_of(publisher):
             raise ValueError('no node listens on ' + what)
 
@@ -155,42 +156,42 @@ class PanelRobot:
     def stop(self):
         """Stop the robot, whoever drives it."""
         self._control.publish(False)
-        self._send_pad(BrowserPad(b=True))    # a gamepad of the handout hears no False of others
+        self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
         self._send_mouse((0.0, 0.0))   # a mouse that is deactivated ends a turn, too
         self._release()
         self._cmd_vel.publish(Twist())    # for a robot that a simple node drives
         self.dead_man.stop()
 
-    def _stopped(self):
-        """Another node stopped the robot."""
+    def _on_stop(self):
+        """Release the robot, since another node stopped it."""
         if self.dead_man.page is not None:
             self._release()
         self.dead_man.stop()
 
     def check_dead_man(self):
-        """Stop the robot if the page that drives is lost; all pages show the line."""
+        """Stop the robot if the page that drives is lost."""
         silence = self.dead_man.silence(steady_time())
         if silence:
             self.stop()
             rospy.logwarn('The page that drives is silent for %.1f s: the robot is stopped',
                           silence)
 
-    def gone(self, page):
-        """The connection to `page` has ended."""
+    def on_lost(self, page):
+        """Stop the robot if `page` drives, since the connection to it has ended."""
         if self.dead_man.page is page:
             self.stop()
 
     def _confirm(self, page, request, since):
-        """Answer `page` as soon as the nodes show that the robot is stopped, or after
-        `CONFIRM_WITHIN`; `since`: the time of the stop [s]."""
+        """Answer `page` when the nodes and the robot show that it has stopped, or else after
+        `CONFIRM_WITHIN`. `since`: the time of the stop [s]."""
         if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
             page.answer(request, False, 'no node hears it')
             return
-        problem, answer = self.subscriptions.read_view(lambda view: (view.why_not_stopped(since), (
-            'the robot stands' if view.latest('has_control') is None
-            else 'control taken, the robot stands')))
+        problem = self.subscriptions.read_view(lambda view: view.stop_problem(since))
         if not problem:
-            page.answer(request, True, answer)
+            has_control = self.subscriptions.read_view(lambda view: view.latest('has_control'))
+            page.answer(request, True, 'the robot stands' if has_control is None
+                        else 'control taken, the robot stands')
         elif steady_time() - since > CONFIRM_WITHIN:
             page.answer(request, False, problem)
         else:
@@ -203,21 +204,21 @@ class PanelRobot:
         self._send_mouse(None)
 
     def _send_pad(self, pad, lateness=0.0):
-        """Publish a `joy` as the package joy does; `lateness`: the delay of the page [s]."""
+        """Publish a `joy` as joy_node does; `lateness`: the delay of the page's message [s]."""
         if self.subscriptions.has_another_pad:
-            return    # the sticks of both would be treated as one pad's
+            return    # a node would treat both as one pad
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)
         message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))
         self._joy.publish(message)
 
-    def _send_mouse(self, place):
+    def _send_mouse(self, position):
         """Publish `mouse_info` as mouse_client.py does: a new mouse begins inactive."""
-        if self._mouse_active != bool(place):
+        if self._mouse_active != bool(position):
             self._publish_mouse(False, 0.0, 0.0)
-        self._mouse_active = bool(place)
-        if place:
-            self._publish_mouse(True, *place)
+        self._mouse_active = bool(position)
+        if position:
+            self._publish_mouse(True, *position)
 
     def _publish_mouse(self, active, x, y):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)
@@ -228,6 +229,6 @@ class PanelRobot:
         """Learn the numbers of axes and buttons that the node gamepad uses now."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # of any kind: pages keep their STOP
+        except Exception as problem:    # any: the STOP of pages must go on working
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

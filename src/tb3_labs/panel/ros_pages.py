@@ -16,9 +16,9 @@ from tb3_labs.ros.topics import subscribe
 
 #: A page that drives is checked once in this time [ms].
 DEAD_MAN_PERIOD = 20.0
-#: When the node ends: longest wait until the robot is released [s].
+#: A node that ends waits at most this long until the robot is released [s].
 RELEASE_TIME = 0.5
-#: Number of log lines kept for a page that comes later.
+#: Number of log lines that are kept for pages that open later.
 LINES_KEPT = 200
 #: A log line is cut after this number of characters.
 LONGEST_LINE = 500
@@ -30,13 +30,13 @@ class Pages:
 
     def __init__(self, config, body_radius):
         """Offer the page as a PanelConfig says; `body_radius`: of the robot [m]."""
-        self._hello = {'control': config.control, 'radius': body_radius,
-                       'robot': rospy.get_namespace().strip('/')}
+        self._greeting = {'control': config.control, 'radius': body_radius,
+                          'robot': rospy.get_namespace().strip('/')}
         self._pages = []
         self._lines = deque(maxlen=LINES_KEPT)
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
-        #: They run while there is a page.
+        #: These timers run while there is a page.
         self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
                         PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
@@ -45,8 +45,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends or stands still. Any thread may
-        call it."""
+        """Stop the robot if a page drives, since this node ends. Any thread may call this."""
         released = threading.Event()
 
         def release():
@@ -65,13 +64,13 @@ class Pages:
             for timer in self._timers:
                 timer.start()
         self._pages.append(page)
-        page.send('hello', **self._hello)
+        page.send('hello', **self._greeting)
         page.lines = list(self._lines)
         return (lambda text: self._on_text(page, text)), (lambda: self._on_end(page))
 
     def _on_end(self, page):
         self._pages.remove(page)
-        self._robot.gone(page)
+        self._robot.on_lost(page)
         if not self._pages:
             for timer in self._timers:
                 timer.stop()
@@ -79,17 +78,23 @@ class Pages:
     # -- pictures and lines of the log
 
     def _draw(self):
-        now, driver = steady_time(), self._robot.dead_man.page
+        now = steady_time()
         picture = self._robot.picture(now)
         for page in self._pages:
             if page.lines:
                 page.send('log', lines=page.lines)
                 page.lines = []
-            page.send('picture', **picture, now=now,
-                      page='' if driver is None else 'this' if driver is page else 'other')
+            page.send('picture', **picture, now=now, page=self._driver_for(page))
+
+    def _driver_for(self, page):
+        """Returns which page drives, as `page` shows it."""
+        driver = self._robot.dead_man.page
+        if driver is None:
+            return ''
+        return 'this' if driver is page else 'other'
 
     def _on_line(self, message):
-        """Keep a line of /rosout. The lines of each node come in a thread of their own."""
+        """Keep a line of /rosout. Each node's lines arrive in another thread."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))
@@ -108,14 +113,14 @@ class Pages:
         request = None
         try:
             request = read_request(text)
-            if not self._hello['control']:
+            if not self._greeting['control']:
                 raise ValueError('this panel only shows: it was started with control:=false')
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
             page.answer(request, False, str(problem))
-        except Exception as problem:    # only this page fails: the other pages keep their STOP
+        except Exception as problem:    # the STOP of other pages must go on working
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
-            self._robot.gone(page)
+            self._robot.on_lost(page)
             page.answer(request, False, f'this cannot be done: {problem}')
         else:
             if answer is not None:

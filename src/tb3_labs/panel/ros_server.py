@@ -18,21 +18,22 @@ from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import LONGEST_REQUEST
 from tb3_labs.ros.node import guarded
 
-#: The style and the program need no token; the page itself and its socket do.
+#: Files of these types need no token. The page itself and its socket need it.
 PUBLIC = ('.css', '.js', '.svg')
 #: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: The names of the files that draw a robot, as a regular expression.
-DRAWN = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir() if path.suffix in PUBLIC)
+DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir()
+                         if path.suffix in PUBLIC)
 #: Each page is pinged once in this time [s].
 PING_PERIOD = 1.0
-#: A page that does not answer for this long is dropped [s]: a laptop was suspended, or a network
-#: holds up all messages. A page that runs again connects again, and sees the present picture.
+#: A page that does not answer for this long is disconnected [s]: its computer was suspended, or the
+#: network stalls. Later it connects again, and shows the present picture.
 PONG_WITHIN = 3.0
-#: A connection without a whole request for this long is closed [s].
+#: A connection without a complete request for this long is closed [s].
 REQUEST_WITHIN = 10.0
-#: Most open connections, of one address and in all: this node can have some 1000 files open.
-MOST_OF_ONE, MOST_OPEN = 32, 128
+#: Most open connections, of one address and of all: this node may open about 1000 files.
+MOST_OF_ADDRESS, MOST_CONNECTIONS = 32, 128
 #: Ports that are tried if the first one is in use.
 PORTS = 10
 #: The page loads nothing from elsewhere, and no other site can show it in a frame.
@@ -45,7 +46,7 @@ HEADERS = {
 
 
 class Server:
-    """Offers the page at the address of a PanelConfig, in a thread of its own.
+    """Offers the page at the address of a PanelConfig, in a separate thread.
 
     `open_page(send)` is called for each page that connects; `send(text)` sends a message to it. It
     returns two functions: the first is called with each message (a str) of the page, the second at
@@ -53,12 +54,12 @@ class Server:
     """
 
     def __init__(self, config, open_page):
-        is_open = config.address == LOOPBACK
-        token = '' if is_open else secrets.token_urlsafe(12)
-        self._access = Access([] if is_open else _names_of_this_computer(config.address), token)
+        is_local = config.address == LOOPBACK
+        token = '' if is_local else secrets.token_urlsafe(12)
+        self._access = Access([] if is_local else _names_of_this_computer(config.address), token)
         self._open_page = open_page
-        self._sockets, port = _bound(config.port, config.address)
-        name = 'localhost' if is_open else _shown_name(config.address)
+        self._sockets, port = _bind(config.port, config.address)
+        name = 'localhost' if is_local else _shown_name(config.address)
         #: The address to open in a browser.
         self.address = f"http://{name}:{port}/{'?token=' + token if token else ''}"
         self._admitted = WeakSet()
@@ -84,13 +85,13 @@ class Server:
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page,
                                    'admit': self._admitted.add}),
-            (f'/({DRAWN})', _File, {'access': self._access, 'path': str(drawing.FILES)}),
+            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FILES)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
-        # A body would be read before Access is asked. The page sends none, but tornado 5 takes 0
-        # for no limit.
+        # tornado reads a body before Access checks the request. The page never sends a body, but
+        # tornado 5 reads 0 as no limit.
         server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_WITHIN,
                                   idle_connection_timeout=REQUEST_WITHIN)
         server.admitted = self._admitted
@@ -99,9 +100,9 @@ class Server:
 
 
 class _ConnectionLimit(httpserver.HTTPServer):
-    """Keeps the number of open connections within its limits. Above a limit the oldest connection
-    that is no page's is closed: a browser sends its request at once. A page's connection is never
-    closed for another. If all others are pages, the new connection is closed."""
+    """Limits the number of open connections. Above a limit it closes the oldest connection that
+    does not belong to a page: a browser sends its request at once. A page's connection stays open.
+    If all other connections belong to pages, the new connection is closed."""
 
     #: The streams of pages that were admitted.
     admitted = frozenset()
@@ -110,8 +111,8 @@ class _ConnectionLimit(httpserver.HTTPServer):
     def handle_stream(self, stream, address):
         self._open = [each for each in self._open if not each[0].closed()] + [(stream, address[0])]
         for most, group in (
-                (MOST_OF_ONE, [each for each, host in self._open if host == address[0]]),
-                (MOST_OPEN, [each for each, _ in self._open if not each.closed()])):
+                (MOST_OF_ADDRESS, [each for each, host in self._open if host == address[0]]),
+                (MOST_CONNECTIONS, [each for each, _ in self._open if not each.closed()])):
             if len(group) > most:
                 rospy.logwarn_throttle(10.0, 'more than {} connections ({}): one is closed'.format(
                     most, address[0]))
@@ -121,7 +122,7 @@ class _ConnectionLimit(httpserver.HTTPServer):
 
 
 def in_thread(job):
-    """Do `job()`, which may wait, in a thread of its own: the server's thread must hear stops."""
+    """Run `job()`, which may wait, in a separate thread: the server's thread must read stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 
@@ -183,7 +184,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
             pass
 
 
-def _bound(port, address):
+def _bind(port, address):
     """Returns (sockets, port), bound to the first free port; ``ValueError`` if that fails."""
     for number in range(port, port + PORTS):
         try:
@@ -200,7 +201,7 @@ def _bound(port, address):
 
 
 def _names_of_this_computer(address):
-    """The names and addresses under which other computers may reach this one."""
+    """Returns the names and addresses under which other computers may reach this one."""
     names = {address, socket.gethostname(), socket.getfqdn(),
              os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')}
     return sorted((names | set(rosgraph.network.get_local_addresses())) - {'', '0.0.0.0', '::'})

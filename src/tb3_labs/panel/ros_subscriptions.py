@@ -1,4 +1,4 @@
-"""Listens to the robot for pages, and no faster than a page draws."""
+"""Listens to the robot's topics for pages, and reads them no faster than a page draws."""
 import threading
 from operator import attrgetter
 
@@ -42,28 +42,28 @@ class RobotSubscriptions:
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
         self._odom, self._local = frame('odom'), frame('local')
-        transforms = TFMessage, self._write(_transforms), self._read_transforms
+        transforms = TFMessage, self._callback(_transforms), self._read_transforms
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
-        for topic, *how in (    # every message counts
-                ('goal_state', String, self._store('state'), _data),
+        for topic, *arguments in (    # every message is read
+                ('goal_state', String, self._store_as('state'), _data),
                 ('has_control', Bool, self._on_control, _data),
-                ('control_holder', String, self._store('holder'), _data),
-                ('current_goal', PoseStamped, self._store('goal'), _pose),
+                ('control_holder', String, self._store_as('holder'), _data),
+                ('current_goal', PoseStamped, self._store_as('goal'), _pose),
                 ('move2goal/cancel', GoalID, lambda goal: on_stop()),
                 ('/tf_static', *transforms)):
-            subscribe(topic, *how, queue_size=None)
-        for topic, rest, *how in (    # the latest sample is read, then none for `rest` [s]
-                ('odom', ODOMETRY_PERIOD, Odometry, self._write(RobotView.on_odometry),
+            subscribe(topic, *arguments, queue_size=None)
+        for topic, period, *arguments in (    # one sample is read in each `period` [s]
+                ('odom', ODOMETRY_PERIOD, Odometry, self._callback(RobotView.on_odometry),
                  to_odometry_sample),
-                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._store('local'), _pose),
-                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._store('truth'),
+                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._store_as('local'), _pose),
+                ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._store_as('truth'),
                  lambda truth: (to_pose2(truth.pose), truth.header.stamp.to_sec())),
-                ('imu', NUMBERS_PERIOD, Imu, self._store('imu'),
+                ('imu', NUMBERS_PERIOD, Imu, self._store_as('imu'),
                  lambda imu: to_imu_sample(imu).yaw),
-                ('cmd_vel', NUMBERS_PERIOD, Twist, self._write(_command)),
-                ('variables', NUMBERS_PERIOD, DiagnosticArray, self._write(_variables)),
+                ('cmd_vel', NUMBERS_PERIOD, Twist, self._callback(_command)),
+                ('variables', NUMBERS_PERIOD, DiagnosticArray, self._callback(_variables)),
                 ('/tf', NUMBERS_PERIOD, *transforms)):
-            subscribe(topic, *how, idle_for=lambda now, rest=rest: rest)
+            subscribe(topic, *arguments, idle_for=lambda now, period=period: period)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read_view(self, question):
@@ -77,28 +77,31 @@ class RobotSubscriptions:
         publisher."""
         return self._joy.get_num_connections() > 1
 
-    def _write(self, store):
+    def _callback(self, store):
         """Returns a callback that calls ``store(view, value, now)``."""
         return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
 
-    def _store(self, name):
-        return self._write(lambda view, value, now: view.on_message(name, value, now))
+    def _store_as(self, kind):
+        """Returns a callback that stores each value as this `kind`."""
+        return self._callback(lambda view, value, now: view.on_message(kind, value, now))
 
     def _read_transforms(self, message):
         """Returns [(kind, pose)] of the transforms for a picture; ValueError if one is invalid."""
-        wanted = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
-        found = [(wanted.get((stamped.header.frame_id.lstrip('/'),
-                              stamped.child_frame_id.lstrip('/'))), stamped.transform)
-                 for stamped in message.transforms]
-        return [(kind, transform_to_pose2(transform)) for kind, transform in found if kind]
+        kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
+        poses = []
+        for stamped in message.transforms:
+            frames = stamped.header.frame_id.lstrip('/'), stamped.child_frame_id.lstrip('/')
+            if frames in kinds:
+                poses.append((kinds[frames], transform_to_pose2(stamped.transform)))
+        return poses
 
     def _on_permission(self, event):
-        if not event.what and event.sender != rospy.get_name():
+        if not event.content and event.sender != rospy.get_name():
             self._on_stop()
 
     def _on_control(self, granted):
         had_control = self.read_view(lambda view: view.latest('has_control'))
-        self._store('has_control')(granted)
+        self._store_as('has_control')(granted)
         if had_control and not granted:
             self._on_stop()
 

@@ -7,17 +7,17 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: A robot does not turn farther than this between two samples of its IMU [rad]. In a silence of the
-#: IMU, a node that drives by the IMU stops the robot.
+#: A robot does not turn farther than this between two samples of its IMU [rad]: a node that drives
+#: by the IMU stops the robot when the IMU is silent.
 FARTHEST_TURN = 1.0
-#: The odometry of such a robot reaches no farther than this: a day of driving [m].
+#: The odometry shows no place farther away than this: a day of driving [m].
 FARTHEST_PLACE = 2e4
-#: No wheel turns this robot's odometry faster, not even one that is spun by hand [m/s].
+#: The odometry shows no faster speed, even if a person spins the wheels by hand [m/s].
 FASTEST_DRIVE = 3.0
-#: Largest rate of turn of the odometry [rad/s]: the firmware's spike, two pi for each period of at
-#: least 1 ms.
+#: Largest rate of turn of the odometry [rad/s]: the firmware's spike is two pi in one period, and a
+#: period is at least 1 ms.
 FASTEST_SPIKE = 7e3
-#: The gyro of the board measures no faster turn: 2000 deg/s [rad/s].
+#: The gyro of the board cannot measure a faster turn: 2000 deg/s [rad/s].
 FASTEST_GYRO = 35.0
 #: A wheel has turned no farther than this [rad]: its encoder counts 2^31 steps.
 FARTHEST_WHEEL = 3.5e6
@@ -55,7 +55,7 @@ class WheelSample(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """The robot's motion as a law needs it; ages count from the measurement, see sample_timing."""
+    """The robot's motion, for a control law. An age is the time since the measurement."""
 
     pose: Any                   # local_T_base, now, a Pose2 extrapolated from the samples
     linear: float               # [m/s], from the wheels
@@ -71,7 +71,7 @@ Sample = Union[ImuSample, OdometrySample]
 
 
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
-    """`value`, which no robot exceeds; ``ValueError`` if it does, or is not finite."""
+    """Returns `value`; ``ValueError`` if it is beyond `bound`, or not finite."""
     if not abs(value) <= bound:    # "not <=" also catches NaN
         raise ValueError(
             f'{name} = {value:.6g} {unit} is more than a robot can have ({bound:g})')
@@ -84,7 +84,7 @@ def is_slow(linear: float, angular: float) -> bool:
 
 
 def heading_jump(before: Optional[ImuSample], after: ImuSample) -> str:
-    """The fault that two successive samples of the IMU show; '' if none."""
+    """Returns the jump of the heading between two samples in words; '' if it did not jump."""
     turned = difference(after.yaw, before.yaw) if before else 0.0
     if abs(turned) <= FARTHEST_TURN:
         return ''

@@ -14,8 +14,8 @@ from tb3_labs.config import NOT_GIVEN
 TICKS_PER_TURN = 4096
 #: Goal velocities are sent to the motors in whole steps of 0.229 rpm, cut towards zero.
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
-#: The firmware applies the latest command, and sends odometry, at this rate [1/s]. Laws command in
-#: this rhythm, see tb3_labs.control.braking.
+#: The firmware applies the latest command, and sends odometry, at this rate [1/s]. Control laws
+#: give commands at the same rate, see tb3_labs.control.braking.
 CONTROL_RATE = 30.0
 #: Without a command for this long the wheels are commanded to zero [s].
 COMMAND_TIMEOUT = 0.5
@@ -40,10 +40,10 @@ class RobotModel:
     wheel_radius: float       # [m]
     wheel_separation: float   # between the wheels' middles [m]
     motor_rpm: float          # fastest turn of a wheel [1/min]
-    motor_steps: int          # fastest turn as the motor takes it, in MOTOR_SPEED_STEP
+    motor_steps: int          # the same, as the motor limits it, in MOTOR_SPEED_STEP
     max_linear: float         # [m/s]
     max_angular: float        # [rad/s]
-    body_radius: float        # a circle about the wheels' axle that holds the robot [m]
+    body_radius: float        # radius of a circle that contains the robot [m]
 
     @property
     def half_track(self) -> float:
@@ -67,7 +67,7 @@ MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
-    """Returns `twist` within the limits asked for ([m/s], [rad/s]) and the robot's own.
+    """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the robot itself.
 
     First each speed is clipped on its own. If both together are still too fast for a wheel, both
     are scaled alike: the robot drives the same curve, only slower.
@@ -84,7 +84,7 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """The model called `name`; ``ValueError`` if it is unknown. `source`: the parameter
+    """Returns the model called `name`; ``ValueError`` if it is unknown. `source`: the parameter
     or variable that has the name."""
     try:
         return MODELS[name]

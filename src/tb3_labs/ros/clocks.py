@@ -19,14 +19,14 @@ POLL_PERIOD = 0.05
 
 
 def ros_time():
-    """rospy.get_time(), which takes ten times as long."""
+    """Returns rospy.get_time(), but in a tenth of its computing time."""
     return time.time() if is_wall_time() else rospy.get_time()
 
 
 def steady_time():
-    """Seconds on a clock that never stands still and never goes back, independent of ROS time.
+    """Returns the seconds of a clock that never stands still or goes back, whatever ROS time does.
 
-    Unlike time.monotonic(), it goes on while the computer is suspended: a permission is old then.
+    Unlike time.monotonic(), it runs while the computer is suspended: a permission is old then.
     """
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 

@@ -1,4 +1,4 @@
-"""Messages <-> the core's types, and the names of their frames.
+"""Converts messages to the types of the cores, and back. Also the names of frames.
 
 No other file reads or fills quaternion fields. An invalid message (NaN, infinity, an invalid
 quaternion) raises ``ValueError``.
@@ -13,41 +13,41 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
 
-#: The environment variable with the path of a named pipe. The simulated robot writes its true poses
-#: there, a line with x, y [m], yaw [rad] each, and not to a topic, which any node can read.
+#: The environment variable with the path of a named pipe. The simulated robot writes a line with x,
+#: y [m], yaw [rad] there for each true pose. It does not use a topic, which any node can read.
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
 def frame(name):
-    """`name` in this node's namespace, such as `robot3/odom`: tf has one tree for all robots."""
+    """Returns `name` in this node's namespace, such as `robot3/odom`: all robots share one tf."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name
 
 
 def yaw_of(orientation):
-    """Heading [rad] of a geometry_msgs/Quaternion."""
+    """Returns the heading [rad] of a geometry_msgs/Quaternion."""
     return yaw_from_quaternion(w=orientation.w, x=orientation.x, y=orientation.y, z=orientation.z)
 
 
 def to_quaternion(yaw, *tilt):
-    """geometry_msgs/Quaternion of a heading, and of a tilt (roll, pitch) [rad]."""
+    """Returns the geometry_msgs/Quaternion of a heading, and of a tilt (roll, pitch) [rad]."""
     w, x, y, z = quaternion_from_yaw(yaw, *tilt)
     return Quaternion(x=x, y=y, z=z, w=w)
 
 
 def to_pose2(pose):
-    """The planar part of a geometry_msgs/Pose."""
+    """Returns the planar part of a geometry_msgs/Pose."""
     return _finite(Pose2(pose.position.x, pose.position.y, yaw_of(pose.orientation)))
 
 
 def transform_to_pose2(transform):
-    """The planar part of a geometry_msgs/Transform."""
+    """Returns the planar part of a geometry_msgs/Transform."""
     return _finite(Pose2(transform.translation.x, transform.translation.y,
                          yaw_of(transform.rotation)))
 
 
 def to_odometry_sample(message):
-    """The OdometrySample of a nav_msgs/Odometry."""
+    """Returns the OdometrySample of a nav_msgs/Odometry."""
     twist, pose = message.twist.twist, to_pose2(message.pose.pose)
     bounded('place', max(abs(pose.x), abs(pose.y)), FARTHEST_PLACE, 'm')
     return OdometrySample(
@@ -57,7 +57,7 @@ def to_odometry_sample(message):
 
 
 def to_pose_stamped(pose, frame, stamp):
-    """geometry_msgs/PoseStamped of a Pose2; `stamp` in seconds."""
+    """Returns the geometry_msgs/PoseStamped of a Pose2; `stamp` in seconds."""
     message = PoseStamped()
     message.header.frame_id = frame
     message.header.stamp = rospy.Time.from_sec(stamp)
@@ -68,7 +68,7 @@ def to_pose_stamped(pose, frame, stamp):
 
 
 def to_transform(parent_T_child, parent, child, stamp):
-    """geometry_msgs/TransformStamped of a Pose2; `stamp` in seconds."""
+    """Returns the geometry_msgs/TransformStamped of a Pose2; `stamp` in seconds."""
     message = TransformStamped()
     message.header.frame_id = parent
     message.header.stamp = rospy.Time.from_sec(stamp)
@@ -80,7 +80,7 @@ def to_transform(parent_T_child, parent, child, stamp):
 
 
 def to_twist(linear, angular):
-    """geometry_msgs/Twist of a forward speed [m/s] and a rate of turn [rad/s]."""
+    """Returns the geometry_msgs/Twist of a forward speed [m/s] and a rate of turn [rad/s]."""
     message = Twist()
     message.linear.x = linear
     message.angular.z = angular

@@ -4,7 +4,7 @@ When a node that drives stops, for any reason, it publishes exactly one zero and
 that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
 that ended it), and when its clock stands still.
 
-Locks are taken in this order, each only before those below it:
+A thread that holds a lock takes only locks further down in this list:
     1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
        diagnostics, actionlib. A node that calls these parts holds no lock.
     2  the lock of the node, its CoreRunner's, which guards its core and its commands
@@ -42,11 +42,11 @@ class CoreRunner:
     own. So a terminal that takes no text, or actionlib, holds up no message and no stop.
     """
 
-    def __init__(self, tick, at_once=None, carry_out=None):
-        """``tick()`` returns the Output of now. ``at_once(output)`` is called with the lock held,
+    def __init__(self, tick, publish=None, carry_out=None):
+        """``tick()`` returns the Output of now. ``publish(output)`` is called with the lock held,
         after the command was sent, and must not wait. ``carry_out(output)`` is called without it.
         """
-        self._tick, self._at_once, self._carry_out = tick, at_once, carry_out
+        self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
         self._waiting = queue.SimpleQueue()    # Outputs that are not carried out yet
         threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
@@ -55,9 +55,9 @@ class CoreRunner:
         self._watchdog = Watchdog(self.check, self._note_clock)
 
     def handle(self, method, *arguments):
-        """Hand over what was heard by ``method(*arguments)`` of the core, and let it decide.
-        Returns the Output. `method` reads the clock: an earlier time may be older than one that the
-        core knows already."""
+        """Call ``method(*arguments)`` of the core, which takes in a message, and let the core
+        decide. Returns the Output. `method` itself reads the clock: a time from before the lock may
+        be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -70,21 +70,21 @@ class CoreRunner:
             self._decide()
 
     def query(self, method, *arguments):
-        """Returns the answer of ``method(*arguments)`` of the core. Nothing is decided: it is a
-        question, or a sample that only checks other samples."""
+        """Returns ``method(*arguments)`` of the core, without a decision: for a question, or for a
+        sample that only checks other samples."""
         with self._lock:
             return method(*arguments)
 
     def _decide(self):
-        """The caller holds the lock."""
+        """Let the core decide, and send its command. The caller holds the lock."""
         output = self._tick()
         if output.stops_first:
             self.cmd_vel.stop()
         if output.command is not None:
             self.cmd_vel.send(output.command)
-        if self._at_once is not None:
-            self._at_once(output)
-        self._watchdog.keep(output.watched)
+        if self._publish is not None:
+            self._publish(output)
+        self._watchdog.set_awake(output.watched)
         if output.has_more:
             self._waiting.put(output)
         return output
@@ -150,8 +150,8 @@ class CmdVel:
         self.stop()
 
     def note_clock(self, runs):
-        """Does ROS time run? While it stands still, nothing may be driven. Returns whether it has
-        just come to a stand."""
+        """Take in whether ROS time runs: while it stands still, nothing may be driven. Returns True
+        if it has just stopped."""
         stands, self._clock_runs = self._clock_runs and not runs, runs
         if stands:
             self.stop()
@@ -163,10 +163,10 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()`, under the lock, in a separate thread, while no message comes; and
-    `note_clock(runs)`, if the clock is simulated.
+    """Calls `check()` in a separate thread while no message arrives. Also calls `note_clock(runs)`
+    if the clock is simulated.
 
-    The thread begins with the first call of :meth:`keep`. A rospy.Timer would stop with the
+    The thread begins with the first call of :meth:`set_awake`. A rospy.Timer would stop with the
     simulated clock, just when the check is needed.
     """
 
@@ -177,12 +177,16 @@ class Watchdog:
         self._clock, self._last = Freshness('/clock', STANDSTILL), 0.0
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
-    def keep(self, awake):
-        """`awake`: must the node be checked often? The caller holds the node's lock."""
+    def set_awake(self, awake):
+        """Check the node often if it is `awake`. The caller holds the node's lock."""
         if not self._thread.ident:
             self._thread.start()
-        if awake is not self._awake.is_set():    # reading it costs less than setting it again
-            (self._awake.set if awake else self._awake.clear)()
+        if awake is self._awake.is_set():    # reading it costs less than setting it again
+            return
+        if awake:
+            self._awake.set()
+        else:
+            self._awake.clear()
 
     def feed(self):
         """Tell the watchdog that a message has arrived and was processed."""
@@ -193,11 +197,11 @@ class Watchdog:
             is_awake = self._awake.wait(IDLE_PERIOD)
             self._check_clock()
             quiet_time = self._messages.timeout if is_awake else IDLE_PERIOD
-            patient_for = quiet_time - self._messages.age(steady_time())
-            if patient_for <= 0.0:
+            quiet_left = quiet_time - self._messages.age(steady_time())
+            if quiet_left <= 0.0:
                 self._check()
             if is_awake:
-                time.sleep(max(CHECK_PERIOD, patient_for))
+                time.sleep(max(CHECK_PERIOD, quiet_left))
 
     def _check_clock(self):
         if not is_wall_time():

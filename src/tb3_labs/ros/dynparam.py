@@ -4,14 +4,14 @@ Usage: dynparam list                     the nodes whose settings can change
        dynparam get NODE [NAME]          their values
        dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
-The exit status is 0 only if that was done. Terminals of scripts/setup.sh call it `dynparam`, all
-others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
+The exit status is 0 only if that was done. In a terminal after scripts/setup.sh the command is
+`dynparam`, in others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
 
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
 """
-# The program of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines, and waits for
-# ever for an unknown node.
+# The program of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines, and waits
+# without end for an unknown node.
 
 import re
 import sys
@@ -40,14 +40,14 @@ COMMANDS = {'list': (1,), 'get': (2, 3), 'set': (4,)}
 
 
 def nodes():
-    """The names of the nodes whose settings can change."""
+    """Returns the names of the nodes whose settings can change."""
     _, _, services = rosgraph.Master(rospy.get_name()).getSystemState()
     return sorted(name[:-len(SERVICE)] for name, _ in services if name.endswith(SERVICE))
 
 
 def call(node, config):
-    """Change settings of `node`, and return {name: value} of all. Raises ``ValueError`` if it
-    refuses."""
+    """Change settings of `node`. Returns {name: value} of all its settings; ``ValueError`` if the
+    node refuses."""
     rospy.wait_for_service(node + SERVICE, LONGEST_ANSWER)
     try:
         return decode(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)
@@ -66,7 +66,7 @@ def settings_of(node):
 
 
 def value_of(text, kind):
-    """Returns the typed text as a `kind`, or else as another type, which the node refuses."""
+    """Returns the value in a typed text. If it is not of type `kind`, the node refuses it."""
     if kind is float:
         return number_or_text(text)    # YAML reads 1e-3 as a text, and 400 digits are not a float
     try:

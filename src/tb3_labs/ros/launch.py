@@ -1,10 +1,10 @@
 """Checks the arguments of a roslaunch.
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
-package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. It
-looks at the command line of the roslaunch that runs it. If an argument is unknown or missing, it
-prints one line and fails; then roslaunch refuses the file before anything starts. Any Python can
-run it: it imports the standard library alone.
+package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. The
+command reads the command line of the roslaunch that runs it. If an argument is unknown or missing,
+the command prints one line and fails; then roslaunch refuses the file before a node starts. This
+file imports the standard library alone, so any Python can run it.
 """
 import difflib
 import os
@@ -20,22 +20,22 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: The doc of an argument that takes a file of parameters, and a line that YAML reads as empty.
+#: The doc of an argument that takes a file of parameters, and a line of it without a value.
 OWN_FILE = 'a YAML file of your own'
 NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
 #: A colon without a blank after it, as in {slip:0.1}: YAML makes it a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
 #: An argument takes numbers if its default is one, or a group of parameters.
 NUMBERS = re.compile(r'-?[\d.]+|\{\}')
-#: A whole number, and the largest of the parameter server; by a larger one roslaunch fails.
+#: A whole number, and the largest one that roslaunch can set on the parameter server.
 WHOLE = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
 LARGEST = 2 ** 31 - 1
-#: A parameter and its value in {slip: 0.1}; nothing behind a last comma.
+#: A parameter and its value, as in {slip: 0.1}. Behind a last comma the text may be empty.
 PAIR = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
 
 def _words_of(process):
-    """The words after `roslaunch` in the command line of a process; [] for another program."""
+    """Returns the words after `roslaunch` in a process's command line; [] for another program."""
     words = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
     for place, word in enumerate(words[:2]):    # the first word may be python
         if os.path.basename(word) == 'roslaunch':
@@ -46,10 +46,10 @@ def _words_of(process):
 def problem_of(words, path):
     """Returns a sentence about the first unknown or missing argument; '' if all are right.
 
-    `words` are those after `roslaunch`. If they do not name the launch file `path`, because another
-    file includes it, '' is returned, too.
+    `words`: the words after `roslaunch`. If they do not name the launch file `path`, another file
+    includes it: then the result is '', too.
     """
-    if not any(_means(words[:place], word, path) for place, word in enumerate(words)):
+    if not any(_names_file(words[:place], word, path) for place, word in enumerate(words)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
@@ -69,7 +69,7 @@ def problem_of(words, path):
     return ''
 
 
-def _means(before, word, path):
+def _names_file(before, word, path):
     """Is `word`, after the words `before`, the launch file `path`?"""
     if word == path.name and before and before[-1] == PACKAGE:
         return True
@@ -77,16 +77,11 @@ def _means(before, word, path):
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns how the value should be, by the argument's `doc`; '' if it is right."""
+    """Returns how a wrong value should be written, by the argument's `doc`; '' for a right one."""
     if PARAMETERS_FILE.search(doc):
-        in_braces = value if value.startswith('{') else '{' + value.replace('=', ':') + '}'
-        right, why = NO_BLANK.sub(': ', in_braces), 'a blank is missing after the colon'
-        if right != value:
-            return f"{why if in_braces == value else 'in braces, with colons'}: {name}:=\"{right}\""
-        for part in value.strip('{} ').split(','):
-            if not PAIR.fullmatch(part):
-                return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
-                    part.strip())
+        problem = _problem_of_group(name, value)
+        if problem:
+            return problem
     for start, end in CHOICE_OF_FILES.findall(doc):
         known = sorted(str(file.relative_to(folder))[len(start):-len(end)]
                        for file in folder.glob(start + '*' + end))
@@ -95,8 +90,23 @@ def _problem_of_value(name, value, doc, folder):
     return _problem_of_file(Path(value)) if doc == OWN_FILE else ''
 
 
+def _problem_of_group(name, value):
+    """Returns how a wrong group of parameters should be written; '' for a right one."""
+    if not value.startswith('{'):
+        corrected = NO_BLANK.sub(': ', '{' + value.replace('=', ':') + '}')
+        return f'in braces, with colons: {name}:="{corrected}"'
+    corrected = NO_BLANK.sub(': ', value)
+    if corrected != value:
+        return f'a blank is missing after the colon: {name}:="{corrected}"'
+    for pair in value.strip('{} ').split(','):
+        if not PAIR.fullmatch(pair):
+            return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
+                pair.strip())
+    return ''
+
+
 def _problem_of_numbers(text):
-    """Returns which whole number is too large for the parameter server; '' if none is."""
+    """Returns a sentence if a whole number is too large for the parameter server; else ''."""
     for word in WHOLE.findall(text):
         digits = word.replace('_', '').lstrip('+-0')
         if len(digits) > len(str(LARGEST)) or int(digits or 0) > LARGEST:
@@ -105,7 +115,7 @@ def _problem_of_numbers(text):
 
 
 def _problem_of_file(path):
-    """Returns why roslaunch would refuse a YAML file with many lines; '' also if there is none."""
+    """Returns why roslaunch cannot read a YAML file; '' if it can, or if the file is missing."""
     try:
         text = re.sub('#.*', '', _text_of(path))
         empty = NO_VALUE.search(text)
@@ -115,16 +125,17 @@ def _problem_of_file(path):
 
 
 def _remedy(name, value, arguments, path):
-    """Returns a hint for the unknown argument `name`: the one that is meant, or how to list all."""
+    """Returns a hint for an unknown argument: which argument is meant, or how to list all."""
     known = {other: other + ':=' for other in arguments}
     for argument, item in arguments.items():
         for file in PARAMETERS_FILE.findall(item.get('doc', '')):
             for parameter in _parameters_in(path.parent / file):
                 known.setdefault(parameter, f'{argument}:="{{{parameter}: {value}}}"')
-    near = [name] if name in known else difflib.get_close_matches(name, known, 1)
-    if not near:
-        return f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
-    return known[name] if name in known else f'is {known[near[0]]} meant?'
+    if name in known:
+        return known[name]
+    for near in difflib.get_close_matches(name, known, 1):
+        return f'is {known[near]} meant?'
+    return f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
 
 
 def _parameters_in(file):

@@ -1,7 +1,4 @@
-"""The settings of a node, a Config, which may change while it runs.
-
-A person changes them by the program :mod:`tb3_labs.ros.dynparam`, or in rqt_reconfigure, through
-the messages of dynamic_reconfigure.
+"""The settings of a node that may change while it runs, by dynparam or in rqt_reconfigure.
 
 dynamic_reconfigure 1.7.3 (Debian 12) has a Python server of its own. It is not used because of
 measured defects (test/ros/parameters_test.py shows that LiveSettings has none):
@@ -31,16 +28,16 @@ _GROUP = 'Default'
 
 
 class LiveSettings:
-    """Offers the fields of `config`, except those named in `fixed`.
+    """Offers the fields of the Config `config`, except the fields named in `fixed`.
 
-    `apply` is called with each new configuration, in a thread of rospy. It refuses by ValueError.
+    `apply` is called with each new configuration, in a thread of rospy; ValueError refuses one.
     """
 
     def __init__(self, config, apply, fixed=()):
         self._current = config
         self._apply = apply
         self._offered = [item for item in fields(config) if item.name not in fixed]
-        self._lock = threading.Lock()    # one change after the other
+        self._lock = threading.Lock()    # guards changes
         descriptions = rospy.Publisher('~parameter_descriptions', ConfigDescription, queue_size=10,
                                        latch=True)
         self._updates = rospy.Publisher('~parameter_updates', Values, queue_size=10, latch=True)

@@ -4,9 +4,10 @@ A ``ValueError`` at the start, such as an invalid parameter's, ends the node wit
 line and exit status 1; its roslaunch ends, too. An exception inside a callback ends the node as
 well: rospy alone would let the robot drive on with its last command.
 
-rospy's own signal handlers hang if the main thread holds one of rospy's locks. Here a signal is an
-exception in the main thread, which first leaves its calls and their locks; then the node shuts
-down. Ctrl+Z ends a node, too: a process that is stopped could not stop its robot.
+rospy's own signal handlers hang if the main thread holds one of rospy's locks. Here a signal raises
+an exception in the main thread, which first leaves its calls and their locks; then the node shuts
+down. Ctrl+Z ends a node, too, since a stopped process could not stop its robot. The zero command at
+the end is sent by :mod:`tb3_labs.ros.core_runner`.
 """
 import functools
 import os
@@ -24,11 +25,11 @@ from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, find_late_publishers, log_without_the_master, note_connections)
 from tb3_labs.terminal import SafeStream
 
-#: Time between two looks: does a master answer, has another thread ended the node? [s]
-POLL_PERIOD = 0.2
+#: Period of the main thread: does a master answer, has another thread ended the node? [s]
+MAIN_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LOG_TIME = 0.1
-#: A node that ends waits no longer than this for its hooks and its master; period of the looks [s].
+#: A node that ends waits this long for its hooks and its master, and checks with this period [s].
 LONGEST_END, END_POLL = 4.0, 0.01
 #: These end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
@@ -39,8 +40,8 @@ _end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after i
 
 
 def run(name, make_node, interface=None):
-    """Initialise node `name`, build it by ``make_node()``, wait for the end; exits the process.
-    With --help it prints the `interface`, by default the docstring of the file of `make_node`."""
+    """Initialise node `name`, build it by ``make_node()``, wait for its end, and exit. --help
+    prints the `interface`, by default the docstring of the file of `make_node`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print((interface or make_node.__init__.__globals__['__doc__']).strip())
@@ -51,7 +52,7 @@ def run(name, make_node, interface=None):
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
-                pause(POLL_PERIOD)
+                pause(MAIN_PERIOD)
         rospy.init_node(name, disable_signals=True)
         rospy.on_shutdown(_end_has_begun.set)
         log_without_the_master()
@@ -61,7 +62,7 @@ def run(name, make_node, interface=None):
         node = make_node()    # noqa: F841 (it lives as long as this name)
         rospy.on_shutdown(_log_failure)
         while not _end_has_begun.is_set():
-            pause(POLL_PERIOD)
+            pause(MAIN_PERIOD)
     except (ValueError, OverflowError) as problem:    # the latter: an integer that rospy cannot set
         ignore_signals()
         end_roslaunch()
@@ -73,8 +74,7 @@ def run(name, make_node, interface=None):
 
 
 def leave(status=0):
-    """End this process when the hooks of its shutdown are done. rospy's own end takes 0.6 s longer,
-    and computes for most of that time."""
+    """End this process when its hooks are done, without the 0.6 s that rospy's own end takes."""
     deadline = time.monotonic() + LONGEST_END
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_POLL)
@@ -101,8 +101,8 @@ def guarded(callback):
 
 
 def end(failure=''):
-    """Begin to end this node; if there is a `failure`, with one fatal line and exit status 1. It
-    does not wait, even if another thread has begun, whose hooks wait."""
+    """Begin to end this node, and do not wait for its hooks. A `failure` is logged as one fatal
+    line, and makes the exit status 1."""
     _end_has_begun.set()
     if failure:
         _failures.append(failure)
@@ -116,14 +116,14 @@ def _shut_down(failure):
 
 
 def _log_failure(failure=''):
-    """The last hook, after the last zero, since a blocked terminal delays it."""
+    """The last hook of the shutdown: a blocked terminal must not delay the last zero command."""
     if failure:
         rospy.logfatal('%s', failure)
     time.sleep(LOG_TIME)
 
 
 def roslaunch_of_this():
-    """The number of the roslaunch that started this process; 0 if it was another program."""
+    """Returns the id of the roslaunch that started this process; 0 if another program did."""
     words = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
     is_roslaunch = 'roslaunch' in map(os.path.basename, words[:2])    # or python is first
     return os.getppid() if is_roslaunch else 0
@@ -135,15 +135,13 @@ def end_roslaunch():
         os.kill(roslaunch_of_this(), signal.SIGTERM)
 
 
-# ----- signals -----
-
 class Interrupted(BaseException):
     """A signal of END_SIGNALS; a BaseException, so that no ``except Exception`` catches it."""
 
 
 def catch_signals():
-    """The first signal of END_SIGNALS now raises Interrupted in the main thread, also one that is
-    ignored, as SIGINT in a script's background job; but not nohup's SIGHUP."""
+    """Let the first signal of END_SIGNALS raise Interrupted in the main thread, also SIGINT that a
+    script's background job ignores; but a SIGHUP that nohup ignores stays ignored."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)
@@ -162,8 +160,8 @@ def ignore_signals():
 
 
 def pause(seconds):
-    """Sleep in the main thread. Raises Interrupted at once if a signal comes, or has come before
-    and was caught by a library, in a bare `except:`."""
+    """Sleep in the main thread. Raises Interrupted if a signal arrives, or has arrived before and a
+    library caught its exception, by a bare `except:`."""
     if not _signals:
         time.sleep(seconds)
     if _signals:

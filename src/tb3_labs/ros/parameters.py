@@ -11,22 +11,23 @@ from tb3_labs.robot.turtlebot3 import model_called
 
 def read_config(*kinds, of=None, typed=()):
     """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters
-    and `typed`, other settings. Raises ``ValueError`` for the first that is unknown or invalid.
-    `of`: another node, whose unknown ones are ignored."""
+    and `typed`, which has other settings. Raises ``ValueError`` for the first unknown or invalid
+    one. `of`: read the parameters of this node instead, and ignore its unknown parameters."""
     given = rospy.get_param(of or '~', {})
     if not isinstance(given, dict):
         raise ValueError(f'parameter {of or rospy.get_name()} = {given!r} is not valid: the name '
                          'of the node holds its parameters')
     given.update(typed)
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
-    for word in () if of else sys.argv[1:]:
-        name, maps, _ = word.partition(':=')
-        if name in known or not maps:    # rospy would rename a topic, or ignore the word
-            raise ValueError(f'{word} is not an argument; a parameter is given by '
-                             f'_{name if maps else "NAME"}:=VALUE (--help tells more)')
-    for name in () if of else sorted(set(given) - known):
-        raise ValueError(
-            f'parameter {rospy.get_name()}/{name} is unknown; {nearest(name, known)}')
+    if not of:
+        for word in sys.argv[1:]:
+            name, maps, _ = word.partition(':=')
+            if name in known or not maps:    # rospy would rename a topic, or ignore the word
+                raise ValueError(f'{word} is not an argument; a parameter is given by '
+                                 f'_{name if maps else "NAME"}:=VALUE (--help tells more)')
+        for name in sorted(set(given) - known):
+            raise ValueError(
+                f'parameter {rospy.get_name()}/{name} is unknown; {nearest(name, known)}')
     try:
         configs = [from_parameters(kind, given) for kind in kinds]
     except ValueError as problem:

@@ -1,4 +1,4 @@
-"""An operator's reset of move_to_goal, a call of a service.
+"""Calls the service by which an operator resets the pose of move_to_goal.
 
 A node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_requests`) offers `reset_pose`, which
 says why a reset is refused. A node as in the handout offers only `set_pose`.
@@ -16,11 +16,11 @@ COVARIANCE = 36 * [0.1]
 
 
 def call_reset(x, y, yaw_deg):
-    """Declare the robot to be at x, y [m], yaw [deg] in local. Returns the answer in words;
+    """Declare that the robot is at x, y [m], yaw [deg] in local. Returns the answer in words;
     ``ValueError`` with the reason of a refusal."""
     try:
         response = rospy.ServiceProxy('reset_pose', ResetPose)(x, y, yaw_deg)
-    except rospy.ServiceException:    # no node offers it, or the one that did was killed
+    except rospy.ServiceException:    # no node offers it, or its node was killed
         return _call_as_in_the_handout(x, y, yaw_deg)
     if not response.success:
         raise ValueError(response.message)

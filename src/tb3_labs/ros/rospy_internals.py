@@ -1,8 +1,8 @@
 """The private parts of rospy that the nodes read or change, each behind one function.
 
-They exist in rospy 1.15.15 (Debian 12). Each docstring names the part, what would hurt without
-it, and the test that fails if the part changes. A part without a test: an AttributeError shows the
-change, since a node does not start, or ends at once.
+They exist in rospy 1.15.15 (Debian 12). Each docstring names the part, the harm without the
+function, and the test that fails if the part changes. If a part without a test changes, a node ends
+at once with an AttributeError.
 """
 import socket
 import threading
@@ -19,21 +19,21 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """The header of a message's connection: a dict of strings, the same for all its messages.
-    'callerid' is the sender; 'latching' is '1' if the sender's last message is sent to each new
-    connection first. :func:`note_connections` adds 'connected_at' and 'process'."""
+    """Returns the header of a message's connection: a dict of strings, the same for all its
+    messages. 'callerid' is the sender; 'latching' is '1' if the sender's last message is sent to
+    each new connection first. :func:`note_connections` adds 'connected_at' and 'process'."""
     return message._connection_header
 
 
 def sender_of(header):
-    """The name of the sender with this header of a connection; '' without one. It may be a
-    stranger's text, so it is cut, and cleaned of terminal codes."""
+    """Returns the sender's name in a connection's header; '' if it is missing. The name may be a
+    stranger's text: it is cut, and terminal codes are removed."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 
 def note_connections():
-    """Add to the header of each connection since when it exists ('connected_at', on
-    clocks.steady_time) and to which process ('process'); to be called before a node subscribes.
+    """Add to the header of each connection its begin ('connected_at', by clocks.steady_time) and
+    its sender's process ('process'). Call this before a node subscribes.
 
     Both show whether a sender repeats an old message, or is a new process. Otherwise a repeated
     True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
@@ -50,20 +50,20 @@ def note_connections():
 
 
 def log_without_the_master():
-    """Let a log line ask the master nothing; to be called after init_node().
+    """Write log lines without a call of the master. Call this after init_node().
 
-    rospy asks the master at each log line for a parameter that nobody sets: without an answer a
+    At each log line rospy asks the master for a parameter that nobody sets. Without an answer the
     thread waits (the cache of parameters; test/ros/network.test).
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
 def answer_side_by_side(server=None):
-    """Answer each connection to this node in a thread of its own; to be called after init_node().
+    """Answer each connection to this node in a separate thread. Call this after init_node().
 
     rospy answers connections in turn. A client that is not a node (a browser; a master that calls a
-    node which had this port before) held up all others for ever, and the seventh that waited was
-    tried again after 1 s (`_tcpros_server`, its `inbound_handler`; test/unit/test_node.py).
+    node which had this port before) blocked all other clients without end, and the seventh client
+    could connect only after 1 s (`_tcpros_server`, its `inbound_handler`; test/unit/test_node.py).
     """
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     answer = server.inbound_handler
@@ -91,8 +91,8 @@ _ignored_topics = set()    # names of topics; see ignore_own_messages
 
 
 def ignore_own_messages(topic):
-    """Returns the full name of `topic`, on which this node does not hear itself from now on; to be
-    called before it subscribes. Its own commands would come back to it 30 times a second."""
+    """Returns the full name of `topic`, on which this node does not receive its own messages from
+    now on. Call this before it subscribes. Otherwise it would read each of its commands."""
     name = rospy.resolve_name(topic)
     _ignored_topics.add(name)
     return name
@@ -104,7 +104,7 @@ def find_late_publishers(manager=None):
     The subscriber gets two lists of publishers: the answer to its own registration lacks the late
     publisher, the master's update has it. rospy uses the list that comes last. If this is the
     answer, the two nodes never connect, and a stop is not heard (1 of 1200 pairs that registered
-    within 4 ms, on a busy computer). Here lists that wait are joined. A publisher that has ended
+    within 4 ms, on a busy computer). So waiting lists are joined here. A publisher that has ended
     refuses the connection (RegManager's `updates`, `publisher_update`; test/unit/test_node.py).
     """
     manager = manager or next(each for each in get_registration_listeners().listeners
@@ -121,16 +121,16 @@ def find_late_publishers(manager=None):
 
 
 def subscribers_of(publisher):
-    """The names of the nodes that are connected to `publisher` (`endpoint_id`): a stop that no node
-    hears is not shown as done (test/ros/panel.test)."""
+    """Returns the names of the nodes that are connected to `publisher` (`endpoint_id`). A page does
+    not show a stop as done if no node hears it (test/ros/panel.test)."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
 def write_at_once(publisher, most=1):
-    """Let ``publish()`` itself write to each subscriber, as far as its buffers are free; else the
-    latest `most` messages wait for it.
+    """Let ``publish()`` itself write to each subscriber. If the buffers of a subscriber are full,
+    its latest `most` messages wait.
 
-    What is in rospy's own queue is lost when the process ends (`impl`, its `add_connection`;
+    Messages in rospy's own queue are lost when the process ends (`impl`, its `add_connection`;
     test/unit/test_node.py).
     """
     topic, add = publisher.impl, publisher.impl.add_connection
@@ -150,7 +150,7 @@ class _Writer:
         self._connection = connection
         self._lock = threading.Lock()    # guards the next two
         self._waiting = deque(maxlen=most)
-        self._is_full = False            # then a thread writes what waits
+        self._is_full = False            # then a thread writes the waiting messages
 
     def write(self, data):
         with self._lock:
@@ -178,10 +178,11 @@ class _Writer:
 
 
 def publish_together(publisher, messages):
-    """Publish messages by one write, as what a network has delayed: a subscriber with queue_size=1
-    drops all but the last (`impl.buff`, which is written, and `seq`; test/ros/fake_robot.test)."""
-    topic, (*before, last) = publisher.impl, messages
-    topic.buff.truncate(topic.buff.seek(0))    # what a subscriber that left has not got
+    """Publish messages by one write, as a network delivers delayed ones: a subscriber with
+    queue_size=1 keeps only the last (`impl.buff` and `seq`; test/ros/fake_robot.test)."""
+    *before, last = messages
+    topic = publisher.impl
+    topic.buff.truncate(topic.buff.seek(0))    # the rest for a subscriber that left
     for message in before:
         topic.seq += 1
         serialize_message(topic.buff, topic.seq, message)

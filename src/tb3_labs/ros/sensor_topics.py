@@ -18,7 +18,7 @@ WHEEL_PERIOD = 0.06
 
 
 def to_imu_sample(message):
-    """The ImuSample of a sensor_msgs/Imu."""
+    """Returns the ImuSample of a sensor_msgs/Imu."""
     if message.orientation_covariance[0] == -1.0:
         raise ValueError('it has no orientation (orientation covariance -1)')
     if message.angular_velocity_covariance[0] == -1.0:
@@ -29,7 +29,7 @@ def to_imu_sample(message):
 
 
 def to_wheel_sample(message):
-    """The WheelSample of a TurtleBot3's sensor_msgs/JointState; ``ValueError`` without wheels."""
+    """Returns the WheelSample of a sensor_msgs/JointState; ``ValueError`` if wheels are missing."""
     angles = dict(zip(message.name, message.position))
     try:
         left, right = (bounded(joint, angles[joint], FARTHEST_WHEEL, 'rad')
@@ -44,8 +44,8 @@ def _stamp(message):
 
 
 def subscribe_wheels(callback):
-    """Hear samples of the wheels on `joint_states`, but no message of other joints, such as an
-    arm's. Returns a function that answers whether anybody publishes there."""
+    """Read the wheels' samples on `joint_states`; messages of other joints, such as an arm's, are
+    ignored. Returns a function: does any node publish this topic?"""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

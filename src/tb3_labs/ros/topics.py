@@ -1,4 +1,4 @@
-"""How a node listens: it uses only the latest sample, but each event.
+"""How a node subscribes: it uses only the latest sample, but every event.
 
 A permission, a turn or a goal is an event: a person sends it at one moment. Events are used in
 their order, each once, and only if they are new (supervision/events.py). A subscriber that keeps
@@ -22,13 +22,12 @@ RENEWS = {'renewed': '1'}
 DROPPED = Counter()
 #: Time between two warnings of one kind [s, wall clock].
 WARNING_PERIOD = 1.0
-#: Time before the first reminder of what is missing, and between later ones [s, wall clock].
+#: Time before the first reminder of missing topics, and between later ones [s, wall clock].
 FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
 
 
 class WarningThrottle:
-    """At most one warning of a kind in WARNING_PERIOD, with any text. rospy's own throttle stops
-    with a simulated clock."""
+    """Logs one warning in WARNING_PERIOD; rospy's own throttle stops with a simulated clock."""
 
     def __init__(self):
         self._warned_at = -WARNING_PERIOD
@@ -47,7 +46,7 @@ def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
     `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
     message is dropped with one warning a second, and counted in `DROPPED`.
 
-    `idle_for(now)` [s], if given, leaves the topic alone for that long after each message, which
+    After each message the topic is not read for the time `idle_for(now)` [s], if it is given: this
     saves most of a rospy node's cost. With simulated time every message is read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
@@ -75,14 +74,14 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data):
 
     def to_event(message):
         connection, at = sender_connection(message), steady_time()
-        sent = _stamp_of(message) if is_wall_time() else 0.0    # the pace of another is unknown
+        sent = _stamp_of(message) if is_wall_time() else 0.0    # a simulated clock has another pace
         return Event(read(message), at, connection.sender, to_age(message), connection.renews, sent)
 
     return subscribe(topic, kind, callback, to_event, queue_size=None)
 
 
 def ages(topic):
-    """Returns a function that gives the events.Age of each message of a topic, once."""
+    """Returns a function for the events.Age of a message; call it once for each message."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())
@@ -93,14 +92,14 @@ def _stamp_of(message):
 
 
 def sender_connection(message):
-    """The events.SenderConnection on which a message arrived."""
+    """Returns the events.SenderConnection on which a message arrived."""
     header = connection_of(message)
     return SenderConnection(sender_of(header), header['process'], header['connected_at'],
                             header.get('latching') == '1', RENEWS.items() <= header.items())
 
 
 def require_master():
-    """``ValueError`` if no ROS master answers, or if ROS_MASTER_URI is not an address."""
+    """Raises ``ValueError`` if no ROS master answers, or if ROS_MASTER_URI is not an address."""
     uri = rosgraph.get_master_uri()
     try:
         answers = rosgraph.is_master_online()
@@ -112,19 +111,18 @@ def require_master():
 
 
 def publishers_of(topic):
-    """Names of the nodes that publish `topic` now."""
     published, _, _ = rosgraph.Master(rospy.get_name()).getSystemState()
     return {node for name, nodes in published if name == topic for node in nodes}
 
 
-def log_missing_topics(heard, hint='is the robot running?'):
-    """Remind of a /clock without a message so far, and of other topics. `heard`: {topic: function
-    that answers whether a message was heard}; `hint`: what to look at."""
+def log_missing_topics(received, hint='is the robot running?'):
+    """Log reminders while /clock, or another topic, has no message. `received`: {topic: function
+    that returns whether a message has arrived}; `hint`: the thing to check."""
     def run():
         time.sleep(FIRST_REMINDER)
         while not rospy.is_shutdown():
-            missing = [rospy.resolve_name(topic) for topic, was_heard in heard.items()
-                       if not was_heard()]
+            missing = [rospy.resolve_name(topic) for topic, is_received in received.items()
+                       if not is_received()]
             if rospy.get_time() == 0.0:
                 rospy.logerr('/use_sim_time is true, but nobody publishes /clock: start a '
                              'simulation, or: rosparam set /use_sim_time false, and start again')

@@ -1,14 +1,14 @@
 """The robot's body: wheels that move it, and an IMU that measures its turning.
 
-A motor follows its goal speed with a first-order lag. So its speed and its angle are known in
-closed form, for steps of any length. The robot drives in arcs, which are exact at constant speed.
+A motor follows its goal speed with a first-order lag. So its speed and its angle have a closed
+form, for steps of any length. The robot drives in arcs, which are exact at constant speed.
 While the speed changes, the arcs are short: the error is some micrometres per start or stop.
 
 The IMU's yaw is the true yaw plus a constant (the IMU is zeroed only when the board boots), a drift
 that grows with time, and a little white noise. Its rate is the true rate plus the drift's rate and
-white noise of its own. Both are older than their stamp by the `lag`.
+another white noise. Both were measured earlier than their stamp, by the `lag`.
 
-The gyro shows the rate minus the bias that the calibration found, and has a dead zone.
+The gyro shows the rate minus the bias of the last calibration, and has a dead zone.
 
 Units: SI; motor angles in radians, positive forwards. Noise: a Burger at rest shows a few 0.001 deg
 from one sample to the next.
@@ -29,7 +29,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 LONGEST_ARC = 1.0 / 60.0
 #: A motor this near to its goal speed has reached it [rad/s].
 STEADY_SPEED = 1e-6
-#: Bias of a gyro that is not calibrated; one gyro was measured [rad/s].
+#: Bias of a gyro that is not calibrated, as one gyro has it [rad/s].
 RAW_BIAS = math.radians(0.71)
 #: One step of the gyro's reading: 2000 deg/s over 16 bit with a sign [rad/s].
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
@@ -49,20 +49,20 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """`lag` of the motors [s]; `mismatch`: fraction by which the right wheel is smaller;
-        `slip`: fraction of the wheels' travel that does not move the robot."""
+        """Set the `lag` of the motors [s]; `mismatch`: fraction by which the right wheel is
+        smaller; `slip`: fraction of the wheels' travel that does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
         self.set_goals(self._left_goal, self._right_goal)
 
     def set_goals(self, left: float, right: float) -> None:
-        """Goal speeds of the motors [rad/s]."""
+        """Set the goal speeds of the motors [rad/s]."""
         self._left_goal, self._right_goal = left, right
-        self._settle()
+        self._update_rates()
 
-    def _settle(self) -> None:
-        """Compute the values that are constant until speeds or goals change."""
+    def _update_rates(self) -> None:
+        """Compute the values that stay constant until speeds or goals change."""
         left_excess = self._left_speed - self._left_goal
         right_excess = self._right_speed - self._right_goal
         self._steady = not self._lag or (
@@ -115,7 +115,7 @@ class Drivetrain:
                        self._right_goal * dt + right_excess * excess_time)
             self._left_speed = self._left_goal + left_excess * decay
             self._right_speed = self._right_goal + right_excess * decay
-        self._settle()
+        self._update_rates()
 
     def _roll(self, left: float, right: float) -> None:
         """Turn the motors by these angles [rad]: the robot drives one arc."""
@@ -133,7 +133,8 @@ class Drivetrain:
 
 
 class ImuModel:
-    """The IMU. At the start `yaw` is the true yaw, and `offset` the IMU's yaw minus `yaw` [rad]."""
+    """The IMU. `yaw`: the true yaw at the start; `offset`: the IMU's yaw minus the true yaw [rad].
+    """
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         #: Yaw of the IMU minus true yaw [rad].
@@ -143,8 +144,8 @@ class ImuModel:
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._now = 0.0         # up to this time `error` includes drift and bias [s]
-        #: Motions that are not yet measured to their end, oldest first: each is its start, the yaw
-        #: of the IMU then, and the last three values of `turning`.
+        #: Motions that are not yet measured to their end, oldest first. Each has its start [s], the
+        #: yaw of the IMU at that time, and the last three values of `turning`.
         self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
         self.follow(0.0, (yaw, 0.0, 0.0, 0.0))
 
@@ -159,7 +160,7 @@ class ImuModel:
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
 
     def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
-        """From `now` [s] on the robot turns as `motion`, the Drivetrain's `turning`, says."""
+        """From `now` [s] on, follow `motion`, which is the Drivetrain's `turning`."""
         self.error += (self._drift + self.bias) * (now - self._now)
         self._now = now
         yaw, steady_rate, fading_rate, lag = motion
@@ -171,32 +172,33 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time.
 
-        The loop runs for every IMU sample and decides the speed of the simulation, so it
-        has local names and few calls.
+        The rate of turn is a + b exp(-t / lag), as in Drivetrain.turning, and the yaw its integral.
+        The loop runs for every IMU sample and decides the speed of the simulation, so it has local
+        names and few calls.
         """
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp
         samples = []
-        for stamp, (first, second) in zip(stamps, self._noise):
-            observed = stamp - age
-            while len(motions) > 1 and motions[1][0] <= observed:
+        for stamp, (yaw_deviation, rate_deviation) in zip(stamps, self._noise):
+            moment = stamp - age
+            while len(motions) > 1 and motions[1][0] <= moment:
                 motions.popleft()
             since, yaw, rate, fading_rate, lag = motions[0]
-            dt = observed - since
+            dt = moment - since
             yaw += rate * dt
             if fading_rate:
-                fading = fading_rate * exp(-dt / lag)
-                yaw += lag * (fading_rate - fading)
-                rate += fading
-            yaw = remainder(yaw + yaw_noise * first, WHOLE_TURN)
-            rate = rate + rate_noise * second if abs(rate) > dead_zone else 0.0
+                rest = fading_rate * exp(-dt / lag)
+                yaw += lag * (fading_rate - rest)
+                rate += rest
+            yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
+            rate = rate + rate_noise * rate_deviation if abs(rate) > dead_zone else 0.0
             samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi, rate))
         return samples
 
 
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """An endless sequence of pairs of independent standard normal numbers."""
+    """Yields endless pairs of independent standard normal numbers."""
     generator = np.random.default_rng(seed)
     while True:
         pairs: Any = generator.standard_normal((1000, 2)).tolist()
@@ -211,7 +213,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved = 0.0           # time up to which the drivetrain has moved
-        # motions whose wheels are not yet read to their end, oldest first: (begin, drivetrain)
+        # motions whose wheels are not yet read to their end, oldest first: (start, drivetrain)
         self._past: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -228,7 +230,7 @@ class Body:
             self.imu.follow(stamp, self.drivetrain.turning)
 
     def at(self, now: float) -> Drivetrain:
-        """The drivetrain at `now`, which is not before the last :meth:`move_to`."""
+        """Returns the drivetrain at `now`, which is not before the last :meth:`move_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved)
         return later

@@ -1,7 +1,7 @@
 """The robot's own board. It turns commands into motor speeds, and encoder readings into odometry.
-While it calibrates, it is busy.
+While it calibrates its gyro, it is busy.
 
-Its faults are copied, because the labs have to work with them:
+The faults of the real firmware are copied, because the labs have to work with them:
 
 - Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
   slower and wider.
@@ -14,8 +14,8 @@ Its faults are copied, because the labs have to work with them:
 - The newest command is used for half a second from the moment at which it is read.
 - On `reset` the board first calibrates its gyro, and does nothing else meanwhile: the motors keep
   their speed, and commands and further resets wait in their order. The gyro's bias becomes the mean
-  rate of turn. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw. From then on
-  they differ. The next odometry adds the turn that the IMU saw during the calibration.
+  rate of turn. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw, so that both
+  yaws differ. The next odometry adds the turn that the IMU measured during the calibration.
 - If the servos do not answer, the odometry repeats its last step for ever, while the angles of the
   wheels stand.
 
@@ -42,15 +42,15 @@ NO_COMMAND = -math.inf, 0.0, 0.0
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
-    """(left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
-    linear = clamp(_received(linear), -model.max_linear, model.max_linear)
-    angular = clamp(_received(angular), -model.max_angular, model.max_angular)
+    """Returns (left, right) goal speeds of the motors [rad/s] for a command [m/s], [rad/s]."""
+    linear = clamp(_by_rosserial(linear), -model.max_linear, model.max_linear)
+    angular = clamp(_by_rosserial(angular), -model.max_angular, model.max_angular)
     turning = angular * model.half_track
     return _whole_steps(linear - turning, model), _whole_steps(linear + turning, model)
 
 
-def _received(speed: float) -> float:
-    """The speed that arrives by rosserial."""
+def _by_rosserial(speed: float) -> float:
+    """Returns the speed that the board receives by rosserial."""
     if math.isfinite(speed):
         return speed
     return math.copysign(1.5 if math.isnan(speed) else 1.0, speed)
@@ -63,7 +63,7 @@ def _whole_steps(rim_speed: float, model: RobotModel) -> float:
 
 
 def encoder(motor_angle: float) -> int:
-    """The reading of the encoder at this angle of the motor [rad], in ticks."""
+    """Returns the reading of the encoder at this angle of the motor [rad], in ticks."""
     return math.floor(motor_angle / TICK)
 
 
@@ -73,7 +73,7 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        #: Yaw of the IMU from which the next update measures the turn [rad].
+        #: Yaw of the IMU at the last update [rad].
         self.theta_last = imu_yaw
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = self._step = self._ticks
@@ -117,7 +117,7 @@ class Board:
     """The board's state (calibrating or free), and the command that it obeys."""
 
     def __init__(self) -> None:
-        self._waiting: Deque[Arrival] = deque()     # not read yet
+        self._waiting: Deque[Arrival] = deque()     # messages that were not read yet
         self._free_since = -math.inf
         self._yaw_before = self._pause = 0.0
         #: Is the board busy? Then it does not read and does not send.
@@ -127,19 +127,19 @@ class Board:
         self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
 
     def calibrate(self, now: float, pause: float, yaw: float) -> None:
-        """The board calibrates its gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
+        """Calibrate the gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
         wrapped."""
         self.is_busy, self.due = True, now + pause
         self._pause, self._yaw_before = pause, yaw
 
     def end_pause(self, yaw: float) -> float:
-        """The board is free again; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
+        """End the calibration; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
         self._free_since, self.due, self.is_busy = self.due, math.inf, False
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
     def read(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived. Is a reset next? If so, the messages behind it
-        wait."""
+        """Read the messages that have arrived, until a reset. Returns True if the last one read is
+        a reset: then later messages wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()
@@ -149,7 +149,7 @@ class Board:
             self._command = max(arrival, self._free_since), linear, angular
         return False
 
-    def wanted(self, now: float) -> Tuple[float, float]:
+    def command_in_force(self, now: float) -> Tuple[float, float]:
         """Returns the (forward speed, rate of turn) that the board obeys now."""
         read_at, linear, angular = self._command
         return (0.0, 0.0) if now - read_at > COMMAND_TIMEOUT else (linear, angular)

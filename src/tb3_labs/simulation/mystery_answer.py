@@ -1,8 +1,8 @@
 """Is an answer to a mystery robot right: the fault, and its value?
 
-Units: each fault's value has a unit of its own. Edge cases: a wrong fault in an answer shows
-nothing about the right one; an angle may be off by whole turns; an answer without a value is not
-complete, so it is not right.
+Units: the value of each fault has another unit. Edge cases: the text for a wrong fault tells
+nothing about the right fault; an angle may be off by whole turns; an answer without a value is not
+right, since it is not complete.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -20,7 +20,7 @@ class Meaning(NamedTuple):
     unit: str           # of the value
     tolerance: float    # a value this near is right
     value: str          # the meaning of the value
-    shows: str          # how the fault is found, with the sensors alone
+    symptom: str        # how the fault is found, with the sensors alone
 
 
 #: {name of a fault: its Meaning}
@@ -86,21 +86,22 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
         raise ValueError(f'value = {value} is not valid: a number in {MEANINGS[named.name].unit}')
     if named is not hidden:
         return False, (f'Wrong: mystery {number} has another fault. If it were {named.name!r}: '
-                       + MEANINGS[named.name].shows)
+                       + MEANINGS[named.name].symptom)
     if value is None:
         return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
                        f'{meaning.value}.')
-    off = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
-    given, by = _rounded(hidden, value), _rounded(hidden, off)
-    if off <= meaning.tolerance + ROUNDING:
+    error = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
+    answered, error_text = _rounded(hidden, value), _rounded(hidden, error)
+    if error <= meaning.tolerance + ROUNDING:
         return True, (f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}. '
-                      f'Your {given} is off by {by}.')
-    return False, (f'The fault is right, its value is not: {given} is off by {by}; right is within '
+                      f'Your {answered} is off by {error_text}.')
+    return False, (f'The fault is right, its value is not: {answered} is off by {error_text}; '
+                   'right is within '
                    f'{_rounded(hidden, meaning.tolerance)}. The value is {meaning.value}.')
 
 
 def with_unit(fault: Fault, value: float) -> str:
-    """A value as it was drawn, with its unit; a signed value shows its +, too."""
+    """Returns a drawn value with its unit; a value that may be negative has its sign, also +."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'
 

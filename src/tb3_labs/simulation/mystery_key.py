@@ -22,7 +22,7 @@ def key(words: Sequence[str]) -> List[str]:
 
 
 def _range(word: str) -> Sequence[int]:
-    """The numbers of '7' or '1-12'."""
+    """Returns the numbers of '7' or '1-12'."""
     first, _, last = word.partition('-')
     if not re.fullmatch(r'\d{1,9}(-\d{1,9})?', word):
         raise ValueError(

@@ -7,7 +7,7 @@ A number from 1 to LAST_NUMBER always gives the same robot. In each block of num
 Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
 `mystery.py --answer`. The exercise asks for a measurement that proves the fault.
 
-Units: each fault's value has a unit of its own; times are in seconds since the robot's start.
+Units: the value of each fault has another unit; times are in seconds since the robot's start.
 """
 import random
 from dataclasses import dataclass, field, fields, replace
@@ -20,9 +20,9 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 LAST_NUMBER = 9999
 #: Time without a fault before each occurrence of a fault that comes and goes [s].
 BETWEEN_FAULTS = 12.0
-#: Settings that may be given to a mystery robot: they are not faults.
-PLAIN = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate', 'speed',
-         'mystery')
+#: A mystery robot may have other values of these settings: they are not faults.
+ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
+                    'speed', 'mystery')
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Fault:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: All kinds of faults, by the names of the answers. A further kind would change the robot of each
+#: All kinds of faults, with the names that answers use. Another kind would change the fault of each
 #: number.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), True, 0, 'imu_offset_deg'),
@@ -59,26 +59,26 @@ FAULT_KINDS = (
 
 
 class HiddenFault:
-    """The fault of mystery `number` in a robot that is `plain` otherwise.
+    """The fault of mystery `number`, which changes the `settings` of a robot.
 
-    Raises ``ValueError`` if there is no such number. Raises it also if `plain`, or a config of
-    `around`, changes a setting that is not in PLAIN.
+    Raises ``ValueError`` if there is no such number, or if `settings` or a config in
+    `surroundings` has a value that is neither the default nor of a setting in ALLOWED_SETTINGS.
     """
 
-    def __init__(self, number: int, plain: SimulatorConfig, *around: Config) -> None:
+    def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
         self.fault, self.value, seed = draw(number)
-        for config in (plain, *around):
+        for config in (settings, *surroundings):
             for item in fields(config):
                 value = getattr(config, item.name)
-                if item.name not in PLAIN and value != item.default:
+                if item.name not in ALLOWED_SETTINGS and value != item.default:
                     raise ValueError(f'{item.name} = {value!r} is not valid together with mystery '
                                      f'= {number}: beside the hidden fault no other is set, and '
                                      'no network or host')
         changes = dict(self.fault.settings)
         if self.fault.setting:
             changes[self.fault.setting] = self.value * self.fault.scale
-        self._faulty = replace(plain, seed=seed, **changes)
-        self._sound = replace(plain, seed=seed)
+        self._faulty = replace(settings, seed=seed, **changes)
+        self._sound = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the robot's settings at `now` [s] after its start: the same object until they
@@ -88,22 +88,22 @@ class HiddenFault:
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:
-    """(fault, its value, seed of the noise) of mystery `number`."""
+    """Returns (fault, its value, seed of the noise) of mystery `number`."""
     if not 1 <= number <= LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))
     fault = FAULT_KINDS[_order(block)[place]]
-    source = random.Random(f'mystery {number}')
+    generator = random.Random(f'mystery {number}')
     low, high = fault.size
-    value = round(low + (high - low) * source.random(), fault.digits)
-    if fault.signed and source.random() < 0.5:
+    value = round(low + (high - low) * generator.random(), fault.digits)
+    if fault.signed and generator.random() < 0.5:
         value = -value
-    return fault, value, int(1e6 * source.random())
+    return fault, value, int(1e6 * generator.random())
 
 
 def _order(block: int) -> List[int]:
-    """The faults of a block of numbers; the first one is not the last one of the block before."""
+    """Returns the order of faults in a block. It does not begin with the last block's end."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
         order[:2] = order[1], order[0]
@@ -111,5 +111,5 @@ def _order(block: int) -> List[int]:
 
 
 def _shuffled(block: int) -> List[int]:
-    source = random.Random(f'order of block {block}')
-    return sorted(range(len(FAULT_KINDS)), key=lambda _: source.random())
+    generator = random.Random(f'order of block {block}')
+    return sorted(range(len(FAULT_KINDS)), key=lambda _: generator.random())

@@ -1,10 +1,10 @@
 """The network between the simulated robot and a computer: it decides when a message arrives.
 
-A link is one direction and behaves as TCP does: messages are not lost, and stay in their
-order. A message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
-message that comes during a stall waits for the end of the stall. A cut is a stall until the setting
-is switched off. Messages of the same moment arrive together. The links of both directions have the
-same stalls.
+A link is one direction and behaves as TCP does: messages are not lost, and keep their order. A
+message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
+message that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts
+until the setting is switched off. Messages of the same moment arrive together. The links of both
+directions have the same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
 not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and
@@ -61,7 +61,7 @@ class Interruptions:
         self._end = self._start + self._random.uniform(*self._lengths)
 
     def release(self, moment: float) -> float:
-        """Returns `moment`, or the end of the interval around it. Ask in order of time."""
+        """Returns `moment`, or the end of the interval around it. Call it in order of time."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
@@ -80,7 +80,6 @@ class NetworkLink:
         self._arrived: List[Arrival] = []
 
     def configure(self, settings: SimulatorConfig, now: float) -> None:
-        """Use other settings from `now` on."""
         self._arrived = self.pop(now)
         before, self._settings = self._settings, settings
         if (settings.stalls_per_min, settings.longest_stall) != (
@@ -90,23 +89,23 @@ class NetworkLink:
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
                 f'stalls {self._seed}') if settings.stalls_per_min else None
         # Messages that waited for the end of a stall are due now.
-        self._in_flight = deque((max(due, now), thing) for due, thing in self._in_flight)
+        self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
-    def send(self, things: Sequence[Any], moments: Sequence[float]) -> None:
-        """Each of `things` is sent at its moment [s]."""
+    def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
+        """Send each of `messages` at its moment [s]."""
         delay, jitter = (getattr(self._settings, name) for name in self._names)
         latest, append = self._last_due, self._in_flight.append
-        for thing, moment in zip(things, moments):
+        for message, moment in zip(messages, moments):
             due = moment + delay
             if jitter:
                 due += self._random.expovariate(1.0 / jitter)
             if due > latest:
                 latest = due
-            append((latest, thing))
+            append((latest, message))
         self._last_due = latest
 
     def pop(self, until: float) -> List[Arrival]:
-        """The messages that have arrived by `until` [s], in order of their arrival."""
+        """Returns the messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
         in_flight, stalls = self._in_flight, self._stalls
         if not self._settings.network_cut:

@@ -1,4 +1,4 @@
-"""A simulated robot on the topics of a real one, and its time: real, or its own on /clock.
+"""A simulated robot on the topics of a real one. Its time is real time, or its own on /clock.
 
 Messages are filled as the firmware fills them. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_sensor.cpp for the covariances; it leaves the odometry's at zero).
@@ -24,19 +24,19 @@ from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import publish_together, write_at_once
-from tb3_labs.simulation.sensors import MOST_HELD
+from tb3_labs.simulation.sensors import MOST_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
-TRUTH_EVERY = 4        # steps between two messages of the ground truth
+STEPS_PER_TRUTH = 4    # steps between two messages of the ground truth
 #: If the computer pauses for up to this time, the robot catches up [s].
 CATCH_UP = 0.5
 #: If the robot publishes /clock, it catches up after a pause of up to this time [s, wall clock]. On
-#: /clock the pause is `speed` times as long, in one step: after a longer one a node would see its
+#: /clock the pause is one step, `speed` times as long. After a longer pause a node would find its
 #: sensors silent.
 CATCH_UP_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The board is tilted by these angles, which were recorded [rad].
+#: The tilt of the board, as recorded [rad].
 ROLL, PITCH = math.radians(0.7), math.radians(0.4)
 
 
@@ -81,7 +81,7 @@ class FakeRobot:
 
     def tick(self, step, epoch):
         """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
-        truth_is_due = step % TRUTH_EVERY == 0 and (
+        truth_is_due = step % STEPS_PER_TRUTH == 0 and (
             self._pipe.has_subscribers() if self._pipe
             else self._truth and self._truth.get_num_connections())
         with self._lock:
@@ -141,7 +141,7 @@ class TruthPipe:
         self._path, self._pipe = path, -1
 
     def has_subscribers(self):
-        """Does anybody read? While nobody does, this looks for the pipe again."""
+        """Is there a reader? Without one, this tries to open the pipe again."""
         if self._pipe < 0:
             with suppress(OSError):     # there is no reader yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
@@ -168,8 +168,8 @@ class SensorTopics:
 
     def send(self, burst, epoch, wheels):
         """Publish the samples of a `burst`, which arrive at one moment, by one write for each
-        topic; joint states together with the odometry. `epoch` is the robot's time 0 [s], `wheels`
-        the simulator's wheel samples, of which the older ones are taken away."""
+        topic, and a joint state for each odometry. `epoch`: the robot's time 0 [s]; `wheels`: the
+        simulator's wheel samples, from which older ones are removed."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (
@@ -192,18 +192,18 @@ def _wheels_at(wheels, stamp):
 
 def _send(publisher, samples, message_of):
     if samples and publisher.get_num_connections():
-        publish_together(publisher, [message_of(sample) for sample in samples[-MOST_HELD:]])
+        publish_together(publisher, [message_of(sample) for sample in samples[-MOST_SAMPLES:]])
 
 
 def publisher(topic, kind, **options):
-    """A publisher of a simulated robot: it sends at once, and has a short queue."""
-    made = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
-    write_at_once(made, most=50)
-    return made
+    """Returns a publisher of a simulated robot, which sends at once and has a short queue."""
+    result = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
+    write_at_once(result, most=50)
+    return result
 
 
 def imu_message(sample, stamp, frame):
-    """sensor_msgs/Imu of a robot on a level floor."""
+    """Returns the sensor_msgs/Imu of a robot on a level floor."""
     return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
                ORIENTATION_COVARIANCE,
                Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
@@ -211,7 +211,7 @@ def imu_message(sample, stamp, frame):
 
 
 def odometry_message(sample, stamp, frame, child_frame):
-    """nav_msgs/Odometry."""
+    """Returns the nav_msgs/Odometry of a sample."""
     message = Odometry(header=_header(stamp, frame), child_frame_id=child_frame)
     message.pose.pose.position.x = sample.pose.x
     message.pose.pose.position.y = sample.pose.y
@@ -222,7 +222,7 @@ def odometry_message(sample, stamp, frame, child_frame):
 
 
 def joint_message(angles, speeds, stamp, frame):
-    """sensor_msgs/JointState of the two wheels, left one first."""
+    """Returns the sensor_msgs/JointState of the two wheels, left one first."""
     return JointState(_header(stamp, frame), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
 
 

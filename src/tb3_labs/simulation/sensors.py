@@ -1,4 +1,4 @@
-"""The samples of IMU and odometry: their moments, their faults, and the board's own clock.
+"""The samples of IMU and odometry: their times, their faults, and the board's own clock.
 
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
 a driver that went on sending one sample with new stamps for half a minute).
@@ -20,7 +20,7 @@ from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
 DROPOUT = (0.3, 4.3)
 #: After a stall at most this number of samples of a sensor is sent, the latest ones: real queues
 #: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
-MOST_HELD = 2000
+MOST_SAMPLES = 2000
 #: Values for the left and the right wheel.
 Pair = Tuple[float, float]
 #: Time from one time sync of the serial node to the next [s].
@@ -28,27 +28,27 @@ SYNC_PERIOD = 5.0
 
 
 class Rhythm:
-    """The moments 1/rate, 2/rate, ... after `start`; each is taken once, in order."""
+    """The moments 1/rate, 2/rate, ... after `start`. Each is returned once, in order."""
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
         self._rate = self.due = 0.0     # `due`: the next moment [s]; an attribute, for speed
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use another rate, counted from `now` on; the same rate changes nothing."""
+        """Use another rate from `now` on; the same rate changes nothing."""
         if rate != self._rate:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate
 
     def pop(self) -> float:
-        """Take the moment that is due [s]; the next one becomes due."""
+        """Returns the moment that is due [s]; then the next moment is due."""
         due = self.due
         self._count += 1
         self.due = self._base + self._count / self._rate
         return due
 
     def pop_until(self, end: float) -> List[float]:
-        """Take all moments before `end` [s]; a moment at `end` itself stays due."""
+        """Returns all moments before `end` [s]; a moment at `end` itself stays due."""
         moments, due, count = [], self.due, self._count
         while due < end:
             moments.append(due)
@@ -64,15 +64,15 @@ class SensorFaults:
 
     def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
         self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
-        self._kept: Optional[Sample] = None
+        self._frozen_sample: Optional[Sample] = None
 
-    def outcome(self, samples: Sequence[Sample]) -> Sequence[Sample]:
-        """The samples that are sent instead of `samples`."""
+    def apply(self, samples: Sequence[Sample]) -> Sequence[Sample]:
+        """Returns the samples that are sent instead of `samples`."""
         if self._silent:
             return []
         if self._frozen and samples:
-            self._kept = self._kept or samples[0]
-            samples = [self._kept._replace(stamp=sample.stamp) for sample in samples]
+            self._frozen_sample = self._frozen_sample or samples[0]
+            samples = [self._frozen_sample._replace(stamp=sample.stamp) for sample in samples]
         if self._dropouts:
             samples = [sample for sample in samples
                        if self._dropouts.release(sample.stamp) == sample.stamp]
@@ -87,7 +87,7 @@ class TimeSyncs:
         self._number, self._error = -1, 0.0
 
     def error(self, now: float) -> float:
-        """The error [s] of a stamp taken at `now` [s]."""
+        """Returns the error [s] of a stamp taken at `now` [s]."""
         number = int(now / SYNC_PERIOD)
         if number != self._number:
             source = random.Random(f'time sync {number} {self._seed}')
@@ -108,21 +108,20 @@ class Sensors:
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
         self._body, self._config = body, config
-        #: Pose and wheels as the board counts them.
+        #: Pose and wheels as the board computes them.
         self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.error))
         self.imu_rhythm = Rhythm(config.imu_rate)
         self.odom_rhythm = Rhythm(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry begin at zero?
         self.resetting = False
-        #: The place of the odometry's frame, world_T_odom, from the true pose at the last reset.
+        #: The pose of the odometry's frame, world_T_odom, by the true pose at the last reset.
         self.origin = Pose2()
         #: At each odometry, arrived or not: its stamp [s], the wheels' angles [rad] and speeds.
-        self.wheels: Deque[Tuple[float, Pair, Pair]] = deque(maxlen=MOST_HELD)
+        self.wheels: Deque[Tuple[float, Pair, Pair]] = deque(maxlen=MOST_SAMPLES)
         self._plan_faults(0.0)
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
-        """Use other settings from `now` on."""
         before, self._config = self._config, config
         self.imu_rhythm.set_rate(config.imu_rate, now)
         self.odom_rhythm.set_rate(config.odom_rate, now)
@@ -139,11 +138,9 @@ class Sensors:
         self._odom_faults = SensorFaults(config.odom_silent, config.odom_frozen, dropouts)
 
     def measure_imu(self, stamps: List[float]) -> None:
-        """Measure an IMU sample at each of `stamps` [s]."""
-        self._samples.extend(self._imu_faults.outcome(self._body.imu.measure(stamps)))
+        self._samples.extend(self._imu_faults.apply(self._body.imu.measure(stamps)))
 
     def measure_odometry(self, stamp: float) -> None:
-        """Measure the odometry at `stamp` [s]."""
         self._body.move_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
         ticks = None if self._config.battery_cut else (encoder(left), encoder(right))
@@ -156,7 +153,7 @@ class Sensors:
             self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
         self.wheels.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
                             self.odometer.wheel_speeds))
-        self._samples.extend(self._odom_faults.outcome([sample]))
+        self._samples.extend(self._odom_faults.apply([sample]))
 
     def pop(self) -> List[Sample]:
         """Returns the samples since the last call, oldest first; their stamps are true."""

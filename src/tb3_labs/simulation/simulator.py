@@ -64,7 +64,7 @@ class Simulator:
         return self._body.at(self.now).velocity
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use other settings from now on; those of `STARTING` only count at the start."""
+        """Use other settings from now on, except those in `STARTING`."""
         if config is self.config:
             return
         self._body.move_to(self.now)
@@ -101,15 +101,15 @@ class Simulator:
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
-        """:meth:`step`, but samples that arrive at the same moment, for instance after a stall, are
-        in one list."""
-        self._pass(dt)
+        """As :meth:`step`, but the samples that arrive at one moment, as after a stall, are in one
+        list."""
+        self._advance(dt)
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
         arrived = self.sensors.clock.stamped(self._sensor_link.pop(self.now + TIME_ROUNDING))
         return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
-    def _pass(self, dt: float) -> None:
+    def _advance(self, dt: float) -> None:
         if not 0.0 <= dt < math.inf:
             raise ValueError(f'a step of {dt} s')
         self.now += dt
@@ -136,21 +136,21 @@ class Simulator:
                     sensors.measure_odometry(tick)
 
     def _drive(self, stamp: float) -> None:
-        """The board's own tick: the latest command that has arrived goes to the motors."""
+        """Set the motors by the latest command that has arrived, as the board does."""
         self._read(stamp)
         if self._board.is_busy:
             return
-        wanted = self._board.wanted(stamp)
+        command = self._board.command_in_force(stamp)
         if self.config.motors_off or self.config.battery_cut:
-            wanted = 0.0, 0.0
-        if wanted != self._obeyed:
+            command = 0.0, 0.0
+        if command != self._obeyed:
             self._body.move_to(stamp)
-            self._obeyed = wanted
-            self._body.drivetrain.set_goals(*motor_speeds(*wanted, self._model))
+            self._obeyed = command
+            self._body.drivetrain.set_goals(*motor_speeds(*command, self._model))
             self._body.motion_changed()
 
     def _read(self, stamp: float) -> None:
-        """The board reads what has arrived; by a reset it calibrates its gyro."""
+        """Let the board read its messages; on a reset it begins to calibrate its gyro."""
         if self._board.read(self._command_link.pop(stamp)):
             self._body.move_to(stamp)
             self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)

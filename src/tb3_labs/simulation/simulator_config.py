@@ -1,9 +1,8 @@
 """The settings of the simulated robot, with unit, bounds and default.
 
 Launch files, parameters and dynamic_reconfigure offer these fields under the same names.
-Units: as each field says; degrees and metres for people.
-Edge cases: a value of another type, not finite or out of its closed bounds raises ``ValueError``
-with field, value and bounds (see :mod:`tb3_labs.config`).
+Each field names its unit. A value of another type, not finite or out of its closed bounds raises
+``ValueError`` with field, value and bounds (see :mod:`tb3_labs.config`).
 """
 from dataclasses import dataclass
 from typing import Dict
@@ -14,8 +13,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 @dataclass(frozen=True)
 class SimulatorConfig(Config):
-    """The settings of the simulated robot; `STARTING` lists those that only a new start can change.
-    """
+    """The settings of the simulated robot. Only a new start can change those in `STARTING`."""
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
     start_x: float = setting(0.0, 'x at the start, true and by odometry', 'm', -1000.0, 1000.0)
@@ -87,7 +85,7 @@ class SimulatorConfig(Config):
 
 #: Settings of the start; the other settings may change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
-#: The faults; a change of one starts all of them again.
+#: The faults of sensors; a change of one of them starts all again.
 FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
 
 #: {name of a computer that the robot's board is connected to: the settings for it}. Measured with

@@ -1,8 +1,8 @@
 """Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
-A node that stops holding the robot sends one zero, and is silent. The ControlMessages of a pad tell
-move_to_goal whether it may drive. Sources: the course's gamepad lab, and the failures of nodes
-without such a rule.
+When a node no longer holds the robot, it sends one zero, and then no more commands. By its
+ControlMessages a pad gives move_to_goal the permission to drive, and takes it back. Sources: the
+course's gamepad lab, and the failures of nodes without such a rule.
 """
 import math
 from enum import Enum
@@ -22,15 +22,15 @@ class ControlHolder(Enum):
 class ControlEvent(Enum):
     """An event that may change the holder.
 
-    READY: the pad is heard and its sticks are at rest (or its hold button was pressed again). In
-    LOST nobody may drive, since the operator has no stop button any more.
+    READY: messages of the pad arrive, and its sticks are at rest (or its hold button was pressed
+    again). After LOST nobody may drive, since the operator has no stop button any more.
     """
 
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # this button was pressed
     REGAIN = 'regain'            # this button was pressed
-    GRANTED = 'granted'          # control was given elsewhere: at a terminal, by another pad
-    TAKEN = 'taken'              # control was taken elsewhere, or by move_to_goal itself
+    GRANTED = 'granted'          # a terminal or another pad gave control
+    TAKEN = 'taken'              # another node, or move_to_goal itself, took control
     STOPPED = 'stopped'          # another node sent False while a stick was pushed
     LOST = 'pad lost'
 
@@ -52,38 +52,38 @@ NEXT_HOLDER = {
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it. A pad that has just started sends nothing: no person has pressed anything."""
+    it back. A pad that has just started sends nothing, since no person has pressed a button."""
 
     def __init__(self) -> None:
-        #: Does move_to_goal have control by this pad? Then the pad must renew its permission.
+        #: Did this pad give control to move_to_goal? Then the pad must renew the permission.
         self.grants = False
         self._waiting: List[bool] = []
         #: Time of the last True without an answer of move_to_goal [s].
-        self.given_at = -math.inf
+        self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
 
     def pop_all(self) -> List[bool]:
-        """The messages since the last call."""
+        """Returns the messages since the last call."""
         messages, self._waiting = self._waiting, []
         return messages
 
-    def renews(self, now: float) -> bool:
-        """Is a renewal due? If so, it is assumed to be sent."""
+    def pop_renewal(self, now: float) -> bool:
+        """Returns True if a renewal is due. Then the caller sends it."""
         is_due = self.grants and now - self._sent_at >= RENEWAL
         if is_due:
             self._sent_at = now
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True, by a press that was delayed by `lateness` [s]. A renewal for each `RENEWAL`
-        since the press shows its age."""
-        self.grants, self.given_at, self._sent_at = True, now, now
+        """Queue a True for a press that was delayed by `lateness` [s], and one renewal for each
+        `RENEWAL` since the press: their number shows the delay."""
+        self.grants, self.granted_at, self._sent_at = True, now, now
         self._waiting += [True] * (1 + int(lateness / RENEWAL))
 
     def stop(self, caused_at: float) -> None:
-        """Queue a False, for any holder: control was taken, or the pad lost, at `caused_at`."""
+        """Queue a False for any holder: at `caused_at` control was taken, or the pad was lost."""
         self.grants = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
         self._waiting.append(False)

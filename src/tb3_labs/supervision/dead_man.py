@@ -1,10 +1,10 @@
-"""The dead man switch of pages: the page that is held first drives, until it lets go or is lost.
+"""The dead man switch of pages: one page drives, until its person lets go or the page is lost.
 
-A page is a pad in a browser. Several may be open, but the node `gamepad` hears one pad. Here the
-stops are counted: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page that
-drives. Each message of a page names the number of stops that it knew when its person acted. If the
-robot was stopped since, or this process slept, the message is rejected: neither a delayed message
-nor a page that comes back moves a robot, or its frame. A stop of a page is never rejected.
+A page is a pad in a browser. Several may be open, but the node `gamepad` reads one pad. A DeadMan
+counts the stops: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page that
+drives. Each message of a page has the number of stops that the page knew when its person acted. If
+the robot was stopped since, or this process slept, the message is rejected: neither a delayed
+message nor a page that comes back moves a robot, or its frame. A page's stop is never rejected.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
@@ -14,7 +14,7 @@ from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepWatch
 
 
 class DeadMan:
-    """Any object can identify a page."""
+    """Knows which page drives. Any object can identify a page."""
 
     def __init__(self) -> None:
         #: The page that drives, or None.
@@ -25,12 +25,12 @@ class DeadMan:
         self._sleep = SleepWatch()
 
     def begin(self, now: float) -> None:
-        """A first page has come: from now on :meth:`silence` is called often."""
+        """Begin with a first page: from now on :meth:`silence` is called often."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
         """Raises ``ValueError`` if the robot was stopped after a person's act with `known_stops`,
-        or if the act is older than `most` [s], or may be."""
+        or if the act is, or may be, older than `most` [s]."""
         self._sleep.update(now)
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
@@ -41,12 +41,12 @@ class DeadMan:
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """A person holds something on `page`. Raises ``ValueError`` if this page may not drive.
+        """Let `page`, which a person grips, drive. Raises ``ValueError`` if it may not drive.
 
         `lateness`: the delay of the message [s]. If it is more than `PAD_TIMEOUT`, the message is
-        ignored (False): a page whose messages are late is as silent as one that sends none.
-        `is_first`: is it the first message since the person gripped something? Without it, the
-        robot would begin to move later than the person expects.
+        ignored (False): late messages are treated as silence. `is_first`: is it the first message
+        of this grip? If the first one is missing, the robot would begin to move later than the
+        person expects.
         """
         if lateness > PAD_TIMEOUT:
             return False
@@ -60,14 +60,14 @@ class DeadMan:
         return True
 
     def let_go(self, page: object) -> bool:
-        """Nothing is held on `page` any more. Returns whether this page drove."""
+        """End the grip on `page`. Returns whether this page drove."""
         drove = self.page is page
         if drove:
             self.page = None
         return drove
 
     def stop(self) -> None:
-        """Somebody stopped the robot: nobody drives until a person acts again."""
+        """Count a stop: no page drives until a person acts again."""
         self.stops += 1
         self.page = None
 

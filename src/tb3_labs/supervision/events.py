@@ -1,9 +1,9 @@
-"""An Event is a message that a person may have caused: a True, a False, or a turn. An Output is all
-that a core decides by its messages and the clock, with log lines for the person.
+"""An Event is a message that a person may have caused: a True, a False, or a turn. An Output is the
+decision of a core, with log lines for the person.
 
 A message is doubtful if it may repeat a message from before this node could hear its sender. This
-holds for the first message on a connection, if the sender was there or was heard before. A latched
-message is doubtful at any time, other messages only for `REPEATS_WITHIN` after the connection.
+holds for the first message on a connection, if the sender is older than this node, or had another
+connection before: for a latched message always, for others until `REPEATS_WITHIN` has passed.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """
@@ -15,7 +15,7 @@ from typing import (
 
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN, REPEATS_WITHIN
 
-What = TypeVar('What')
+Content = TypeVar('Content')
 
 
 class Age(Enum):
@@ -35,14 +35,14 @@ class Age(Enum):
 
 
 @dataclass(frozen=True)
-class Event(Generic[What]):
+class Event(Generic[Content]):
     """A message: its content, when it arrived [s], and its sender."""
 
-    what: What
+    content: Content
     at: float
     sender: str = ''
     age: Age = Age.NEW
-    #: The sender announces that it renews what it gives.
+    #: Does the sender announce that it renews its permission?
     renews: bool = False
     #: When it was sent [s, sender's clock]; 0 if that is unknown.
     sent_at: float = 0.0
@@ -59,7 +59,7 @@ class SenderConnection(NamedTuple):
 
 
 class MessageAges:
-    """Tells the Age of each message of one topic, by the connection on which it arrives."""
+    """Finds the Age of each message of one topic, by the connection on which it arrives."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
         """This node begins to listen now; `present`: the senders that were there before."""
@@ -69,13 +69,13 @@ class MessageAges:
 
     def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
                clock: float = 0.0) -> Age:
-        """The Age of a message that has arrived on `connection` now; `stamp`: its own, or 0;
-        `clock`: the clock of stamps. A driver that hangs repeats its stamp."""
+        """Returns the Age of a message that arrives on `connection` now. `stamp`: its stamp, or 0;
+        `clock`: the time now on the clock of stamps. A driver that hangs repeats its stamp."""
         before, stamped = self._latest.get(connection.sender), self._stamps.get(connection.sender)
         self._latest[connection.sender] = connection
         self._stamps[connection.sender] = stamp, clock
         if before == connection:
-            is_same = stamped is not None and stamp == stamped[0] != 0.0 and clock != stamped[1]
+            is_same = stamped and stamp and stamp == stamped[0] and clock != stamped[1]
             return Age.SAME if is_same else Age.NEW
         if before is None and connection.sender not in self._present:
             return Age.NEW
@@ -92,7 +92,7 @@ class MessageAges:
 
 
 class LogLine(NamedTuple):
-    """A line of a core for its user; `warning`: something went otherwise than asked for."""
+    """A line of a core for its user; `warning`: is it logged as a warning?"""
 
     text: str
     warning: bool
@@ -105,22 +105,21 @@ class LogQueue:
         self._waiting: List[LogLine] = []
 
     def add(self, text: str, warning: bool = False) -> None:
-        """Add a line."""
         self._waiting.append(LogLine(text, warning))
 
     def pop_all(self) -> List[LogLine]:
-        """All lines since the last call."""
+        """Returns all lines since the last call."""
         lines, self._waiting = self._waiting, []
         return lines
 
 
 @dataclass(frozen=True)
 class Output:
-    """All that a core wants done now. A node may add fields of its own."""
+    """The decision of a core: its node carries it out. A node may add fields."""
 
     #: The command to send, a turtlebot3.Twist2; zero is a stop. None: no command is due.
     command: Optional[Tuple[float, float]] = None
-    #: Is one zero sent before the command, since another driver begins?
+    #: Is one zero sent before the command, because the driver has changed?
     stops_first: bool = False
     #: Lines for the user.
     log_lines: Sequence[LogLine] = ()

@@ -9,8 +9,8 @@ goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
 * The same holds when the drive to a repeated goal was given up: a repetition is not a new request.
 * A repetition during the drive to this goal, or during the wait for sensors, changes nothing.
 
-Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sender
-is not silent while this process sleeps. A link that delays a sender for `SENDER_PAUSE` is a pause.
+Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sleep
+of this process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network is a pause.
 """
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional
@@ -32,7 +32,9 @@ class GoalRequest(NamedTuple):
 
     def is_named_by(self, name: str, stamp: int) -> bool:
         """Does a cancel with this name and stamp mean this goal?"""
-        return (self.name == name if name else not stamp) or 0 < self.stamp <= stamp
+        if 0 < self.stamp <= stamp:
+            return True
+        return self.name == name if name else not stamp
 
 
 class GoalOutcome(Enum):
@@ -66,7 +68,7 @@ class _Repetition:
 
 
 class GoalRequests:
-    """The goal that the robot drives to, and the goals that were heard a moment ago."""
+    """The present goal, and the latest goal of each sender."""
 
     def __init__(self, present: GoalRequest, sleep: SleepWatch) -> None:
         #: The request of the goal that was accepted last.
@@ -77,7 +79,7 @@ class GoalRequests:
         self._repetitions: Dict[str, _Repetition] = {}    # by sender
 
     def note(self, request: GoalRequest, now: float) -> None:
-        """A goal has arrived. Call this for each goal, also for a goal that is refused."""
+        """Take in a goal. Call this for each goal, also for a goal that is refused."""
         self._forget(now)
         repetition = self._repetition_of(request)
         if repetition is None:
@@ -92,7 +94,7 @@ class GoalRequests:
         return repetition is not None and repetition.is_ended
 
     def refusal_line(self, request: GoalRequest) -> str:
-        """The line for a goal that stays ended; '' after the first time."""
+        """Returns the line for a goal that stays ended; '' after the first time."""
         repetition = self._repetition_of(request)
         if repetition is None or repetition.was_logged:
             return ''
@@ -107,35 +109,35 @@ class GoalRequests:
             repetition is self._repetition_of(self.present))
 
     def accept(self, request: GoalRequest) -> None:
-        """`request` is driven to from now on."""
+        """Drive to the goal of `request` from now on."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self._answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present = self._open = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
-        """`request` changes nothing."""
+        """Reject `request` with an answer to its client."""
         self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
-        """The drive has ended. Its client is told once."""
+        """Answer the client of a drive that has ended, once."""
         if self._open is not None:
             self._answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
 
     def pop_answers(self) -> List[GoalAnswer]:
-        """The answers since the last call, in order."""
+        """Returns the answers since the last call, in order."""
         answers, self._answers = self._answers, []
         return answers
 
     def give_up(self, now: float) -> None:
-        """The drive to the present goal was given up."""
+        """Give up the present goal: a repetition does not start it again."""
         self._forget(now)
         repetition = self._repetition_of(self.present)
         if repetition is not None:
             repetition.end()
 
     def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
-        """A cancel has arrived. Returns True if it ends the present goal."""
+        """Take in a cancel. Returns True if it ends the present goal."""
         self._forget(now)
         for repetition in self._repetitions.values():
             if repetition.latest.is_named_by(name, stamp):
@@ -150,7 +152,6 @@ class GoalRequests:
         return repetition if repetition is not None and repetition.goal == request.goal else None
 
     def _forget(self, now: float) -> None:
-        """Forget the senders that have paused."""
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
         self._repetitions = {sender: each for sender, each in self._repetitions.items()
                              if just_woke or each.source.is_fresh(now)}

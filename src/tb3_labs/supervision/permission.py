@@ -21,7 +21,6 @@ holds until a person releases the machine again.
   `RENEWAL`, its True was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
-:meth:`Permission.update` is to be called ten times a second.
 Edge case: a sender that renews must renew once before the robot may move. So the True of a sender
 that died, or a delayed True, does not move the robot.
 """
@@ -38,25 +37,27 @@ class _Grant:
     """The permission that one sender gave, and its renewals."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        #: When the grant was given, and the latest time at which its True was sent [s].
-        self.given_at = self.sent_before = now
-        #: Were the sensors there since it was given?
-        self.has_robot = False
+        #: Arrival of the True, and the latest time at which it can have been sent [s].
+        self.granted_at = self.sent_before = now
+        #: Were the sensors fresh at any time since the grant?
+        self.had_sensors = False
         self._renews = renews
         self._received_for = 0.0
         self._source = Freshness('control', LAPSE)
         self._source.received(now)
 
-    def renewed(self, now: float) -> None:
+    def renew(self, now: float) -> None:
+        """Take in a later True. Too many in a short time show that the first one was delayed."""
         self._source.received(now)
-        self._received_for = received_for = now - self.given_at
-        too_early = RENEWAL * (self._source.count - 1) - received_for    # by its renewals
+        self._received_for = now - self.granted_at
+        self.sent_before = self.granted_at
+        delay = RENEWAL * (self._source.count - 1) - self._received_for
         # after the longest lapse the clocks may differ by as much
-        is_late = self._renews and too_early > 0.0 and received_for < LONGEST_LAPSE
-        self.sent_before = self.given_at - (too_early if is_late else 0.0)
+        if self._renews and delay > 0.0 and self._received_for < LONGEST_LAPSE:
+            self.sent_before -= delay
 
     def silent_for(self, now: float) -> float:
-        """Time since the last True [s]; 0 if it needs no renewal."""
+        """Returns the time since the last True [s]; 0 if the grant needs no renewal."""
         return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
@@ -69,7 +70,7 @@ class Permission:
     """The permission that follows from the messages of all senders."""
 
     def __init__(self, granted: bool, log: Callable[[str, bool], None]) -> None:
-        """`granted`: from the start; `log(text, warning)` gets each line for the user."""
+        """`granted`: is there a grant at the start? `log(text, warning)`: logs for the user."""
         #: Number of grants so far.
         self.count = 0
         self._sensor_problem, self._patience = 'no sensors yet', ROBOT_START
@@ -77,7 +78,7 @@ class Permission:
         self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, False)} if granted else {}
         self._last_value: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
-        self._refused: Set[str] = set()    # senders whose ignored True has had its line
+        self._refused: Set[str] = set()    # senders whose ignored True was logged
         self._now = math.nan           # the time of the last update
         self._began_at = math.nan      # time of the first update, or of the end of a long sleep
         self.sleep = SleepWatch()
@@ -90,34 +91,33 @@ class Permission:
 
     @property
     def has_grant(self) -> bool:
-        """Is there a grant that nobody has taken? Its sender may be silent for a moment."""
+        """Is there a grant that has not ended? It may be suspended."""
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
-        """From now on senders can be heard: the start of the process is not a sleep."""
+        """Begin to hear senders: the start of the process is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
             self._grants[''] = _Grant(now, False)
 
     def set_sensor_problem(self, sensor_problem: str) -> None:
-        """Take in the problem of the sensors, '' if they are there, after each :meth:`update`."""
+        """Take in the problem of the sensors after each :meth:`update`; '' if all are fresh."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
             self._patience = RESUME_TIME
             for grant in self._grants.values():
-                grant.has_robot = True
+                grant.had_sensors = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        """A sender says True or False; `message.renews`: does the sender renew its grant?"""
-        now, sender, granted = message.at, message.sender, message.what
+        now, sender, granted = message.at, message.sender, message.content
         self.update(now)
-        if message.age is Age.RESTARTED:    # another process bore this name before
+        if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
         was_granted = self._last_value.get(sender, False)
         self._last_value[sender] = granted
         if message.age is Age.OLD and not granted and not any(self._grants):
-            return    # '' is the grant at the start
+            return    # any() leaves out '', the grant at the start
         if not granted:
             self._stops = {other: at for other, at in self._stops.items()
                            if now - at <= OLDEST_GRANT}
@@ -125,7 +125,7 @@ class Permission:
             self._grants = {}
             self._refused.discard(sender)
         elif sender in self._grants:
-            self._grants[sender].renewed(now)
+            self._grants[sender].renew(now)
             self._check_delay(sender, self._grants[sender])
         elif message.age.is_doubtful:
             self._refuse(sender, f'Control was given by {sender} before this node could hear it, '
@@ -148,7 +148,7 @@ class Permission:
             self._log(text, True)
 
     def update(self, now: float) -> None:
-        """Suspend or end grants that were not renewed in time. To be called repeatedly."""
+        """Suspend or end grants that were not renewed in time. Call this ten times a second."""
         self._now = now
         if math.isnan(self._began_at):
             self._began_at = now
@@ -159,7 +159,7 @@ class Permission:
                 self._grants = {}
                 self._log('Control is gone: ' + self.sleep.as_text(), True)
         for sender, grant in list(self._grants.items()):
-            if not grant.has_robot and now - grant.given_at > self._patience:
+            if not grant.had_sensors and now - grant.granted_at > self._patience:
                 self._end(sender, f'{self._sensor_problem} for {self._patience:.0f} s (is the '
                                   'robot running?)')
             elif grant.silent_for(now) > LONGEST_LAPSE:
@@ -167,9 +167,9 @@ class Permission:
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant whose renewals show that its True was delayed."""
-        if grant.given_at - grant.sent_before > OLDEST_GRANT:
+        if grant.granted_at - grant.sent_before > OLDEST_GRANT:
             self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
-        elif grant.sent_before < min(self._began_at, grant.given_at):
+        elif grant.sent_before < min(self._began_at, grant.granted_at):
             self._end(sender, 'it was given before this node started, or woke')
         elif any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
             self._end(sender, 'it was taken while the network delayed it')
@@ -177,5 +177,5 @@ class Permission:
     def _end(self, sender: str, reason: str) -> None:
         self._log(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
                   'gives it again', True)
-        self._refused.add(sender)    # so its next True needs no line
+        self._refused.add(sender)    # so its next True is not logged
         del self._grants[sender]

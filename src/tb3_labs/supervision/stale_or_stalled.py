@@ -1,8 +1,8 @@
-"""May a motion go on? Its sensors must be alive, and the robot must obey.
+"""May a motion continue? Its sensors must be alive, and the robot must obey.
 
-A sensor is lost if no message arrives, and frozen if it repeats one reading while the robot moves,
-as a driver that hangs does. A robot is stalled if it is told to move and gets no nearer to its
-goal. The robot has settled when its samples show it at rest.
+A sensor is lost if no message arrives. It is frozen if it repeats one reading while the robot
+moves, because its driver hangs. A robot is stalled if commands to move bring it no nearer
+to its goal. The robot has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -13,17 +13,17 @@ from typing import Any, Optional
 from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
-#: The reason why a robot stands whose sensors are fresh.
+#: The reason why a robot stands although its sensors are fresh.
 UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: If the robot is told to drive faster than this, the readings must show a motion [m/s].
+#: If the command is to drive faster than this, the readings must show a motion [m/s].
 SURELY_DRIVES = 0.02
-#: If the robot is told to turn faster than this, the readings must show a motion [rad/s].
+#: If the command is to turn faster than this, the readings must show a motion [rad/s].
 SURELY_TURNS = 0.1
-#: The robot is stalled if it got no nearer for this long while it was told to move [s].
+#: The robot is stalled if it got no nearer for this long while it was commanded to move [s].
 STALL_TIME = 1.3
 #: The robot got nearer if the remaining way is less by at least this much [m or rad].
 STALL_STEP = 0.004
-#: A drive waits for the robot to settle for at most this long, the sum of all its rests [s].
+#: A drive waits for the robot to settle for at most this time in total [s].
 LONGEST_REST = 4.0
 #: The goal is missed when the remaining way grows again by this much, half a second at full speed
 #: [m or rad]. A short stall of the network makes the robot overshoot by less.
@@ -40,24 +40,24 @@ class SensorStatus(Enum):
     FRESH = 'go on'
     SILENT = 'stand'
     BACK_SOON = 'fresh again after a short silence: go on, knowing that it stood'
-    LATE = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
+    TIMED_OUT = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
 
 
 class Sensor(Freshness):
-    """A sensor that a motion needs: when it was heard, and what it read."""
+    """A sensor that a motion needs: the time and the content of its last message."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         #: Contents of the last message, without its stamp.
         self.reading: Any = None
-        #: At the last look the reading had not changed for this long, although it must change [s].
+        #: The reading has not changed for this long, although it must change [s].
         self.repeated_for = 0.0
-        #: The longest silence between two messages since the last pause [s]; a sleep is one, too.
+        #: The longest time between two messages since the last pause [s].
         self.longest_gap = 0.0
-        self._changed_at = math.nan    # when the reading changed; NaN: at the next look
+        self._changed_at = math.nan    # when the reading changed; NaN: at the next check
 
     def received(self, now: float, reading: Any = None) -> float:
-        """A valid message with this content arrived. Returns the silence before it [s]."""
+        """Take in a valid message with this content. Returns the silence before it [s]."""
         silence = super().received(now)
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
@@ -72,11 +72,11 @@ class Sensor(Freshness):
         self.repeated_for = now - self._changed_at
 
     def pause(self) -> None:
-        """The robot stood until now: forget silences and repetitions."""
+        """Forget silences and repetitions, since the robot stood until now."""
         self.longest_gap, self.repeated_for, self._changed_at = 0.0, 0.0, math.nan
 
     def clock_went_back(self, now: float) -> None:
-        """The receiver's clock may have gone back to `now`."""
+        """Adapt to a receiver's clock that may have gone back to `now`."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
 
@@ -87,24 +87,25 @@ class SensorWatch:
 
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
-        #: The state at the last :meth:`update`. After a silence one update finds BACK_SOON or LATE.
+        #: The status at the last :meth:`update`. The first update after a silence finds BACK_SOON
+        #: or TIMED_OUT, the next one FRESH.
         self.status = SensorStatus.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
-        #: Length of the last silence [s]. It begins again when a motion is asked for.
+        #: Length of the last silence [s], since the request of the motion if that came later.
         self.silent_for = 0.0
         self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
-        self._since = math.nan          # beginning of the silence; NaN: the next update
+        self._since = math.nan          # begin of the silence; NaN: at the next update
         self._were_fresh = False        # at the last update
 
     def request_motion(self) -> None:
-        """A person or program asks for a motion now."""
+        """Begin to wait for the sensors: a motion is requested now."""
         self._since = math.nan
 
     def update(self, now: float, is_checked: bool = True) -> None:
-        """To be called repeatedly, also at each step while the robot is being driven. `is_checked`:
-        False until gyro and wheels were compared. A motion waits for the sensors, then as long
-        again for this comparison.
+        """Find the status. To be called repeatedly, also at each step of a drive. `is_checked`:
+        were gyro and wheels compared? A motion waits for the sensors, then as long again for this
+        comparison.
         """
         oldest, are_fresh = 0.0, True
         for source in self._sources:
@@ -122,30 +123,34 @@ class SensorWatch:
             self._patience = RESUME_TIME
         self._were_fresh = are_fresh
         if not (are_fresh and is_checked):
-            # The first reason is kept, so that it does not change with each further lost source.
-            self.hold_reason = UNCHECKED if are_fresh else self.hold_reason or self.problem(now)
-            self.status, self.silent_for = (SensorStatus.LATE if is_late else SensorStatus.SILENT,
-                                            silent_for)
+            if are_fresh:
+                self.hold_reason = UNCHECKED
+            elif not self.hold_reason:    # it stays the same when another sensor is lost
+                self.hold_reason = self.problem(now)
+            self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
+            self.silent_for = silent_for
             return
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
-        if gap <= SENSOR_TIMEOUT and not is_late:
+        if is_late:
+            self.status, self.silent_for = SensorStatus.TIMED_OUT, silent_for
+        elif gap > SENSOR_TIMEOUT:
+            self.status, self.silent_for = SensorStatus.BACK_SOON, gap
+        else:
             self.status = SensorStatus.FRESH
             return
-        self.status, self.silent_for = (
-            (SensorStatus.LATE, silent_for) if is_late else (SensorStatus.BACK_SOON, gap))
         self.pause()
 
     def pause(self) -> None:
-        """The robot stood until now: forget silences and repetitions."""
+        """Forget silences and repetitions, since the robot stood until now."""
         self.hold_reason = ''
         for source in self._sources:
             source.pause()
 
     def problem(self, now: float, with_age: bool = False) -> str:
-        """The lost sensors, in words; '' while all sensors are fresh.
+        """Returns the lost sensors, in words; '' while all sensors are fresh.
 
-        If one sensor is lost, each that is silent for half its timeout is lost, too.
+        If one sensor is lost, each sensor that is silent for half its timeout is named, too.
         """
         if self.are_fresh(now):
             return ''
@@ -153,13 +158,12 @@ class SensorWatch:
                          for source in self._sources if source.age(now) > 0.5 * source.timeout)
 
     def frozen(self) -> str:
-        """The sensors that are frozen, in words; '' if none is."""
+        """Returns the sensors that are frozen, in words; '' if none is."""
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
         return ' and '.join(f'{source.name} {fault}' for source in self._sources
                             if source.repeated_for > FROZEN_TIME)
 
     def are_fresh(self, now: float) -> bool:
-        """True while all sensors are fresh."""
         return all(source.is_fresh(now) for source in self._sources)
 
 
@@ -172,7 +176,7 @@ class StallWatch:
         self._rested_for = 0.0
 
     def resume(self) -> None:
-        """The robot stood while its sensors were silent: its remaining way may have grown.
+        """Accept a longer remaining way, since the robot stood while its sensors were silent.
 
         The time without progress is kept: otherwise a bad network would hide a stalled robot.
         """
@@ -181,13 +185,14 @@ class StallWatch:
     def update(self, remaining: float, linear: float, angular: float, dt: float,
                must_move: bool = True) -> str:
         """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], the time since
-        the last update [s], and whether the robot is told to move, or to rest. Returns the problem
+        the last update [s], and whether the command is to move, or to rest. Returns the problem
         in words; '' if there is none.
         """
         if not must_move:
             self._rested_for += dt
-            return '' if self._rested_for <= LONGEST_REST else (
-                'the robot does not settle although it is told to rest (a noisy IMU?)')
+            if self._rested_for <= LONGEST_REST:
+                return ''
+            return 'the robot does not settle although it is told to rest (a noisy IMU?)'
         remaining = abs(remaining)
         if self._least is None:
             self._least = remaining
@@ -206,7 +211,7 @@ class StallWatch:
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    The samples are ordered by the times of measurement: a sample that is read again may be old.
+    The samples are ordered by their times of measurement: a sample that is read again may be old.
     """
 
     def __init__(self) -> None:
@@ -229,5 +234,4 @@ class Settling:
 
     @property
     def rests(self) -> bool:
-        """Has the robot settled?"""
         return self.rested_for >= SETTLING_TIME

@@ -1,7 +1,7 @@
-"""How old is what a node hears? A source may be silent, a message late, the process asleep.
+"""How old are the messages of a node? A source may be silent, a message late, the process asleep.
 
-The arrivals of the messages show a silence of their source (:class:`Freshness`), and their stamps
-a delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, or its computer is
+The arrivals of messages show that their source is silent (:class:`Freshness`). Their stamps show a
+delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, or its computer is
 suspended: a long time between two looks at the clock is a sleep (:class:`SleepWatch`).
 
 The table below has every limit of a silence, a delay or a sleep by which a node that drives
@@ -19,15 +19,15 @@ from typing import Deque, Optional, Tuple
 
 #: A sensor that is silent for longer than this is lost; at full speed it is a way of 5 cm.
 SENSOR_TIMEOUT = 0.22
-#: A sensor that repeats itself for longer than this, though the robot is told to move, is frozen. A
+#: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen. A
 #: slow network and slow motors delay the motion by less.
 FROZEN_TIME = 0.6
-#: A reading that is repeated for no longer than this is the last sample's.
+#: A reading that is repeated for no longer than this needs no check: no new sample was due.
 SHORT_REPETITION = 0.05
-#: A motion goes on by itself after a silence of the sensors up to this long. A grant, a goal or a
-#: turn in a silence is void if the silence lasts for longer than this.
+#: A motion continues by itself after a silence of the sensors of at most this length. A grant, a
+#: goal or a turn is void if it is followed by a longer silence.
 RESUME_TIME = 2.0
-#: The same limit for a robot that was never heard: its board needs up to 14 s to start.
+#: The same limit before the first message of a robot: its board needs up to 14 s to start.
 ROBOT_START = 20.0
 #: A turn that is typed before the robot is connected waits this long for the robot.
 ROBOT_WAIT = 5.0
@@ -37,7 +37,7 @@ RESET_SILENCE = 1.0
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The displacement that is allowed grows with the silence. After this silence any is allowed.
+#: The odometry may show a displacement that grows with its silence; after this silence, any.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -57,7 +57,7 @@ NOISE_GAP = 0.1
 
 # -- the sender's clock
 
-#: A clock that goes back by less than this is being corrected; by more, it was set.
+#: A clock that goes back by less than this is being corrected. One that goes back more was set.
 SMALL_STEP = 0.1
 #: A stamp that is this far ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
@@ -72,7 +72,7 @@ MAX_BEHIND = 0.5
 
 #: The least delay is taken over the messages of this time.
 DELAY_WINDOW = 5.0
-#: A sender is treated as heard for this long before each of its messages.
+#: Each message adds at most this time to the time for which its sender was heard.
 RECEIVED_BEFORE = 0.1
 #: The delay of a pad's messages is known this long after the first one.
 LATENESS_KNOWN_AFTER = 0.3
@@ -91,16 +91,16 @@ HAND_BACK = 0.15
 
 #: Time from one renewal of a permission to the next.
 RENEWAL = 0.1
-#: If a renewal comes later than this after the grant, the grant holds. Earlier renewals may have
-#: been delayed and arrived together with it; they do not show that the sender is alive.
+#: A renewal that comes later than this after the grant confirms the grant. An earlier renewal may
+#: have been delayed together with the grant: it does not show that the sender is alive.
 CONFIRMATION = 0.04
 #: A grant whose renewals stop is suspended after this silence.
 LAPSE = 0.5
 #: A grant expires after this silence.
 LONGEST_LAPSE = 2.0
-#: A True that was sent longer ago is ignored.
+#: A True that was sent longer ago than this is ignored.
 OLDEST_GRANT = 2.0
-#: A reset that was asked for longer ago is ignored: it would declare another place.
+#: A reset that was requested longer ago than this is ignored: it would declare another place.
 OLDEST_RESET = 1.0
 #: After this silence a sender of goals or turns has paused: it may ask for the same again.
 SENDER_PAUSE = 2.0
@@ -124,7 +124,7 @@ IDLE_PERIOD = 0.2
 
 
 class Freshness:
-    """Remembers when one source was last heard."""
+    """Remembers when the last message of one source arrived."""
 
     def __init__(self, name: str, timeout: float = SENSOR_TIMEOUT) -> None:
         self.name = name
@@ -134,13 +134,13 @@ class Freshness:
         self._received_at: Optional[float] = None
 
     def received(self, now: float) -> float:
-        """A valid message arrived at `now`. Returns the silence before it [s]."""
+        """Take in a valid message. Returns the silence before it [s]."""
         silence, self._received_at = self.age(now), now
         self.count += 1
         return silence
 
     def age(self, now: float) -> float:
-        """Seconds since the last message; infinite before the first."""
+        """Returns the time since the last message; infinite before the first."""
         age = math.inf if self._received_at is None else now - self._received_at
         return age if age > 0.0 else 0.0
 
@@ -154,7 +154,7 @@ class Freshness:
         return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
     def silence_with_age(self, now: float) -> str:
-        """The text of `silence` with its duration: 'no imu for 1.2 s'."""
+        """Returns the text of `silence` with its duration: 'no imu for 1.2 s'."""
         age = self.age(now)
         return self.silence if math.isinf(age) else f'{self.silence} for {age:.1f} s'
 
@@ -172,7 +172,7 @@ class SleepWatch:
         self._looks = Freshness('look at the clock', LONGEST_GAP)
 
     def update(self, now: float) -> None:
-        """Look at the clock: several times a second, and before each message is used."""
+        """Look at the clock. Call this several times a second, and before a message is used."""
         gap = self._looks.received(now)
         self.slept_for = gap if LONGEST_GAP < gap < math.inf else 0.0
         if self.slept_for:
@@ -180,7 +180,7 @@ class SleepWatch:
         self.is_waking = now - self.woke_at < WAKING
 
     def start(self, now: float) -> None:
-        """Begin to look now; the time before is ignored."""
+        """Ignore the time until now."""
         self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
         self._looks.received(now)
 
@@ -190,14 +190,14 @@ class SleepWatch:
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:
-        """The sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
+        """Returns the sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
         return f'this node did not run for {self.slept_for:.1f} s' if self.slept_for else ''
 
 
 class Lateness:
     """The delay of a single message beyond the usual delay of its sender. The usual delay is the
-    least one of the last `DELAY_WINDOW` seconds in which the sender was heard. If the sender's
-    clock was set, or runs faster, its new time is believed after `DELAY_WINDOW` seconds.
+    least delay in the last `DELAY_WINDOW` seconds for which the sender was heard. If the sender's
+    clock was set, or runs faster, its new time is used after `DELAY_WINDOW` seconds.
     """
 
     def __init__(self) -> None:
@@ -206,7 +206,7 @@ class Lateness:
         self._last = Freshness('the sender')
 
     def of(self, stamp: float, arrival: float) -> float:
-        """The extra delay [s] of a message of this stamp [sender's clock] and arrival."""
+        """Returns the extra delay [s] of a message of this stamp [sender's clock] and arrival."""
         self._received_for += min(self._last.received(arrival), RECEIVED_BEFORE)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None

@@ -5,10 +5,9 @@ from typing import Dict, Mapping
 
 #: The folder of the probe, which has no other file.
 PROBE = Path(__file__).with_name('probe')
-MODULES = 'PYTHONPATH'
 
 
 def watched(environment: Mapping[str, str], probe: str = str(PROBE)) -> Dict[str, str]:
-    """The environment of a Python node that shows its variables, by the probe in this folder."""
-    return dict(environment, **{MODULES: os.pathsep.join(
-        filter(None, [probe, environment.get(MODULES)]))})
+    """Returns the environment of a Python node that shows its variables by the probe."""
+    folders = [probe, environment.get('PYTHONPATH', '')]
+    return dict(environment, PYTHONPATH=os.pathsep.join(filter(None, folders)))

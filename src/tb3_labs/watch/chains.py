@@ -1,81 +1,126 @@
-"""The chain of each lab, as data: its links, and the variables by which its node is known."""
-from typing import Any, Dict, List, Sequence, Tuple
+"""The chain of each lab, as data: its links, their places in the lab sheets, and the variables by
+which a lab's node is known."""
+from itertools import islice
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
-from tb3_labs.watch.broken_link import BrokenLink, Link, NodeRun, first_broken, sentence
-from tb3_labs.watch.variables import bare, nodes_of
+from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, sentence
+from tb3_labs.watch.variables import bare_name
 
-EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
-POSE, STATES, RESET, THUMB = (
-    '1. The local pose', '2. The four states', '3. The reset', '4. By thumb')
-DRIVE_SHEET = 'transformation_lab.md'
+
+class Place(NamedTuple):
+    """A place in a lab sheet: a heading, and a numbered step below it (0: the whole section)."""
+
+    sheet: str
+    heading: str
+    step: int = 0
+
+    def at_step(self, step: int) -> 'Place':
+        """Returns the place of a step of this section."""
+        return Place(self.sheet, self.heading, step)
+
+    def __str__(self) -> str:
+        step = f', step {self.step}' if self.step else ''
+        return f'doc/{self.sheet}, "{self.heading}"{step}'
+
+
+class Link(NamedTuple):
+    """A link of a chain: a question that the node's owner can answer, the function that looks for
+    broken links, the place that explains it, and the parts of the lab in which it shows."""
+
+    question: str
+    check: Check
+    place: Place
+    parts: Tuple[str, ...]
+
+
+IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
+HEADING_EXERCISE = Place(IMU_SHEET, '2. Exercise: the heading')
+TURN_LAB = Place(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
+THE_LOCAL_POSE, FOUR_STATES, THE_RESET, BY_THUMB = (
+    Place(TRANSFORMATION_SHEET, heading) for heading in (
+        '1. The local pose', '2. The four states', '3. The reset', '4. By thumb'))
+TURN_STEP, MOUSE_STEP, DRIVE_STEP, CONTROL_STEP = (
+    TURN_LAB.at_step(5), TURN_LAB.at_step(2), FOUR_STATES.at_step(1),
+    FOUR_STATES.at_step(2))
 #: The parts of the labs in which a link shows.
-TURNS, MOUSE, DRIVES, CONTROL = ('turns', 'both'), ('mouse', 'both'), (
-    'drive', 'reset'), ('drive', 'reset', 'control')
-STICKS = 'sticks', 'buttons', 'no service'
+TURNS, MOUSE = ('turns', 'both'), ('mouse', 'both')
+DRIVES, CONTROL = ('drive', 'reset'), ('drive', 'reset', 'control')
+PAD = ('sticks', 'buttons', 'no service')
 #: lab -> its links, in their order
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
-             'and which way?', input_links.wrong_heading, EXERCISE, 3),),
+             'and which way?', input_links.wrong_heading, HEADING_EXERCISE.at_step(3),
+             ('heading',)),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',
-             turn_links.wrong_heading, TURN_LAB, 4, parts=TURNS),
+             turn_links.wrong_heading, TURN_LAB.at_step(4), TURNS),
         Link('Look at goal_yaw: which one does each letter give, at which curr_yaw?',
-             turn_links.wrong_goal, TURN_LAB, 5, parts=TURNS),
+             turn_links.wrong_goal, TURN_STEP, TURNS),
         Link('rostopic hz /cmd_vel: how often does a command come, and who sends it?',
-             turn_links.too_seldom, TURN_LAB, 5, parts=TURNS),
+             turn_links.too_seldom, TURN_STEP, TURNS),
         Link('Look at turning: when does it become True, and when False?', turn_links.not_turning,
-             TURN_LAB, 5, parts=TURNS),
+             TURN_STEP, TURNS),
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
-             TURN_LAB, 5, parts=TURNS),
-        *(Link('At which error does a turn end, and by which command?', check, TURN_LAB, 5,
-               parts=TURNS) for check in (turn_links.wrong_stop, turn_links.not_over)),
+             TURN_STEP, TURNS),
+        *(Link('At which error does a turn end, and by which command?', check, TURN_STEP, TURNS)
+          for check in (turn_links.wrong_stop, turn_links.not_over)),
         *(Link('Which command belongs to the mouse at the upper edge, at the left one, in the '
-               'middle, inactive?', check, TURN_LAB, 2, parts=MOUSE)
+               'middle, inactive?', check, MOUSE_STEP, MOUSE)
           for check in input_links.MOUSE_LINKS),
-        Link('How large is the command for an error of 90?', turn_links.slow_law, TURN_LAB, 5,
-             parts=TURNS)),
+        Link('How large is the command for an error of 90?', turn_links.slow_law, TURN_STEP,
+             TURNS)),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
-             drive_links.wrong_control, STATES, 2, DRIVE_SHEET, CONTROL),
-        Link('Look at state after a reset.', drive_links.state_kept, RESET, 1, DRIVE_SHEET, DRIVES),
-        Link('Drive the robot forward by hand after a reset in another direction, and look at '
-             'local_x, local_y and local_yaw.', drive_pose.wrong_pose, POSE, 3, DRIVE_SHEET,
+             drive_links.wrong_control, CONTROL_STEP, CONTROL),
+        Link('Look at state after a reset.', drive_links.state_kept, THE_RESET.at_step(1),
              DRIVES),
-        Link('Look at the goal.', drive_links.wrong_goal, STATES, 1, DRIVE_SHEET, DRIVES),
+        Link('Drive the robot forward by hand after a reset in another direction, and look at '
+             'local_x, local_y and local_yaw.', drive_pose.wrong_pose, THE_LOCAL_POSE.at_step(3),
+             DRIVES),
+        Link('Look at the goal.', drive_links.wrong_goal, DRIVE_STEP, DRIVES),
         Link('Look at state: which command belongs to each, and when does it change?',
-             drive_links.wrong_law, STATES, 1, DRIVE_SHEET, DRIVES),
+             drive_links.wrong_law, DRIVE_STEP, DRIVES),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
-             drive_links.not_silent, STATES, 2, DRIVE_SHEET, CONTROL),
-        Link('How large is each command?', drive_links.slow_law, STATES, 1, DRIVE_SHEET, DRIVES)),
+             drive_links.not_silent, CONTROL_STEP, CONTROL),
+        Link('How large is each command?', drive_links.slow_law, DRIVE_STEP, DRIVES)),
     'gamepad': tuple(
-        Link(question, check, THUMB, 1, DRIVE_SHEET, STICKS) for question, check in zip((
+        Link(question, check, BY_THUMB.at_step(1), PAD) for question, check in zip((
             'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
             'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
             'How large is each command?'), input_links.PAD_LINKS))}
-#: lab -> variables of its node by the handout
+#: lab -> the variables of its node by the handout
 NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
-#: What costs no points, and is told with full marks.
-REMARKED = turn_links.too_seldom, input_links.mouse_in_turn
+
+
+def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
+                 weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
+    """Returns the first link that is broken in these `parts` of the lab, by default in all parts.
+    Without `weak`, a BrokenLink that is_weak does not count."""
+    for link in links:
+        if parts is None or set(link.parts) & set(parts):
+            broken = next(link.check(node_run), None)
+            if broken is not None and (weak or not broken.is_weak):
+                return link, broken
+    return None
 
 
 def remarks(run: Any, lab: str) -> List[str]:
-    """Sentences on a node that earned everything."""
-    node_run = NodeRun(run)
-    return [f'{sentence(found)} See {link.place}.' for link in CHAINS[lab]
-            if link.check in REMARKED for found in [link.check(node_run)] if found is not None]
+    """Returns sentences on a node that earned all points: its commands may come too seldom."""
+    broken = islice(turn_links.too_seldom(NodeRun(run)), 1) if lab == 'turn' else ()
+    return [f'{sentence(each)} See {TURN_STEP}.' for each in broken]
 
 
 def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """(node, link, what is broken) of each node in a recording whose lab is known. A law that is
-    not the handout's is not broken: the node may be right."""
+    """Returns (node, Link, BrokenLink) of each node of a recording whose lab is known and whose
+    chain is broken. Weak ones do not count: the node may be right."""
     found = []
-    for node in sorted(nodes_of(run)):
+    for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
-        names = {bare(name) for name in node_run.variables}
-        lab = next((lab for lab, known in NAMES.items() if known <= names), '')
-        broken = first_broken(node_run, CHAINS.get(lab, ()), weak=False)
+        names = {bare_name(name) for name in node_run.variables}
+        labs = [lab for lab, known in NAMES.items() if known <= names]
+        broken = first_broken(node_run, CHAINS[labs[0]], weak=False) if labs else None
         if broken:
             found.append((node, *broken))
     return found

@@ -1,22 +1,24 @@
 """The command that follows a device: a gamepad or a mouse.
 
-A field of a command follows an axis, a button or a place of the mouse, as it was in one of the last
-messages, times a number. This number is found from the commands; no list of mistakes is needed.
+A field of a command follows an axis, a button or a coordinate of the mouse, as it was in one of the
+last messages, times a number. This number is found from the commands.
 """
 import json
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun
-from tb3_labs.watch.quantities import RECENT, SOON, Quantity, ages, thinned
+from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, expected
+from tb3_labs.watch.quantities import ARRIVAL_LEAD, RECENT_TIME, Quantity, ages, thinned
 from tb3_labs.watch.variables import Series
 
-#: A command changes within ANSWERED after an input [s]; one that is held for HELD [s] is answered.
-ANSWERED, HELD = 0.5, 0.6
-#: A field follows an input if this part of its values does: a callback that waited answers late.
-#: A variable is read up to READ_LATER after its command [s], and not for each.
-FOLLOWS, READ_LATER, READ_PART = 0.9, 0.04, 0.8
+#: A command follows an input within ANSWER_DELAY [s]. An input that does not change for HELD_TIME
+#: [s] must be answered.
+ANSWER_DELAY, HELD_TIME = 0.5, 0.6
+#: A field follows an input by this share of its values: a callback that waited answers late.
+INPUT_SHARE = 0.9
+#: A variable is read up to READING_DELAY after its command [s], and not for each command.
+READING_DELAY, VARIABLE_SHARE = 0.04, 0.8
 
 
 class Device(NamedTuple):
@@ -26,117 +28,125 @@ class Device(NamedTuple):
     value: np.ndarray
     names: Sequence[str]
 
-    def place(self, row: np.ndarray) -> str:
-        """Words on a row."""
+    def row_text(self, row: np.ndarray) -> str:
+        """Returns the inputs that are not 0 in words."""
         return ' and '.join(f'{name} at {value:g}' for name, value in zip(
             self.names, row) if value) or 'all inputs at 0'
 
     @property
-    def changed(self) -> np.ndarray:
-        """For each message: since when it has been the same [s]."""
+    def same_since(self) -> np.ndarray:
+        """For each message, the time since which the inputs have been the same [s]."""
         is_new = np.append(True, np.diff(self.value, axis=0).any(axis=1))[:len(self.time)]
         return np.maximum.accumulate(np.where(is_new, self.time, -np.inf))
 
-    def sample(self, time: np.ndarray) -> np.ndarray:
-        """The index of the last message at each time; -1: there was none within RECENT [s]."""
-        last = np.searchsorted(self.time, time + SOON) - 1
-        return np.where(time - np.append(self.time, -np.inf)[last] <= RECENT, last, -1)
+    def index_at(self, times: np.ndarray) -> np.ndarray:
+        """Returns the index of the last message at each time, -1 if it is not recent."""
+        last = np.searchsorted(self.time, times + ARRIVAL_LEAD) - 1
+        age = times - np.append(self.time, -np.inf)[last]
+        return np.where(age <= RECENT_TIME, last, -1)
 
-    def held(self) -> Iterable[Tuple[float, float, np.ndarray]]:
-        """(begin, end, row) of each time in which nothing changed for HELD [s]."""
-        begins = np.unique(self.changed)
+    def held_inputs(self) -> Iterator[Tuple[float, float, np.ndarray]]:
+        """Yields (begin, end, row) of each time in which no input changed for HELD_TIME."""
+        begins = np.unique(self.same_since)
         for begin, end in zip(begins, np.append(begins[1:], self.time[-1:])):
-            if end - begin >= HELD:
+            if end - begin >= HELD_TIME:
                 yield float(begin), float(end), self.value[np.searchsorted(self.time, begin)]
 
 
 def events_of(node_run: NodeRun, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
-    """The events of this kind in a trial, with their times."""
-    events = node_run.run.events
-    return [(at, event) for at, words in zip(events.arrival, events.words)
-            for event in [json.loads(words)] if event['kind'] == kind]
+    """Returns (time, event) of the events of this kind in a trial."""
+    rows = node_run.run.events
+    events = [(time, json.loads(words)) for time, words in zip(rows.arrival, rows.words)]
+    return [(time, event) for time, event in events if event['kind'] == kind]
 
 
-def stimulus(node_run: NodeRun, name: str) -> float:
-    """The time at which a stimulus of a trial began; infinite if there was none."""
+def stimulus_begin(node_run: NodeRun, name: str) -> float:
+    """Returns the time at which a stimulus of a trial began; inf if there was none."""
     states = node_run.run.states
-    return float(dict(zip(states.words[::-1], states.arrival[::-1])).get(name, np.inf))
+    return next((float(time) for time, words in zip(states.arrival, states.words)
+                 if words == name), np.inf)
 
 
-def factor_of(series: Series, form: Quantity, part: float) -> float:
-    """The number by which a series is a form times a number; NaN if it is not."""
-    last = form.value[(np.searchsorted(form.time, series.time + SOON) - 1).clip(0)]
+def factor_of(series: Series, form: Quantity, share: float) -> float:
+    """Returns the number by which this share of a series is number times form, else NaN."""
+    last = form.at(series.time + ARRIVAL_LEAD)
     both = (series.value != 0.0) & (last != 0.0)
     if both.sum() < 3:
         return np.nan
     ratios, counts = np.unique(np.round(series.value[both] / last[both], 6), return_counts=True)
     factor = float(ratios[np.argmax(counts)])
-    few = thinned(series.take((series.value != 0.0) | (last != 0.0)))
-    times = form._replace(value=factor * form.value, scale=max(abs(factor), 1e-6))
-    return factor if np.mean(np.isfinite(ages(few, times))) >= part else np.nan
+    product = form._replace(value=factor * form.value, scale=max(abs(factor), 1e-6))
+    some = thinned(series.take((series.value != 0.0) | (last != 0.0)))
+    return factor if np.mean(np.isfinite(ages(some, product))) >= share else np.nan
+
+
+def followed_form(series: Series, forms: Sequence[Quantity], share: float,
+                  factor: float) -> Optional[Tuple[float, str]]:
+    """Returns (number, words) of the form that a series follows. If the motion does not tell two
+    forms apart, it is the form whose number is nearest to the handout's `factor`."""
+    numbers = [(factor_of(series, form, share), form.words) for form in forms]
+    found = [each for each in numbers if np.isfinite(each[0])]
+    found.sort(key=lambda each: abs(each[0] - factor))
+    return found[0] if found else None
 
 
 def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
-                 forms: List[Quantity], factor: float) -> Optional[BrokenLink]:
-    """The BrokenLink of a field, linear.x or angular.z, that should be `factor` times the first of
-    the forms. It is weak if the field has the right sign and is not larger."""
-    last, value = device.sample(commands.arrival), getattr(commands, name.split('.')[0])
+                 forms: List[Quantity], factor: float) -> Iterator[BrokenLink]:
+    """Yields a field, linear.x or angular.z, that is not `factor` times the first of the forms. It
+    is weak if the field has the right sign and is not larger."""
+    last, value = device.index_at(commands.arrival), getattr(commands, name.split('.')[0])
     series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
     right = forms[0]
     wanted = factor * right.value[last]
     if not wanted.any():
-        return None
-    own = [Quantity(each.name, each.time - READ_LATER, each.value, 1.0)
+        return
+    own = [Quantity(each.name, each.time - READING_DELAY, each.value, 1.0)
            for each in node_run.variables.values() if len(set(each.text)) > 5
            and np.isfinite(each.value).all() and 'cmd' not in each.name]
-    # forms may be equal by what happened: the handout's number is the likely one, then its form
-    found = [sorted((abs(share - factor), order, share, form.words) for order, form in enumerate(
-                        some) for share in [factor_of(series, form, part)] if np.isfinite(share))
-             for some, part in ((forms, FOLLOWS), (own, READ_PART))]
-    _, _, share, words = (found[0] + found[1] or [(0.0, 0, 0.0, '')])[0]
-    if words == right.words and abs(share / factor - 1.0) < 0.02:
-        return None
-    settled = series.time - device.changed[last] > ANSWERED
-    is_weak = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
-    if words:
-        wrong, text = series.value != 0.0, f'follows {share:.3g} times {words}'
+    followed = followed_form(series, forms, INPUT_SHARE, factor) or followed_form(
+        series, own, VARIABLE_SHARE, factor)
+    settled = series.time - device.same_since[last] > ANSWER_DELAY
+    if followed is not None:
+        number, words = followed
+        if words == right.words and abs(number / factor - 1.0) < 0.02:
+            return
+        is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
     else:
-        wrong = settled & ~np.isfinite(ages(series, right._replace(
+        is_wrong = settled & ~np.isfinite(ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))
-        if wrong.sum() < max(3.0, (1.0 - FOLLOWS) * (settled & (wanted != 0.0)).sum()):
-            return None
-        row = device.value[last[np.argmax(wrong)]]
+        if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * (settled & (wanted != 0.0)).sum()):
+            return
+        row = device.value[last[np.argmax(is_wrong)]]
         here = settled & (device.value[last] == row).all(axis=1)
         text = 'was {:.2g} in {} of {} commands with {}'.format(
-            series.value[np.argmax(wrong)], (here & wrong).sum(), here.sum(), device.place(row))
-        if (here & ~wrong).sum() > 2 and not series.value[here & wrong].any():
-            text += ', as if another callback published, too'
-    return BrokenLink('{} {}; it should be {:g} times {}'.format(
-        name, text, factor, right.words), float(series.time[np.argmax(wrong)]), name,
-            bool(is_weak[settled & ((wanted != 0.0) | (series.value != 0.0))].all()))
+            series.value[np.argmax(is_wrong)], (here & is_wrong).sum(), here.sum(),
+            device.row_text(row))
+    keeps_side = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
+    is_driven = settled & ((wanted != 0.0) | (series.value != 0.0))
+    yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {right.words}'),
+                     series.time[np.argmax(is_wrong)], name, keeps_side[is_driven].all())
 
 
-def unanswered(sent: Any, device: Device, drives: Callable[[np.ndarray], Any],
-               is_off: Callable[[float, float], Any]) -> Optional[BrokenLink]:
-    """Does a command come while an input is held, and a zero when it is let go? ``drives(row)``: it
-    asks for a movement; ``is_off(begin, end)``: none is to come."""
-    speeds = np.abs(sent.linear) + np.abs(sent.angular)
-    for begin, end, row in device.held():
-        before, soon, last = np.searchsorted(sent.arrival, (begin + SOON, begin + ANSWERED, end))
-        is_driven = before and speeds[before - 1] and begin - sent.arrival[before - 1] < RECENT
-        if is_off(begin, end):
+def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
+               is_ignored: Callable[[float, float], Any]) -> Iterator[BrokenLink]:
+    """Yields inputs that are held without a command, or let go without a zero. ``drives(row)``: is
+    a movement asked for? ``is_ignored(begin, end)``: should the node give no command?"""
+    times, speeds = commands.arrival, np.abs(commands.linear) + np.abs(commands.angular)
+    for begin, end, row in device.held_inputs():
+        if is_ignored(begin, end):
             continue
+        inputs = device.row_text(row)
+        before, soon, last = np.searchsorted(
+            times, (begin + ARRIVAL_LEAD, begin + ANSWER_DELAY, end))
+        is_moving = before and speeds[before - 1] and begin - times[before - 1] < RECENT_TIME
         if drives(row) and before == last:
-            return BrokenLink('with {} nothing came on cmd_vel for {:.1f} s'.format(
-                device.place(row), end - begin), begin)
-        if not drives(row) and is_driven and (soon == before or speeds[soon - 1]):
-            return BrokenLink('no zero velocity followed with {}: {} commands came in {:g} '
-                              's'.format(
-                                  device.place(row), soon - before, ANSWERED), begin)
-    return None
+            yield BrokenLink(
+                f'with {inputs} nothing came on cmd_vel for {end - begin:.1f} s', begin)
+        if not drives(row) and is_moving and (soon == before or speeds[soon - 1]):
+            yield BrokenLink(f'no zero velocity followed with {inputs}: {soon - before} commands '
+                             f'came in {ANSWER_DELAY:g} s', begin)
 
 
-def link_of(laws: Callable[[NodeRun], List[Optional[BrokenLink]]], weak: bool) -> Check:
-    """The link that is broken by the first of the laws that is weak, or that is not."""
-    return lambda node_run: next((each for each in node_run.cached(laws)
-                                  if each is not None and each.is_weak == weak), None)
+def law_link(laws: Callable[[NodeRun], List[BrokenLink]], weak: bool) -> Check:
+    """Returns the Check of those laws that are weak, or are not weak."""
+    return lambda node_run: (each for each in node_run.cached(laws) if each.is_weak == weak)

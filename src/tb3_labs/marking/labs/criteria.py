@@ -1,8 +1,8 @@
-"""The criteria of a lab, the verdict on a node for each, and the criteria that several labs share.
+"""A criterion, the verdict on a node by a criterion, and the criteria that several labs share.
 
-The function `judge` of a criterion looks at an Observation, and returns a Reason. Students read it
-together with `meaning` (the requirement) and `where` (a place in a lab sheet). None of the three
-contains the solution.
+The function `judge` of a criterion gets an Observation, and returns a Reason. Students read the
+Reason with the `meaning` of the criterion (the requirement) and with `where` (a place in a lab
+sheet). None of the three texts contains the solution.
 """
 from dataclasses import dataclass
 from enum import Enum
@@ -13,12 +13,13 @@ import numpy as np
 from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
-    NOT_THEIRS, STOPPED, exceptions_in, idle, other_fields, reason_of, why_missing)
+    NOT_THEIRS, STOPPED_BY, exceptions_in, other_fields, reason_of, why_idle, why_missing)
+from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
 
-#: Why a criterion is not met: a clause on the behaviour that was seen; '' if it is met.
+#: A clause on the node's behaviour, by which a criterion is not met; '' if the criterion is met.
 Reason = str
-#: Stands for a reason that was given before.
+#: The Reason of a second criterion that could not be tried for the same reason.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -30,25 +31,8 @@ class Outcome(Enum):
     NOT_OFFERED = 'not offered'
 
 
-@dataclass(frozen=True)
-class Place:
-    """A place in a lab sheet: a heading, and a numbered step below it (0: no step)."""
-
-    sheet: str
-    heading: str
-    step: int = 0
-
-    def __str__(self) -> str:
-        step = f', step {self.step}' if self.step else ''
-        return f'doc/{self.sheet}, "{self.heading}"{step}'
-
-
-IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
-HEADING_EXERCISE, TURN_LAB = '2. Exercise: the heading', '3. Lab: turn 90 and 180 degrees'
 #: The places to which the criteria of several labs point.
 IMU_EXTRAS = Place(IMU_SHEET, 'Beyond the handout')
-STATES = Place(TRANSFORMATION_SHEET, '2. The four states')
-THUMB = Place(TRANSFORMATION_SHEET, '4. By thumb')
 BEYOND = Place(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 
@@ -57,16 +41,16 @@ class Criterion:
     """One thing that a node should do."""
 
     name: str
-    part: str                # part of the lab in which it is tried
-    meaning: str             # what is asked
-    where: Place             # where to look
+    part: str                # the part of the lab that tries it
+    meaning: str             # the requirement
+    where: Place             # the place that explains it
     judge: Callable[[Observation], Reason]
-    extra: bool = False      # beyond what the handout asks for
-    limits: str = ''         # the numbers by which it is judged; '' if `meaning` has them all
-    also: str = ''           # another part in which it is tried
+    extra: bool = False      # is it beyond the handout?
+    limits: str = ''         # the numbers that `meaning` does not have
+    also: str = ''           # another part that it needs
 
     def is_tried(self, parts: Sequence[str]) -> bool:
-        """Is it judged if these parts (none: all) are tried?"""
+        """Is it judged if these parts are tried? An empty list means all parts."""
         return not parts or {self.part, self.also or self.part} <= set(parts)
 
     @property
@@ -87,7 +71,7 @@ class Verdict:
 
     @property
     def points(self) -> float:
-        """The points that were earned: all of them or none."""
+        """The earned points: `worth` or 0."""
         return self.worth if self.outcome is Outcome.MET else 0.0
 
     @property
@@ -99,7 +83,7 @@ class Verdict:
 
     @property
     def line(self) -> str:
-        """The verdict in one line: outcome, points, what is asked, and the sentence."""
+        """The verdict in one line: outcome, points, requirement, sentence."""
         points = 'extra' if self.criterion.extra and not self.worth else \
             f'{self.points:g} of {self.worth:g}'
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
@@ -111,8 +95,8 @@ class Verdict:
 
 def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
           parts: Sequence[str] = ()) -> List[Verdict]:
-    """One Verdict for each criterion of `parts`, or of all parts if none are given; `worth`: name
-    of a criterion -> points."""
+    """Returns a Verdict for each criterion of these parts, [] for all parts. `worth` maps the name
+    of a criterion to its points."""
     verdicts: List[Verdict] = []
     quoted: Set[str] = set()
     for criterion in criteria:
@@ -120,37 +104,37 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
             continue
         observation.moment = None
         try:
-            clause = _once(criterion.judge(observation), quoted)
+            clause = _quoted_once(criterion.judge(observation), quoted)
             outcome = Outcome.MISSED if clause else Outcome.MET
         except NotObserved as reason:
             outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
-            clause = _once(reason_of(reason, observation), quoted)
+            clause = _quoted_once(reason_of(reason, observation), quoted)
             if isinstance(reason, NotTried) and any(clause == each.observed for each in verdicts):
-                clause = NOT_TRIED    # a node that fails at its start has one reason, not fifteen
+                clause = NOT_TRIED    # a node that fails at its start gets its reason once
         verdicts.append(Verdict(criterion, outcome, clause, worth[criterion.name],
                                 observation.moment))
     return verdicts
 
 
-def _once(clause: Reason, quoted: Set[str]) -> Reason:
-    """The clause; an exception that is `quoted` is not quoted again."""
-    words, stopped, error = clause.partition(STOPPED + ', ')
+def _quoted_once(clause: Reason, quoted: Set[str]) -> Reason:
+    """Returns the clause, without its exception if the set `quoted` has it; adds it otherwise."""
+    words, stopped, error = clause.partition(STOPPED_BY + ', ')
     if not stopped or error not in quoted:
         quoted.add(error)
         return clause
     return words + 'the same exception had stopped it'
 
 
-# ----- criteria that several labs share: starting, ending at Ctrl+C -----
+# ----- criteria of several labs: start and Ctrl+C -----
 
 #: Keys of the facts of a Ctrl+C. TOOK: the time until the node had ended [s], None if the node had
 #: to be killed. SIGNAL: the number of the signal that ended the node, 0 if it ended by itself.
 TOOK, SIGNAL = 'took', 'signal'
 #: A node must run, and listen to its topic, within this time [s].
 START_TIME = 15.0
-#: A node that still runs after this time hangs [s]; rospy itself needs up to 2 s.
+#: A node must end within this time after Ctrl+C [s]; rospy itself needs up to 2 s.
 ENDING = 5.0
-#: A stop "at once", as the zero velocity at Ctrl+C, must happen within this time [s].
+#: A stop "at once", such as the zero velocity at Ctrl+C, must come within this time [s].
 AT_ONCE = 0.5
 #: A node must stop the robot within this time after a sensor or an input fell silent [s].
 LOST_AFTER = 1.0
@@ -160,15 +144,15 @@ IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(AT_ONCE)
 
 
 def starts(observed: Observation) -> Reason:
-    """Does the node run, and listen to the robot?"""
+    """Judges whether the node ran, and subscribed to the robot's topic."""
     return why_missing(observed) if not observed.runs or observed.runs[0].ready is None else ''
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
-    """The criterion that the node ends properly at each Ctrl+C."""
+    """Returns the criterion that the node ends by itself at Ctrl+C, without a traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
-        lambda observed: next(filter(None, map(_clean_exit, observed.each(CTRL_C, True))), ''),
+        lambda observed: next(filter(None, map(_clean_exit, observed.scenes(CTRL_C, True))), ''),
         limits=f'{within(ENDING)}; "{NOT_THEIRS}", which rospy raises, does not count')
 
 
@@ -184,35 +168,35 @@ def _clean_exit(scene: Scene) -> Reason:
 
 
 def stops_robot(observed: Observation) -> Reason:
-    """Did the node send a zero velocity at one of its Ctrl+C?"""
-    scenes = [scene for scene in observed.each(CTRL_C, may_die=True) if scene.facts[WAS_MOVING]]
+    """Judges whether the node sent a zero velocity at one Ctrl+C or more."""
+    scenes = [scene for scene in observed.scenes(CTRL_C, may_die=True) if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
         soon, _ = scene.split(AT_ONCE)
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
-    observed.during(scenes[-1].name, may_die=True)
+    observed.scene(scenes[-1].name, may_die=True)
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
 def prints(observed: Observation, words: str) -> Reason:
-    """Was this text printed at Ctrl+C?"""
-    scene = observed.during(CTRL_C[0], may_die=True)
+    """Judges whether the node printed these words at Ctrl+C."""
+    scene = observed.scene(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else f'"{words}" was not printed at Ctrl+C'
 
 
-# ----- stopping the robot, also when something is lost -----
+# ----- criteria of several labs: stopping the robot -----
 
-#: The part in which something falls silent.
+#: The part in which a sensor or an input falls silent.
 LOST = 'lost'
-#: A robot stops by itself half a second after its last command. That is not a stop of its node.
+#: A robot stops by itself half a second after its last command. That is not a stop by its node.
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
 def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
-    """Did the node stop the robot by a zero velocity within `limit` [s] after the `event` by which
-    the scene begins?"""
+    """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
+    begin of the scene, which is the `event`."""
     soon, late = scene.split(limit)
     if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
@@ -220,38 +204,39 @@ def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
 
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
-    """The criterion beyond the handout that the node stops after `what` fell silent."""
-    def drives_on(observed: Observation) -> Reason:
-        scene = observed.during(stimulus)
+    """Returns the criterion beyond the handout that the node stops the robot after `what` fell
+    silent."""
+    def judge_stop(observed: Observation) -> Reason:
+        scene = observed.scene(stimulus)
         return not_stopped(scene, what + ' fell silent', LOST_AFTER) if scene.facts[
             WAS_MOVING] else f'the robot was not moving when {what} fell silent'
-    return Criterion(name, LOST, f'{meaning} after {what} fell silent', where, drives_on,
+    return Criterion(name, LOST, f'{meaning} after {what} fell silent', where, judge_stop,
                      extra=True, limits=within(LOST_AFTER))
 
 
-# ----- driving by a stick or a mouse -----
+# ----- criteria of several labs: driving by a stick or a mouse -----
 
 #: The least and the greatest value of a command.
 Bounds = Tuple[float, float]
 #: The columns of a command.
 LINEAR, ANGULAR = 1, 2
-#: A speed that was not asked for must be smaller than this [m/s] or [rad/s].
+#: The other speed, linear or angular, must be smaller than this [m/s] or [rad/s].
 NEAR = 0.05
 NOTHING, ANY = (-NEAR, NEAR), (-np.inf, np.inf)
-#: The part that rounding may add to a limit [m/s] or [rad/s].
+#: Rounding may exceed a limit by this [m/s] or [rad/s].
 ROUNDING = 0.005
 
 
 def steers(observed: Observation, name: str, linear: Bounds = NOTHING, angular: Bounds = NOTHING,
            of_moving: bool = False) -> Reason:
-    """Is the latest command of the stimulus `name`, or the latest that is not zero (`of_moving`),
-    within the bounds [m/s], [rad/s], ends included?"""
-    scene = observed.during(name)
+    """Judges whether the last command of the stimulus `name` is within the closed bounds [m/s] and
+    [rad/s]; if `of_moving`, the last command that is not zero."""
+    scene = observed.scene(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
         return 'with the {} {} commanded: {}'.format(
             name, 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was',
-            idle(scene))
+            why_idle(scene))
     if all(low <= speed <= high for speed, (low, high) in zip(
             commands[-1, 1:], (linear, angular))):
         return ''
@@ -266,5 +251,5 @@ def steers(observed: Observation, name: str, linear: Bounds = NOTHING, angular: 
 
 
 def times(factor: float, bounds: Bounds) -> Bounds:
-    """The bounds times `factor`; a negative one mirrors them."""
+    """Returns the bounds times `factor`; a negative factor mirrors them."""
     return min(factor * bounds[0], factor * bounds[1]), max(factor * bounds[0], factor * bounds[1])

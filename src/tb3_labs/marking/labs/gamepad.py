@@ -1,4 +1,5 @@
-"""All criteria of the Transformation lab's gamepad: driving, handing the robot over, resetting."""
+"""The stimuli and the criteria of the gamepad in the Transformation lab: driving, handing the robot
+over, resetting."""
 from functools import partial
 from pathlib import Path
 from typing import Dict
@@ -8,10 +9,11 @@ import yaml
 
 from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, PRINTED_RESET, SET_POSE
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, THUMB, Criterion, Place,
+    ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, Criterion,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
+from tb3_labs.watch.chains import BY_THUMB
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
@@ -20,45 +22,45 @@ UP, DOWN = 'left stick up', 'left stick down'
 BOTH = 'left stick half up, right stick half right'
 TO_LEFT, TO_RIGHT = 'right stick left', 'right stick right'
 LET_GO = 'sticks let go'
-#: The places of the sticks: stimulus -> (left stick up, right stick left), each -1 to 1.
+#: stimulus -> (how far the left stick is up, how far the right stick is left), each -1 to 1
 PLACES = {UP: (1.0, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0, 1.0), TO_RIGHT: (0.0, -1.0),
           BOTH: (0.5, -0.5), LET_GO: (0.0, 0.0)}
-#: The stimulus of the axes that have no function. No criterion judges it: it shows which axis a
-#: node follows.
+#: The stimulus of the axes that have no function. It shows which axis a wrong node follows; no
+#: criterion judges it.
 OTHER_AXES = 'other axes'
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
     'A', 'left stick up after A', 'B', 'left stick up after B')
 RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 PAD_SILENT = 'pad silent'
-#: Keys of the buttons' facts. RELINQUISHED (A, B): the latest value on ctrl_relinq, None if there
-#: was none. LATCHED (A): did a late subscriber hear it? CALLS (Y): the number of calls. ORIGIN (Y):
-#: did each call declare (0, 0, 0)? UNIT (Y): was the quaternion of each call of length 1? NAME (Y):
-#: the called service; if SET_POSE was called, SET_POSE.
+#: Keys of the facts of A and B. RELINQUISHED: the latest value on ctrl_relinq, None if no message
+#: came. LATCHED, of A alone: did a late subscriber get the value?
+#: Keys of the facts of Y. CALLS: the number of calls. NAME: the name of the called service.
+#: ORIGIN: did each call declare (0, 0, 0)? UNIT: was the quaternion of each call of length 1?
 RELINQUISHED, LATCHED = 'relinquished', 'heard late'
 CALLS, ORIGIN, UNIT, NAME = 'calls', 'origin', 'unit', 'name'
 
 #: The least and the greatest command of a full stick [m/s], [rad/s].
 FORWARD, TURN_RANGE = (0.15, MAX_SPEED + ROUNDING), (1.5, MAX_TURN + ROUNDING)
-#: The least and the greatest command of a half stick, as a part of the full stick's command.
+#: The least and the greatest command of a half stick, as a share of the full stick's command.
 HALF = (0.25, 0.75)
-#: A node obeys a stick within this time if it is not blocked [s]. Waiting for a service takes 1 s.
+#: A node that is not blocked follows a stick within this time [s]. A wait for a service takes 1 s.
 PROMPT = 0.7
-#: A stick is held for HELD [s]. A value is heard on ctrl_relinq within PUBLISH_TIME [s]. A reset is
+#: A stick is held for HELD [s]. A value comes on ctrl_relinq within PUBLISH_TIME [s]. A reset is
 #: called, or has failed, within RESET_TIME [s].
 HELD, PUBLISH_TIME, RESET_TIME = 0.8, 1.0, 2.5
-#: The limits of full sticks, in words.
+#: The limits of the sticks, in words.
 STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed; half way, ' \
     'beside the other stick, {:g} to {:g} of full'
-#: The pad that is played if none is named.
+#: The default of the option: the pad that the marker plays.
 HANDOUT = 'handout'
 #: The step that names the mistakes of a reset.
-Y_STEP = Place(THUMB.sheet, THUMB.heading, 3)
+Y_STEP = BY_THUMB.at_step(3)
 
 
 def pad_called(name: str) -> Dict[str, int]:
-    """Returns the numbers of a pad, for a PadConfig; ``ValueError`` with the valid names if it is
-    unknown."""
+    """Returns the numbers of the axes and buttons of a pad. Raises ``ValueError`` with the valid
+    names if there is no such pad."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
     known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:
@@ -76,25 +78,25 @@ def pad_text(name: str) -> str:
 def _drives(observation: Observation) -> Reason:
     return (steers(observation, UP, FORWARD) or steers(observation, DOWN, times(-1.0, FORWARD))
             or steers(
-                observation, BOTH, times(observation.during(UP).commands[-1, LINEAR], HALF), ANY))
+                observation, BOTH, times(observation.scene(UP).commands[-1, LINEAR], HALF), ANY))
 
 
 def _turns(observation: Observation) -> Reason:
     return (steers(observation, TO_LEFT, angular=TURN_RANGE)
             or steers(observation, TO_RIGHT, angular=times(-1.0, TURN_RANGE)) or steers(
                 observation, BOTH, ANY,
-                times(observation.during(TO_RIGHT).commands[-1, ANGULAR], HALF)))
+                times(observation.scene(TO_RIGHT).commands[-1, ANGULAR], HALF)))
 
 
 def _lets_go(observation: Observation) -> Reason:
-    if not len(observation.during(TO_RIGHT).moving):
+    if not len(observation.scene(TO_RIGHT).moving):
         raise NotObserved('the sticks did not move the robot at all')
-    return not_stopped(observation.during(LET_GO), 'the sticks were let go')
+    return not_stopped(observation.scene(LET_GO), 'the sticks were let go')
 
 
 def _control(observation: Observation, name: str, wanted: bool) -> Reason:
-    """Is `wanted` the latest on ctrl_relinq after the button `name`?"""
-    scene = observation.during(name)
+    """Judges whether the latest value on ctrl_relinq after the button `name` is `wanted`."""
+    scene = observation.scene(name)
     published = scene.facts[RELINQUISHED]
     if published is wanted:
         return ''
@@ -104,27 +106,27 @@ def _control(observation: Observation, name: str, wanted: bool) -> Reason:
                                    other_topics(scene.run, CTRL_RELINQ)]))
 
 
-def _handed_over(observation):
+def _require_hand_over(observation):
     if _control(observation, HAND_OVER, True):
         raise NotObserved('A did not hand the robot over')
 
 
 def _silent_meanwhile(observation: Observation) -> Reason:
-    _handed_over(observation)
+    _require_hand_over(observation)
     return 'the stick still sent velocities while the robot was handed over' if len(
-        observation.during(UP_HANDED_OVER).commands) else ''
+        observation.scene(UP_HANDED_OVER).commands) else ''
 
 
 def _regains(observation: Observation) -> Reason:
-    _handed_over(observation)
+    _require_hand_over(observation)
     missed = _control(observation, TAKE_BACK, False)
-    if missed or len(observation.during(UP_TAKEN_BACK).moving):
+    if missed or len(observation.scene(UP_TAKEN_BACK).moving):
         return missed
     return 'after B the stick did not move the robot'
 
 
 def _resets(observation: Observation) -> Reason:
-    scene = observation.during(RESET_BUTTON)
+    scene = observation.scene(RESET_BUTTON)
     facts = scene.facts
     if not facts[CALLS]:
         printed = last_line(scene.printed) + ': has its client one of these names?' if (
@@ -140,7 +142,7 @@ def _resets(observation: Observation) -> Reason:
 
 
 def _not_blocked(observation: Observation) -> Reason:
-    scene = observation.during(RESET_WITHOUT_SERVICE)
+    scene = observation.scene(RESET_WITHOUT_SERVICE)
     moving = scene.moving
     if len(moving) and moving[0, 0] - scene.begin <= PROMPT:
         return ''
@@ -149,7 +151,7 @@ def _not_blocked(observation: Observation) -> Reason:
 
 
 def _says_why_not(observation: Observation) -> Reason:
-    scene = observation.during(RESET_WITHOUT_SERVICE)
+    scene = observation.scene(RESET_WITHOUT_SERVICE)
     if exceptions_in(scene):
         return 'after Y without a reset service there was a traceback'
     if PRINTED_RESET.lower() in scene.printed.lower():
@@ -163,35 +165,35 @@ def _says_why_not(observation: Observation) -> Reason:
 
 
 def _once(observation: Observation) -> Reason:
-    calls = observation.during(RESET_BUTTON).facts[CALLS]
+    calls = observation.scene(RESET_BUTTON).facts[CALLS]
     return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
 CRITERIA = [
-    Criterion('starts', STICKS, 'runs and listens to joy', THUMB, starts, limits=IN_TIME),
+    Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        MAX_SPEED), THUMB, _drives, limits=STICK_LIMITS.format(
+        MAX_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
             *FORWARD, 'm/s', HELD, NEAR, *HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        MAX_TURN), THUMB, _turns, limits=STICK_LIMITS.format(
+        MAX_TURN), BY_THUMB, _turns, limits=STICK_LIMITS.format(
             *TURN_RANGE, 'rad/s', HELD, NEAR, *HALF)),
-    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', THUMB, _lets_go,
+    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB, _lets_go,
               limits='zero velocity ' + STOPS_AT_ONCE),
-    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', THUMB,
+    Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', BY_THUMB,
               partial(_control, name=HAND_OVER, wanted=True), limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              THUMB, _silent_meanwhile, limits=f'the stick is up for {HELD:g} s'),
+              BY_THUMB, _silent_meanwhile, limits=f'the stick is up for {HELD:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              THUMB, _regains, limits=f'within {PUBLISH_TIME:g} s; the stick within {HELD:g} s'),
+              BY_THUMB, _regains, limits=f'within {PUBLISH_TIME:g} s; the stick within {HELD:g} s'),
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE} with (0, 0, 0)', Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
-              lambda observation: '' if PRINTED_RESET.lower() in observation.during(
+              lambda observation: '' if PRINTED_RESET.lower() in observation.scene(
                   RESET_BUTTON).printed.lower() else
               f'"{PRINTED_RESET}." was not printed after Y',
               limits=within(RESET_TIME)),
-    ends_cleanly(BUTTONS, THUMB),
-    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', THUMB,
+    ends_cleanly(BUTTONS, BY_THUMB),
+    Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', BY_THUMB,
               _says_why_not, limits=within(RESET_TIME)),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
@@ -199,7 +201,7 @@ CRITERIA = [
               _not_blocked, extra=True, limits='the stick drives ' + within(PROMPT)),
     Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _once, extra=True),
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND,
-              lambda observation: '' if observation.during(HAND_OVER).facts[LATCHED] else
+              lambda observation: '' if observation.scene(HAND_OVER).facts[LATCHED] else
               'a subscriber that came after A heard nothing on ctrl_relinq', extra=True,
               limits='heard ' + within(PUBLISH_TIME)),
     stops_when_lost('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),

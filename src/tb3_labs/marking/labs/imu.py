@@ -5,31 +5,32 @@ from typing import List
 from tb3_labs.geometry.angle_arrays import difference_degrees
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, HEADING_EXERCISE, IMU_EXTRAS, IMU_SHEET, IN_TIME, Criterion, Place, Reason,
-    ends_cleanly, prints, starts)
+    CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, ends_cleanly, prints, starts)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
-from tb3_labs.marking.trial.remarks import exceptions_in, unprinted
+from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
+from tb3_labs.watch.chains import HEADING_EXERCISE
 
-#: The parts of the lab.
+#: The parts of the exercise.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
-#: The headings at which the robot stands: stimulus -> heading [deg].
+#: stimulus -> heading at which the robot stands [deg]
 STANDS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
 #: The node must print its line at each heading within this time [s].
 READING = 1.5
-#: Samples that a real IMU sends seldom.
+#: The stimuli by samples that a real IMU sends seldom.
 HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: After the quaternion of zeros the heading AFTERWARDS [deg] is sent for NEXT [s].
 AFTERWARDS, NEXT = 57.0, 0.9
 #: Key of a fact: the IMU's heading where the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
-#: A printed heading is right if it is at most this far from the IMU's [deg].
+#: A printed heading is right if its difference from the IMU's heading is at most this [deg].
 HEADING_TOLERANCE = 1.0
-#: The handout's code prints a heading after its last line if a sample comes before its flag is set.
+#: The handout's code may print this many headings after its goodbye: a sample may come just before
+#: the code sets its flag.
 LATE_HEADINGS = 1
 
 LISTENING, EXERCISE, IMU_AT_CTRL_C = (
-    Place(IMU_SHEET, HEADING_EXERCISE, step) for step in (2, 3, 4))
+    HEADING_EXERCISE.at_step(step) for step in (2, 3, 4))
 
 
 def headings(text: str) -> List[float]:
@@ -39,15 +40,16 @@ def headings(text: str) -> List[float]:
 
 
 def _standing(observation):
-    """Yields (heading [deg], headings printed there); NotObserved if no line was printed at all."""
-    scenes = [observation.during(name) for name in STANDS]
+    """Yields (the IMU's heading, the printed headings) [deg] of each stimulus; NotObserved if the
+    node printed no heading at all."""
+    scenes = [observation.scene(name) for name in STANDS]
     if not any(headings(scene.printed) for scene in scenes):
         before = len(headings(scenes[0].run.printed))
         raise NotObserved('no line "{}." was printed: {}'.format(
             PRINTED_HEADING.format('...'),
             'it printed {} at its start, and then none'.format(before) if before else
-            unprinted(scenes[-1])))
-    for scene in map(observation.during, STANDS):    # up to the first that is printed
+            why_unprinted(scenes[-1])))
+    for scene in map(observation.scene, STANDS):    # sets the moment of the verdict
         yield scene.facts[HEADING_DEG], headings(scene.printed)
 
 
@@ -57,7 +59,8 @@ def _prints_heading(observation: Observation) -> Reason:
 
 
 def _first_wrong(observation, is_wrong, words):
-    """The `words` on the first heading for which `is_wrong(printed, the IMU's)` [deg]; else ''."""
+    """Returns the `words` on the first heading for which `is_wrong(printed heading, IMU's heading)`
+    [deg]; '' if there is none."""
     return next((words.format(number, heading) for heading, printed in _standing(observation)
                  for number in printed if is_wrong(number, heading)), '')
 
@@ -66,14 +69,14 @@ def _says_goodbye(observation: Observation) -> Reason:
     missed = prints(observation, IMU_GOODBYE)
     if missed:
         return missed
-    printed = observation.during(CTRL_C[0], may_die=True).printed
+    printed = observation.scene(CTRL_C[0], may_die=True).printed
     late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
     return '' if late <= LATE_HEADINGS else \
         f'{late} headings were printed after "{IMU_GOODBYE}"'
 
 
 def _never_360(observation: Observation) -> Reason:
-    printed = headings(observation.during(HAIR_BELOW_ZERO).printed)
+    printed = headings(observation.scene(HAIR_BELOW_ZERO).printed)
     if not printed:
         return 'nothing was printed while the IMU was just below zero'
     if max(printed) >= 360.0:
@@ -82,7 +85,7 @@ def _never_360(observation: Observation) -> Reason:
 
 
 def _survives_nonsense(observation: Observation) -> Reason:
-    scene = observation.during(ZERO_QUATERNION)
+    scene = observation.scene(ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
     if not any(abs(number - AFTERWARDS) < HEADING_TOLERANCE for number in headings(scene.printed)):

@@ -1,7 +1,7 @@
 """The scripts for a gamepad node: the marker plays the pad, and offers the reset.
 
-The private parts of rospy that the service of any type reads stand at the end: no other program
-needs them. They are known from the source of rospy 1.15.15 (Debian 12).
+ResetServices uses private parts of rospy, by the source of rospy 1.15.15 (Debian 12). No other
+program needs them.
 """
 import math
 import time
@@ -22,8 +22,8 @@ from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
-#: A pad has this number of axes and of buttons; those without a function stay zero.
-AXES, PAD_BUTTONS_SENT = 8, 11
+#: The pad has this number of axes and of buttons.
+NUMBER_OF_AXES, NUMBER_OF_BUTTONS = 8, 11
 #: A button is pressed for PRESS [s]; Y is held for HOLD [s].
 PRESS, HOLD = 0.15, 0.6
 
@@ -35,28 +35,28 @@ class HeldPad(Repeater):
         """`numbers`: name -> number of its axes and buttons."""
         super().__init__(JOY, Joy)
         self.numbers = SimpleNamespace(**numbers)
-        self._buttons = [0] * PAD_BUTTONS_SENT
+        self._buttons = [0] * NUMBER_OF_BUTTONS
         self.sticks()
         self.wait_for_subscriber()
 
     def sticks(self, forward=0.0, left=0.0):
         """Hold the sticks at these values, each -1 to 1."""
-        self._axes = [0.0] * AXES
+        self._axes = [0.0] * NUMBER_OF_AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
         self._publish()
 
     def others(self, seconds=0.3):
-        """Push each axis without a function this long [s]: a node may follow one of them."""
+        """Push each axis without a function for this time [s]."""
         used = self.numbers.linear_axis, self.numbers.angular_axis
-        for number in sorted(set(range(AXES)) - set(used)):
+        for number in sorted(set(range(NUMBER_OF_AXES)) - set(used)):
             self._axes[number] = 1.0
             self._publish()
             time.sleep(seconds)
             self.sticks()
 
     def press(self, button, seconds=PRESS):
-        """Press a button for this time [s], and let it go."""
+        """Press a button for this time [s], and release it."""
         for down, held in ((1, seconds), (0, PRESS)):
             self._buttons[button] = down
             self._publish()
@@ -73,7 +73,7 @@ def _stick_up(trial, pad, name):
 
 
 def sticks(trial):
-    """The sticks at several places."""
+    """Hold the sticks at several places."""
     with ResetServices(trial):
         trial.node.start()
         with HeldPad(trial.option) as pad:
@@ -84,7 +84,8 @@ def sticks(trial):
 
 
 def buttons(trial):
-    """A, the sticks, B, the sticks, Y; then Ctrl+C while a stick drives."""
+    """Press A, push a stick, press B, push a stick, press Y; then send Ctrl+C while a stick drives.
+    """
     with ResetServices(trial) as services:
         calls = services.calls
         if not trial.node.alive:
@@ -92,7 +93,7 @@ def buttons(trial):
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(lab.RESET_BUTTON) as record:
-                for names in ((SET_POSE,), NAMES):    # then a wrong name is seen
+                for names in ((SET_POSE,), NAMES):    # at first only the right name is offered
                     if calls:
                         break
                     services.offer(names)
@@ -152,7 +153,7 @@ def no_service(trial):
 
 
 def lost(trial):
-    """The pad falls silent while it drives."""
+    """Let the pad fall silent while it drives."""
     with HeldPad(trial.option) as pad:
         trial.falls_silent(lab.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
@@ -163,43 +164,43 @@ PARTS = {lab.STICKS: sticks, lab.BUTTONS: buttons, lab.NO_SERVICE: no_service, L
 # -- a reset service of any type
 
 def is_origin(request):
-    """Does a request declare (0, 0, 0), or no pose at all?"""
+    """Does a request declare the pose (0, 0, 0), or no pose?"""
     return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
                if kind in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
-    """Is every quaternion of a request a rotation, of length 1?"""
+    """Is each quaternion of a request of length 1?"""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
                for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
-    """Is any number of its covariance not zero, if it has one?"""
+    """Is a number of each covariance of a request not zero?"""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
 class _AnySum(str):
-    """Never differs from the checksum of a type."""
+    """A checksum that rospy takes for equal to each client's."""
 
     def __ne__(self, other):
         return False
 
 
-#: Given to rospy in place of the class of a service.
+#: The class of a service of any type, for rospy.
 ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
                            _response_class=AnyMsg)
 
 
 class ResetServices:
-    """Reset services with the names NAMES, until the end of a ``with`` block. They take calls of
-    any type, and answer with success. `calls`: (name, request) of each; Empty for one of an unknown
-    type.
+    """Reset services with the names NAMES, until the end of a ``with`` block. They accept calls of
+    any type, and answer with success. `calls` has (name, request) of each call; an Empty stands for
+    a request of an unknown type.
 
     The client's checksum shows the type. The fields of a student's own type are not read.
-    A gamepad's call of its own service type fails if rospy no longer compares a client's checksum
-    with `_md5sum`, or no longer passes on the header and the bytes of an AnyMsg.
-    launch/checks/check_gamepad.test and test/ros/mark.test show it.
+    A call of a student's own type fails if rospy no longer compares a client's checksum with
+    `_md5sum`, or no longer hands over the header and the bytes of an AnyMsg.
+    launch/checks/check_gamepad.test and test/ros/mark.test would show this.
     """
 
     def __init__(self, trial):
@@ -214,7 +215,7 @@ class ResetServices:
         self.offer(())
 
     def offer(self, names):
-        """Offer the services of these names, and no others."""
+        """Offer services of these names; end all others."""
         for name in set(self._services) - set(names):
             self._services.pop(name).shutdown()
         for name in set(names) - set(self._services):

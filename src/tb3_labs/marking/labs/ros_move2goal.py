@@ -1,7 +1,7 @@
-"""The scripts for a node of the Transformation lab, and the reset that it offers.
+"""The scripts for a node of the Transformation lab, and calls of the node's reset.
 
-The type of the reset is the handout's, ResetPose of this package, one of std_srvs, or a
-student's own: of this only a request with the pose (0, 0, 0) is known.
+The type of the reset is the handout's, ResetPose of this package, a type of std_srvs, or a
+student's own type, of which only a request with the pose (0, 0, 0) is known.
 """
 import math
 import threading
@@ -21,22 +21,23 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 from tb3_labs.srv import ResetPoseRequest
 
-#: The robot's own reset, a topic.
+#: The topic that resets the robot's odometry.
 ROBOTS_RESET = 'reset'
-#: A robot has arrived if it rests and had no command to move for this time [s].
+#: A robot has arrived if it rests, and got no command to move for this time [s].
 ARRIVAL = 1.5
-#: The pose for the reset of a node that takes any pose.
+#: The pose that the part `declared` declares.
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 OFFERS_NONE = 'it offers no service whose name has "reset" or "pose" in it'
 
-#: The reset's usual names by the handouts, likeliest first. Then come other names with one of WORDS
-#: in them.
+#: The names of the reset by the handouts, the likeliest first. After these the marker looks for
+#: other names with one of WORDS in them.
 NAMES = ('reset_pose', 'reset', SET_POSE, 'reset_local_pose', 'set_local_pose')
 WORDS = ('reset', 'pose')
 
 
 def fields_of(message):
-    """(name, type, value) of each field of a message and of the messages in it, without headers."""
+    """Yields (name, type, value) of each field of a message, and of the messages in it, without
+    headers."""
     for name, kind in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
         if kind != 'std_msgs/Header':
@@ -46,8 +47,8 @@ def fields_of(message):
 
 
 def fill_pose(message, pose):
-    """Fill a Pose2 into a request like SetInitialPose's, which has a geometry_msgs/Pose, or
-    into one of ResetPose. Returns True if there is a place for it."""
+    """Fill a Pose2 into a request that has a geometry_msgs/Pose, or into a request of ResetPose.
+    Returns False if the request has no fields for a pose."""
     for _, kind, value in fields_of(message):
         if kind == 'geometry_msgs/Pose':
             value.position.x, value.position.y = pose.x, pose.y
@@ -59,8 +60,8 @@ def fill_pose(message, pose):
 
 
 class ResetCaller:
-    """The reset service of the node of a Trial; `found`: its name, or ''; `astray`: its name if it
-    is not SET_POSE, or ''."""
+    """Calls the reset service of a Trial's node. `found` is the name of the service, '' if the node
+    has none; `wrong_name` is this name if it is not SET_POSE, else ''."""
 
     def __init__(self, trial):
         graph, self._recording = trial.node.graph, trial.recording
@@ -68,27 +69,27 @@ class ResetCaller:
         likely = sorted(name for name, base in bases.items() if any(word in base for word in WORDS))
         usual = [name for wanted in NAMES for name in likely if bases[name] == wanted]
         self.found = (usual + likely + [''])[0]
-        self.astray = '' if rospy.resolve_name(SET_POSE) in bases else self.found
+        self.wrong_name = '' if rospy.resolve_name(SET_POSE) in bases else self.found
         self._kind = graph.service(self.found) if self.found else None
-        #: Can its request declare any pose?
+        #: Does its request have fields for a pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
-        """Call the reset with a Pose2, and record the call. Returns the reason why it failed, else
-        ''."""
-        problem = self._ask(pose)[:LONGEST]
+        """Call the reset with a Pose2, and record the call. Returns the reason why the call failed,
+        '' if it succeeded."""
+        problem = self._problem_of_call(pose)[:LONGEST]
         self._recording.event('call', service=self.found, pose=[pose.x, pose.y, pose.yaw],
                               problem=problem)
         return problem
 
-    def _ask(self, pose):
+    def _problem_of_call(self, pose):
         if self._kind is None:
             return f'the type of {self.found} cannot be loaded'
         request = self._kind._request_class()
         fill_pose(request, pose)
         answers = []
 
-        def ask():
+        def call():
             try:
                 response = rospy.ServiceProxy(self.found, self._kind)(request)
                 refused = getattr(response, 'success', True) is False
@@ -96,29 +97,31 @@ class ResetCaller:
                                if refused else '')
             except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
                 answers.append(str(problem)[:200])
-        threading.Thread(target=ask, daemon=True).start()
+        threading.Thread(target=call, daemon=True).start()
         if not wait_until(lambda: answers, lab.ANSWER_TIME):
             return f'{self.found} did not answer within {lab.ANSWER_TIME:g} s'
         return answers[0]
 
 
 class Control:
-    """Gives control of the robot to the node, and takes it; at first it is taken."""
+    """Gives control of the robot to the node, and takes it away. At first the node has none."""
 
     def __init__(self, trial):
         self._trial = trial
         self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
-        # a node may ignore a first True as old: it gets a False before
+        # a node may ignore a True that is the first message, since it may be an old one
         self.give(False)
 
     def give(self, given):
-        """Give control to the node (True), or take it (False)."""
+        """Give control to the node (True), or take it away (False)."""
         self._control.publish(given)
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """The stimulus of a drive: control is given; it ends if the robot has arrived or is astray.
+        """Record a drive as the stimulus `name`: give control, and wait until the robot has arrived
+        or is too far away.
 
-        `local_T_base`: the robot's pose in the local frame when its true pose was `start`, or now.
+        `local_T_base` is the robot's pose in the local frame at its true pose `start`, by default
+        the present one.
         """
         recorder = self._trial.recorder
         start = start or recorder.pose
@@ -130,9 +133,9 @@ class Control:
             lambda: recorder.pose.distance_to(start) > lab.ASTRAY)
 
     def start_driving(self):
-        """Have the node drive. Returns the same values as Trial.set_in_motion().
+        """Make the node drive. Returns what Trial.set_in_motion() returns.
 
-        A node that runs and can be reset drives again after a reset. Any other is started again.
+        A node that runs and can be reset is reset. Any other node is started again.
         """
         return self._trial.set_in_motion(self._is_ready, lambda: self.give(True), lab.REACTION)
 
@@ -146,13 +149,13 @@ class Control:
 
 
 def reset_to_origin(trial):
-    """Reset the node's frame, if the node offers it. Returns True if that succeeded."""
+    """Reset the node's frame to the robot's pose. Returns False if this is not possible."""
     caller = ResetCaller(trial)
     return bool(caller.found) and not caller.call(Pose2())
 
 
 def drive(trial):
-    """The node waits without control, drives from the odometry's origin, is silent at the goal."""
+    """Start the node without control, then give control for a drive from the odometry's origin."""
     control = Control(trial)
     start = trial.recorder.pose
     trial.node.start()
@@ -162,7 +165,7 @@ def drive(trial):
 
 
 def reset(trial):
-    """The marker turns the robot, resets the frame, and has the node drive again."""
+    """Turn the robot, reset the frame, and give control for a second drive."""
     control = Control(trial)
     if not trial.node.alive:
         trial.node.start()
@@ -178,9 +181,9 @@ def reset(trial):
 
 
 def _reset(trial, name, caller, pose=Pose2(), seconds=lab.TAKES_EFFECT, straight=True):
-    """Record the reset to a pose as the stimulus `name`. Did it succeed?"""
+    """Record the reset to a pose as the stimulus `name`. Returns False if the reset failed."""
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - WELL_UNDER_WAY),
-             lab.STRAIGHT: straight, lab.NAME: caller.astray}
+             lab.STRAIGHT: straight, lab.NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as record:
         problem = record.facts[lab.PROBLEM] = caller.call(pose)
         time.sleep(seconds)
@@ -188,8 +191,8 @@ def _reset(trial, name, caller, pose=Pose2(), seconds=lab.TAKES_EFFECT, straight
 
 
 def _reset_in_drive(trial, control, caller):
-    """The frame is reset at the goal, the robot turned to the new goal; on the way there the frame
-    is reset again."""
+    """Reset the frame at the goal, turn the robot to the new goal, give control, and reset the
+    frame again in the drive."""
     control.give(False)
     caller.call(Pose2())
     x, y, _ = lab.GOAL
@@ -204,7 +207,7 @@ def _reset_in_drive(trial, control, caller):
 
 
 def control_taken(trial):
-    """Control is taken in the middle of a drive; then Ctrl+C in another."""
+    """Take control away in a drive; then send Ctrl+C in another drive."""
     control = Control(trial)
     facts = {WAS_MOVING: control.start_driving()}
     trial.watch(lab.CONTROL_TAKEN, lab.WATCHED, lambda: control.give(False), facts)
@@ -213,7 +216,7 @@ def control_taken(trial):
 
 
 def declared(trial):
-    """The frame is reset to a pose that is not the origin; then the node drives."""
+    """Reset the frame to a pose that is not the origin, and give control for a drive."""
     control = Control(trial)
     trial.node.start()
     caller = ResetCaller(trial)
@@ -225,7 +228,8 @@ def declared(trial):
 
 
 def offset(trial):
-    """The robot's own `reset` sets the odometry to zero, not the IMU; then the node drives."""
+    """Set the odometry to zero, but not the IMU, by the robot's own reset; then give control for a
+    drive."""
     control = Control(trial)
     trial.node.stop()
     board = rospy.Publisher(ROBOTS_RESET, Empty, queue_size=1)
@@ -242,7 +246,7 @@ def offset(trial):
 
 
 def lost(trial):
-    """The odometry falls silent in the middle of a drive."""
+    """Let the odometry fall silent in a drive."""
     control = Control(trial)
     trial.sensor_falls_silent(lab.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
     control.give(False)

@@ -1,4 +1,4 @@
-"""The scripts of the IMU lab: for the node of the exercise, then for the node of the turns."""
+"""The scripts of the IMU lab: what the marker does to a node of the exercise, and of the turns."""
 import math
 import time
 from contextlib import suppress
@@ -21,18 +21,18 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: The topic of the marker's own IMU; the node's imu is remapped to this topic.
-PROBE = 'probe/imu'
+#: The topic of the marker's own IMU, to which the node's topic imu is remapped.
+MARKERS_IMU = 'probe/imu'
 #: Each odd sample is repeated for this time [s].
 ODD = 0.6
-#: Headings just below zero [rad].
+#: Headings a hair below zero [rad].
 HAIRS = (-1e-17, -1e-12, math.radians(-1e-8))
 #: A turn is over if the node has commanded no movement for this time [s].
 QUIET_AFTER = 0.4
 
 
 def exercise(trial):
-    """The robot is turned to several headings and stands at each; then Ctrl+C."""
+    """Turn the robot to several headings, let it stand at each heading, then send Ctrl+C."""
     node = trial.node
     offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node can change it
     node.start()
@@ -41,16 +41,16 @@ def exercise(trial):
         heading = (trial.recorder.heading_deg + offset) % 360.0
         with trial.stimulus(name, {imu_lab.HEADING_DEG: heading}):
             wait_until(lambda: not node.alive or len(imu_lab.headings(node.printed)) > 2,
-                       imu_lab.READING)        # at up to 200 a second
+                       imu_lab.READING)
     trial.ctrl_c()
 
 
 def odd_samples(trial):
-    """The marker's own IMU sends samples that a robot's IMU seldom sends."""
-    trial.node.start('imu:=' + PROBE, listens=[PROBE])
-    with Repeater(PROBE, Imu) as hand:
+    """Send samples that a robot's IMU seldom sends, by the marker's own IMU."""
+    trial.node.start('imu:=' + MARKERS_IMU, listens=[MARKERS_IMU])
+    with Repeater(MARKERS_IMU, Imu) as sensor:
         def send(orientation, seconds):
-            hand.hold(Imu(orientation=orientation))
+            sensor.hold(Imu(orientation=orientation))
             time.sleep(seconds)
         with trial.stimulus(imu_lab.HAIR_BELOW_ZERO):
             for yaw in HAIRS:
@@ -64,10 +64,11 @@ def odd_samples(trial):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The mouse on the topic mouse_info; its message type is the node's own.
+    """The marker's mouse on the topic mouse_info, by the message type of the node.
 
-    ValueError if that message cannot hold a mouse. `up`: the sign of y above the middle. `package`:
-    of the message. `remarks` are sentences about fields whose names are not the mouse lab's.
+    ValueError if this type has no fields for a mouse. `up` is the sign of y above the middle,
+    `package` the package of the type. `remarks` are sentences about fields whose names are not
+    those of the mouse lab.
     """
 
     def __init__(self, graph, recording):
@@ -78,8 +79,8 @@ class HeldMouse(Repeater):
         super().__init__(MOUSE_INFO, self._kind)
 
     def at(self, x, y, active=True, seconds=0.0):
-        """Hold the mouse at a place from now on, and wait for `seconds` [s]. x to the right, y up,
-        each -1 to 1."""
+        """Hold the mouse at a place from now on, and wait for `seconds` [s]. x is to the right, y
+        up, both from -1 to 1."""
         message = self._kind()
         for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
@@ -88,7 +89,7 @@ class HeldMouse(Repeater):
         time.sleep(seconds)
 
     def send(self, message):
-        # a driver that repeats a stamp hangs
+        # a node may take a repeated stamp for a driver that hangs
         now = rospy.Time.now()
         for name, of, _ in message.fields:
             if of == 'std_msgs/Header':
@@ -97,17 +98,18 @@ class HeldMouse(Repeater):
         self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
 
 
-#: The mouse lab's names of fields; FLAGS and NUMBERS are the types that they may have.
+#: The names of the fields in the mouse lab, and the types that such a field may have.
 STATUS, X, Y = 'status', 'xPos', 'yPos'
 FLAGS = ('bool', 'std_msgs/Bool')
 NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """([names of status, x and y], sentences about names that differ) of a message that has these
-    `fields`: name, type, place. They are found by name, else by type and position.
+    """Returns ([names of status, x and y], sentences about names that differ from the mouse lab's)
+    of a message type, by its `fields`: rows of name, type, place. The three are found by name, else
+    by type and order.
 
-    ``ValueError`` with a clause if the message has no flag, or fewer than two numbers.
+    Raises ``ValueError`` with a clause if the type has no flag, or fewer than two numbers.
     """
     flags = [name for name, of, *_ in fields if of in FLAGS]
     numbers = [name for name, of, *_ in fields if of in NUMBERS]
@@ -121,14 +123,14 @@ def mouse_fields(fields):
 
 
 def _named(usual, names):
-    """The name that is this one in any case, with or without `Pos`; '' if there is none."""
+    """Returns the name that equals `usual` but for capitals, `_` and `Pos`; '' if there is none."""
     bare = {name.lower().replace('_', ''): name for name in reversed(names)}
     return bare.get(usual.lower()) or bare.get(usual.lower().replace('pos', ''), '')
 
 
 def mouse_of(trial, names):
-    """The HeldMouse of the node, inactive in the middle. If the node has no mouse that can be
-    played, the stimuli `names` are not offered, which ends the part."""
+    """Returns a HeldMouse, inactive in the middle. If the node has no topic for a mouse, the
+    stimuli `names` are not offered, which ends the part."""
     if rospy.resolve_name(MOUSE_INFO) not in trial.node.graph.of_node(LISTENS):
         trial.not_offered(names, 'it does not listen to mouse_info')
     try:
@@ -138,15 +140,16 @@ def mouse_of(trial, names):
     trial.remark(mouse.remarks)
     up = trial.text(mouse.package)['up']
     trial.recording.event('mouse client', up=up)
-    mouse.up = up or 1      # as its own client sends it
+    mouse.up = up or 1
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_for_subscriber()
     return mouse
 
 
 def turns(trial):
-    """Six turns, each from its own heading even if the last turn failed; then an invalid input."""
-    for name, turn in turn_lab.EACH_TURN.items():
+    """Try six turns, each from its own heading even if the turn before failed, then an invalid
+    input."""
+    for name, turn in turn_lab.TURN_STIMULI.items():
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
@@ -156,10 +159,7 @@ def turns(trial):
 
 
 def _begin_at(trial, heading):
-    """Have a node that waits for input, and a robot at rest near this heading [deg].
-
-    If needed, the robot is turned and the node is started.
-    """
+    """Turn the robot near this heading [deg] and start the node, if this is needed."""
     astray = abs(difference_degrees(trial.recorder.heading_deg, heading)) > 25.0   # [deg]
     if astray or not (trial.node.alive and trial.recorder.rests()):
         trial.node.stop()
@@ -175,7 +175,7 @@ def _try_turn(trial, name, typed, facts=(), seconds=turn_lab.TURN_TIME):
 
 
 def mouse(trial):
-    """The mouse alone, before any key was pressed."""
+    """Try the mouse alone, before any letter is typed."""
     trial.node.start()
     with mouse_of(trial, turn_lab.MOUSE_ALONE) as hand:
         trial.watch(turn_lab.NOT_ACTIVE, turn_lab.MOUSE_HELD,
@@ -188,7 +188,7 @@ def mouse(trial):
 
 
 def both(trial):
-    """A turn while the mouse is active; then the mouse after a turn, and during a turn."""
+    """Try a turn while the mouse is active, then the mouse after a turn, and in a turn."""
     if not _is_idle(trial):
         trial.node.start()
     with mouse_of(trial, turn_lab.BESIDE_TURNS) as hand:
@@ -201,7 +201,7 @@ def both(trial):
         time.sleep(WELL_UNDER_WAY)
         with trial.stimulus(turn_lab.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
-            wait_until(lambda: turn_lab.drives(
+            wait_until(lambda: turn_lab.any_full_speed(
                 trial.recorder.commands_since(record.begin), 1.0, -1.0), turn_lab.AT_LAST)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
@@ -216,7 +216,7 @@ def _in_a_turn(trial):
 
 
 def lost(trial):
-    """The mouse falls silent while it drives, the IMU in a turn."""
+    """Let the mouse fall silent in a drive, and the IMU in a turn."""
     trial.node.start()
     with suppress(NotOffered), mouse_of(trial, [turn_lab.MOUSE_SILENT]) as hand:
         hand.at(0.0, 0.0, seconds=0.3)

@@ -1,4 +1,4 @@
-"""The IMU lab: turns by keyboard, beside the mouse: what is done, and the criteria."""
+"""The stimuli and the criteria of the IMU lab: turns by keyboard, driving by mouse."""
 import re
 from functools import partial
 from typing import Iterable, List, NamedTuple, Sequence
@@ -8,25 +8,26 @@ import numpy as np
 from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, IMU_EXTRAS, IMU_SHEET, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING,
-    STOPS_AT_ONCE, TURN_LAB, Criterion, Place, Reason, ends_cleanly, not_stopped,
-    prints, starts, steers, stops_robot, stops_when_lost, times, within)
+    ANGULAR, AT_ONCE, IMU_EXTRAS, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE,
+    Criterion, Reason, ends_cleanly, not_stopped, prints, starts, steers, stops_robot,
+    stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
-from tb3_labs.marking.trial.remarks import STILL_DEG, idle
+from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
+from tb3_labs.watch.chains import TURN_LAB
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
-#: The stimuli: the IMU stops sending during a turn, and the mouse.
+#: The stimuli in which a device falls silent: the IMU in a turn, the mouse in a drive.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
-#: START also names the mistakes of the heading.
+#: Places in the sheet. Step 4 (START) also names the mistakes of the heading.
 AT_MOUSE, START, LAW, TO_RIGHT, AT_CTRL_C = (
-    Place(IMU_SHEET, TURN_LAB, step) for step in (2, 4, 5, 6, 7))
+    TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
 
 
-class WatchedTurn(NamedTuple):
-    """One turn: the typed letter, its angle, the heading at its begin, and the lost share of the
-    wheels' travel."""
+class TurnStimulus(NamedTuple):
+    """One turn: the typed letter, the requested angle, the heading at its begin [deg], and the
+    slip: the share of the wheels' travel that is lost."""
 
     typed: str
     requested_deg: float
@@ -34,34 +35,33 @@ class WatchedTurn(NamedTuple):
     slip: float = 0.0
 
 
-#: Wheels may slip by this share: a robot that turns for a fixed time turns too little then.
+#: The slip of a carpet. A node that turns for a fixed time turns too little on it.
 SLIPPERY = 0.3
-#: stimulus -> WatchedTurn
-EACH_TURN = {
-    LEFT: WatchedTurn(LEFT, TURN_DEG, 40.0),
-    'l across 180': WatchedTurn(LEFT, TURN_DEG, 130.0),
-    'r across 180': WatchedTurn(RIGHT, -TURN_DEG, 220.0, SLIPPERY),
-    RIGHT: WatchedTurn(RIGHT, -TURN_DEG, 130.0, SLIPPERY),
-    'r across 0': WatchedTurn(RIGHT, -TURN_DEG, 40.0, SLIPPERY),
-    'l across 0': WatchedTurn(LEFT, TURN_DEG, -50.0, SLIPPERY),
+#: stimulus -> TurnStimulus
+TURN_STIMULI = {
+    LEFT: TurnStimulus(LEFT, TURN_DEG, 40.0),
+    'l across 180': TurnStimulus(LEFT, TURN_DEG, 130.0),
+    'r across 180': TurnStimulus(RIGHT, -TURN_DEG, 220.0, SLIPPERY),
+    RIGHT: TurnStimulus(RIGHT, -TURN_DEG, 130.0, SLIPPERY),
+    'r across 0': TurnStimulus(RIGHT, -TURN_DEG, 40.0, SLIPPERY),
+    'l across 0': TurnStimulus(LEFT, TURN_DEG, -50.0, SLIPPERY),
 }
-#: The turns during which the heading jumps.
-ACROSS = [name for name in EACH_TURN if 'across' in name]
-#: The stimulus of an invalid input; TYPED_NONSENSE is this input.
-NONSENSE = 'nonsense'
-TYPED_NONSENSE = 'x'
-#: A robot may go on by this angle after it was stopped [deg].
+#: The turns in which the heading jumps, from 180 to -180 or from 360 to 0 degrees.
+ACROSS = [name for name in TURN_STIMULI if 'across' in name]
+#: The stimulus of an invalid input, and this input.
+NONSENSE, TYPED_NONSENSE = 'nonsense', 'x'
+#: A stopped robot may coast by this angle [deg].
 AFTER_STOP = 1.0
-#: A turn begins within TURN_REACTION after the letter was typed, and is over within TURN_TIME [s].
+#: A turn begins within TURN_REACTION after its letter was typed, and ends within TURN_TIME [s].
 TURN_REACTION, TURN_TIME = 3.0, 8.0
 #: A node that sends a zero for each message of a mouse at rest turns more slowly beside the mouse,
-#: as chance mixes its zeros and commands. Such a turn may take longer [s].
+#: since these zeros come between the commands of the turn. Such a turn may take longer [s].
 BESIDE_TIME = 2.0 * TURN_TIME
-#: A person waits for an answer for ANSWER [s], and finds it among at most LEGIBLE lines.
+#: An answer to an invalid input comes within ANSWER [s], in at most LEGIBLE lines.
 ANSWER, LEGIBLE = 1.0, 1000
 #: The tolerance of the criterion beyond the handout [deg].
 EXACT = 1.0
-#: The stimuli of the mouse alone, in their order, and those beside turns.
+#: The stimuli of the mouse alone, in their order, and of the mouse beside turns.
 MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
     'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
     'mouse half right and half down', 'mouse deactivated')
@@ -75,10 +75,11 @@ NO_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if
 COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
 #: The speeds at the edge of the screen [m/s], [rad/s].
 AT_EDGE = (MOUSE_FULL - NEAR, MOUSE_FULL + NEAR)
-#: The speeds at 0.6 of the way: a wide range, since the mouse lab does not fix the dead zone.
+#: The speeds at 0.6 of the way to the edge. The range is wide, since the mouse lab does not say how
+#: a speed begins at the dead zone.
 AT_HALF = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: The mouse is held at a place for MOUSE_HELD [s]. If it is moved in a turn, the robot must drive
-#: by it within AT_LAST [s].
+#: The mouse is held at a place for MOUSE_HELD [s]. If the mouse is moved in a turn, the robot must
+#: drive by the mouse within AT_LAST [s].
 MOUSE_HELD, AT_LAST = 0.8, 4.0
 #: The limits of the mouse, and of the turns, in words.
 DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} ' \
@@ -91,13 +92,13 @@ ON_A_CARPET = f'as left, also if the wheels slip by {SLIPPERY:.0%}'
 
 def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP,
            seconds: float = TURN_TIME) -> Reason:
-    """Did the robot do a turn, the stimulus `name`, within `tolerance` [deg] and `seconds` [s]?"""
-    scene, turn = observation.during(name), EACH_TURN.get(name, EACH_TURN[LEFT])
+    """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
+    scene, turn = observation.scene(name), TURN_STIMULI.get(name, TURN_STIMULI[LEFT])
     after = f'after {turn.typed} ({name[2:]})' if name in ACROSS else f'after {turn.typed}'
     observed_deg, it_turned = scene.turned_deg, f'it turned {_degrees(scene.turned_deg)}'
     if not scene.facts[MOVED]:
         seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else it_turned
-        return f'{after} {seen}: {idle(scene)}'
+        return f'{after} {seen}: {why_idle(scene)}'
     if not scene.facts[RESTED]:
         return f'{after} {it_turned}, and was still moving after {seconds:g} s'
     error = abs(observed_deg - turn.requested_deg)
@@ -119,20 +120,21 @@ def _degrees(observed_deg):
 
 
 def _turned_each(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
+    """Returns the Reason of the first turn that is wrong, see `turned`; '' if all are right."""
     return next(filter(None, (turned(observation, name, *tolerance) for name in names)), '')
 
 
-def _turning(observation):
-    """The commands of all turns that were tried; NotObserved if there are none."""
-    commands = np.vstack([turn.moving for turn in observation.each(list(EACH_TURN))])
+def _commands_of_turns(observation):
+    """Returns the commands of all turns that were tried; NotObserved if there are none."""
+    commands = np.vstack([turn.moving for turn in observation.scenes(list(TURN_STIMULI))])
     if not len(commands):
         raise NotObserved('the robot was never turned')
     return commands
 
 
-def _clamped(observation: Observation) -> Reason:
-    commands = _turning(observation)
-    observation.fastest(commands, ANGULAR)
+def _keeps_speed_limit(observation: Observation) -> Reason:
+    commands = _commands_of_turns(observation)
+    observation.greatest_speed(commands, ANGULAR)
     rates = commands[:, ANGULAR]
     fast = [f'{rate:.1f} rad/s to the {way}' for rate, way in (
         (rates.max(), 'left'), (-rates.min(), 'right')) if rate > MAX_ANG_Z + ROUNDING]
@@ -140,13 +142,13 @@ def _clamped(observation: Observation) -> Reason:
 
 
 def _on_the_spot(observation: Observation) -> Reason:
-    fastest = observation.fastest(_turning(observation), LINEAR)
+    fastest = observation.greatest_speed(_commands_of_turns(observation), LINEAR)
     return '' if fastest < ROUNDING else \
         f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
 def _answers_nonsense(observation: Observation) -> Reason:
-    scene = observation.during(NONSENSE)
+    scene = observation.scene(NONSENSE)
     if len(scene.moving):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
     if scene.lines > LEGIBLE:
@@ -158,55 +160,55 @@ def _answers_nonsense(observation: Observation) -> Reason:
     return ''
 
 
-def _mouse_drove(observation):
-    if not len(observation.during(MOUSE_UP).moving):
+def _require_drive_by_mouse(observation):
+    if not len(observation.scene(MOUSE_UP).moving):
         raise NotObserved('the mouse did not move the robot at all')
 
 
 def _has_dead_zone(observation: Observation) -> Reason:
-    _mouse_drove(observation)
-    return not_stopped(observation.during(NEAR_MIDDLE),
+    _require_drive_by_mouse(observation)
+    return not_stopped(observation.scene(NEAR_MIDDLE),
                        f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
 
 
-def _can_be_off(observation: Observation) -> Reason:
-    if len(observation.during(NOT_ACTIVE).moving):
+def _stops_when_deactivated(observation: Observation) -> Reason:
+    if len(observation.scene(NOT_ACTIVE).moving):
         return 'the mouse moved the robot before it was activated'
-    _mouse_drove(observation)
-    return not_stopped(observation.during(DEACTIVATED), 'the mouse was deactivated')
+    _require_drive_by_mouse(observation)
+    return not_stopped(observation.scene(DEACTIVATED), 'the mouse was deactivated')
 
 
 def _drives_after_turn(observation: Observation) -> Reason:
-    up = upward(observation)
-    return '' if drives(observation.during(AFTER_TURN).commands, up) else \
+    up, scene = sign_of_up(observation), observation.scene(AFTER_TURN)
+    return '' if any_full_speed(scene.commands, up) else \
         'after a turn the mouse did not move the robot any more'
 
 
 def _drives_in_turn(observation: Observation) -> Reason:
-    up, scene = upward(observation), observation.during(IN_TURN)
+    up, scene = sign_of_up(observation), observation.scene(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
-    return '' if drives(scene.commands, up) else \
+    return '' if any_full_speed(scene.commands, up) else \
         'the mouse, moved in the middle of a turn, had not driven the robot as before {:.0f} s ' \
         'later'.format(scene.end - scene.begin)
 
 
-def upward(observation: Observation) -> float:
-    """The sign of the speed that a mouse at the upper edge shall give: 1.0. If the submission's own
-    mouse client is not known, which may count down, the first such speed sets the sign."""
+def sign_of_up(observation: Observation) -> float:
+    """Returns the right sign of the speed for a mouse at the upper edge. It is 1.0 if the direction
+    of y is known from the submission's own mouse client, else that of the first such speed."""
     speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if observation.has(name)
-              for speed in observation.during(name, may_die=True).moving[:, LINEAR] if speed]
+              for speed in observation.scene(name, may_die=True).moving[:, LINEAR] if speed]
     return -1.0 if not observation.mouse_up and speeds and speeds[0] < 0.0 else 1.0
 
 
-def drives(commands: Iterable[Sequence[float]], *signs: float) -> bool:
-    """Does a mouse at the upper edge give one of these commands, rows of time, linear, angular?
-    `signs`: see `upward`."""
+def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
+    """Is any of these commands, rows of time, linear, angular, the speed for a mouse at the upper
+    edge, with one of these signs?"""
     return any(sign * command[LINEAR] > AT_EDGE[0] for command in commands for sign in signs)
 
 
 def _mouse_drives(observation: Observation) -> Reason:
-    up = upward(observation)
+    up = sign_of_up(observation)
     return (steers(observation, MOUSE_UP, linear=times(up, AT_EDGE), of_moving=True)
             or steers(observation, MOUSE_LEFT, angular=AT_EDGE, of_moving=True)
             or steers(observation, HALF_WAY, times(-up, AT_HALF), times(-1.0, AT_HALF),
@@ -214,14 +216,14 @@ def _mouse_drives(observation: Observation) -> Reason:
 
 
 def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
-    """Sentences on mistakes that cost nothing."""
-    printed = [observation.during(name, may_die=True).printed.splitlines()[1:]
+    """Returns sentences on mistakes that cost no points."""
+    printed = [observation.scene(name, may_die=True).printed.splitlines()[1:]
                for name in (LEFT, NONSENSE) if observation.has(name)]
     remarks = []
     if len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
         remarks.append('After "{}" it printed its prompt alone, and no error. See {}.'.format(
             TYPED_NONSENSE, TO_RIGHT))
-    if upward(observation) < 0.0:
+    if sign_of_up(observation) < 0.0:
         remarks.append(NO_CLIENT)
     if observation.mouse_up < 0:
         remarks.append(COUNTS_DOWN)
@@ -237,7 +239,7 @@ CRITERIA = [
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
               lambda observation: _turned_each(observation, ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW,
-              _clamped, limits=f'and {ROUNDING:g} for rounding'),
+              _keeps_speed_limit, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
               _on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
@@ -250,7 +252,7 @@ CRITERIA = [
               limits='zero velocity at ({:g}, {:g}) within {:g} s'.format(
                   *MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE)),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              AT_MOUSE, _can_be_off, limits='zero velocity ' + STOPS_AT_ONCE),
+              AT_MOUSE, _stops_when_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               AT_MOUSE, partial(turned, name=TURN_BESIDE, seconds=BESIDE_TIME),
               limits=f'as left, over within {BESIDE_TIME:g} s'),
@@ -265,7 +267,7 @@ CRITERIA = [
               partial(prints, words=CONTROLLER_GOODBYE)),
     ends_cleanly(SHUTDOWN, AT_CTRL_C),
     Criterion('within_1_deg', TURNS, f'all turns are within {EXACT:g} degree', IMU_EXTRAS,
-              lambda observation: _turned_each(observation, EACH_TURN, EXACT), extra=True),
+              lambda observation: _turned_each(observation, TURN_STIMULI, EXACT), extra=True),
     stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

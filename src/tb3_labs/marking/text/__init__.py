@@ -1,1 +1,1 @@
-"""What the text of a submission shows without a trial, read in processes with limits."""
+"""What the marker reads in the text of a submission, in processes with limits."""

@@ -1,8 +1,7 @@
-"""Faults of a node that its text shows before it runs: a line without effect, a name that nothing
-defines, a function that nothing uses.
+"""Finds faults in the text of a node: lines without effect, undefined names, unused functions.
 
-A right node may have some of them, so only a node that loses points gets them. A file that is not
-valid Python has none: Python itself reports it.
+A right node may have such faults, so students read them only if their node loses points. In a file
+that is not valid Python no faults are found: Python itself reports its error.
 """
 import ast
 import json
@@ -23,11 +22,11 @@ from tb3_labs.marking.text.lint import assigned, faults
 text = sys.stdin.buffer.read()
 print(json.dumps([faults(text), assigned(text)]))
 '''
-#: At most so many variables, and lines of a variable, are kept.
+#: At most this many variables, and lines of a variable, are returned.
 MOST_NAMES, MOST_LINES = 200, 6
-#: At most so many faults are listed; so much of a name and of a line is quoted [characters].
-MOST, QUOTED = 4, 60
-#: A program may use these to define names that its text does not have.
+#: At most this many faults are returned. A name or a line is cut after QUOTED characters.
+MOST_FAULTS, QUOTED = 4, 60
+#: By these a program may define names that are not in its text.
 DYNAMIC = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
@@ -36,8 +35,8 @@ Fault = Tuple[int, str]
 
 
 def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
-    """(sentences on the faults of a program, {variable: lines that assign it}). The program is a
-    stranger's: it is read within limits."""
+    """Returns (sentences on the faults of a program, {variable: lines that assign it}). A process
+    with limits reads the program, which is a stranger's."""
     if not path.is_file() or path.stat().st_size > LARGEST_TEXT:
         return [], {}
     done = subprocess.run(
@@ -48,7 +47,8 @@ def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
 
 
 def assigned(text: bytes) -> Dict[str, List[int]]:
-    """The lines that assign each variable, `self.NAME` or `NAME`; also a field's `FIELD.x`."""
+    """Returns {variable: lines that assign it}; a variable is NAME for NAME and self.NAME, or
+    FIELD.NAME for a field of a field."""
     lines: Dict[str, List[int]] = {}
     for node in nodes_of(text):
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
@@ -62,7 +62,7 @@ def assigned(text: bytes) -> Dict[str, List[int]]:
 
 
 def faults(text: bytes) -> List[Fault]:
-    """The first faults in the text of a program."""
+    """Returns the first faults in the text of a program."""
     try:
         tree = ast.parse(text)
         found = [*_without_effect(tree, text.decode(errors='replace').split('\n')),
@@ -70,12 +70,12 @@ def faults(text: bytes) -> List[Fault]:
     except NOT_READ:
         return []
     first = {words: line for line, words in sorted(found, reverse=True)}
-    return sorted((line, words) for words, line in first.items())[:MOST]
+    return sorted((line, words) for words, line in first.items())[:MOST_FAULTS]
 
 
 def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[Fault]:
-    tried = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Try)
-             for part in node.body}     # is there such a name?
+    # in a try block such a line may ask whether a name exists
+    tried = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Try) for part in node.body}
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and id(node) not in tried and isinstance(
                 node.value, (ast.Name, ast.Attribute, ast.Compare)):
@@ -85,7 +85,7 @@ def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[Fault]:
 
 
 def _always_true(tree: ast.Module) -> Iterator[Fault]:
-    """For instance ``if letter == 'l' or 'left':``."""
+    """Yields conditions such as ``if letter == 'l' or 'left':``."""
     for node in ast.walk(tree):
         test = getattr(node, 'test', None)
         if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or) and any(
@@ -95,19 +95,20 @@ def _always_true(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _misspelt(tree: ast.Module) -> Iterator[Fault]:
-    """An attribute that is assigned and never read, if a similar one is read. An object that works
-    by itself, such as a Subscriber, is only kept."""
-    kept = {id(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
-            and isinstance(node.value, ast.Call) and node.value.args
-            and getattr(node.value.func, 'attr', getattr(node.value.func, 'id', ''))[:1].isupper()
-            for target in node.targets}
+    """Yields each attribute that is assigned and never read, if an attribute of a similar name is
+    read. An object that works by itself, such as a Subscriber, need not be read."""
+    working = {
+        id(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+        and isinstance(node.value, ast.Call) and node.value.args
+        and getattr(node.value.func, 'attr', getattr(node.value.func, 'id', ''))[:1].isupper()
+        for target in node.targets}
     assigned: Dict[str, int] = {}
     read = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and _is_self(node):
             if isinstance(node.ctx, ast.Load):
                 read.add('self.' + node.attr)
-            elif id(node) not in kept:
+            elif id(node) not in working:
                 assigned.setdefault('self.' + node.attr, node.lineno)
     for name in assigned.keys() - read:
         for near in sorted(read):
@@ -117,6 +118,7 @@ def _misspelt(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
+    """Yields three kinds of pyflakes' findings, if they change what the program does."""
     nodes = list(ast.walk(tree))
     dynamic = DYNAMIC & set(_names(tree))
     run = {(node.lineno, node.id) for node in nodes if isinstance(node, ast.Name)} - {
@@ -144,8 +146,8 @@ def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _unused(tree: ast.Module) -> Iterator[Fault]:
-    """The functions and classes that are not named outside of their own text. A base class may call
-    a method, and a decorator may keep its function."""
+    """Yields the functions and classes whose names stand nowhere outside of their own text. A
+    function with a decorator, and a method of a class with a base class, may be used elsewhere."""
     used = Counter(_names(tree))
     if DYNAMIC & set(used):
         return
@@ -161,7 +163,7 @@ def _unused(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _names(tree: ast.AST) -> Iterator[str]:
-    """The names that are read in a text, attributes and strings too."""
+    """Yields all names, attributes and strings that a text reads."""
     for node in ast.walk(tree):
         if isinstance(getattr(node, 'ctx', None), ast.Load):
             yield getattr(node, 'id', getattr(node, 'attr', ''))

@@ -1,8 +1,8 @@
-"""What only the text of a submission's programs shows, not its trial: the sign of y in its
-own mouse client, and an angle in the place of a number of a quaternion.
+"""Finds two things in the text of a submission that no trial shows: the sign of y in its own mouse
+client, and an angle that is given to an orientation in place of a quaternion.
 
-The text is a stranger's. So this is a program, too: it reads within limits, and prints what
-:func:`analyse` returns.
+The text is a stranger's. So this module is also a program: :func:`text_of` starts it with limits,
+and it prints what :func:`analyse` returns.
 """
 import ast
 import json
@@ -12,24 +12,27 @@ import subprocess
 import sys
 from typing import Any, Dict, Iterable, List, Optional
 
-#: The most that it may use: memory [bytes], processor time [s]; the largest file [bytes].
+#: The limits of a program that reads a stranger's text: memory [bytes], processor time [s]. The
+#: largest file that is read [bytes].
 LIMITS, LARGEST_TEXT = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
-#: The errors of a program that is not valid Python, or too deep.
+#: ast.parse raises these for a text that is not valid Python, or too deep.
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
-#: The names of y, and the names of a mouse's pixel, whose y counts down.
+#: The names of y. The names of a mouse's place on the screen, whose y counts down.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 PIXEL = re.compile('pos|event|mo[vt]|scroll|click')
-#: These functions grow with their arguments.
-GROW = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
+#: The result of these functions grows with each argument.
+GROWING = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
 THETA = 'In {} the angle itself is given to the orientation: a yaw becomes a quaternion by sine ' \
     'and cosine of its half. Y sends 0, so it costs no points.'
 
+#: variable -> does it grow (1) or fall (-1) with the pixel's y? 0 if it does not depend on y, None
+#: if it is not known.
 Slopes = Dict[str, Optional[int]]
 
 
 def text_of(paths: Iterable[str]) -> Dict[str, Any]:
-    """What the programs in these folders show. `up`: 1 if y counts up in a mouse client,
-    -1 if it counts down, 0 if that is not known; `remarks`: sentences for the student."""
+    """Returns what the programs in these folders show. `up` is 1 if y counts up in the mouse
+    client, -1 if y counts down, 0 if this is unknown. `remarks` are sentences for the student."""
     done = subprocess.run(
         [*LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL, cwd='/', universal_newlines=True)
@@ -37,7 +40,7 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
 
 
 def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
-    """The same for these texts."""
+    """Returns what these texts show; see `text_of`."""
     downs, remarks = set(), []
     for text in texts:
         nodes = nodes_of(text)
@@ -51,7 +54,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
 
 
 def nodes_of(text: bytes) -> List[Any]:
-    """The syntax tree's nodes of a program; [] if it cannot be read."""
+    """Returns the nodes of a program's syntax tree; [] if the program is not valid."""
     try:
         return list(ast.walk(ast.parse(text)))
     except NOT_READ:
@@ -59,7 +62,8 @@ def nodes_of(text: bytes) -> List[Any]:
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Is its last argument, an angle and no z or q_w, a number of an orientation?"""
+    """Does a function assign its last argument to a field of an orientation, though the name of the
+    argument is not that of a quaternion's number, such as z or q_w?"""
     angle = function.args.args[-1].arg
     return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
         isinstance(node, ast.Assign) and _dotted(node.value) == angle
@@ -68,7 +72,7 @@ def _gives_angle(function: ast.FunctionDef) -> bool:
 
 
 def _dotted(node: Any) -> str:
-    """The name of a variable, with dots, without `data`; '' for another expression."""
+    """Returns the dotted name of a variable, without `.data`; '' for another expression."""
     if isinstance(node, ast.Attribute):
         return _dotted(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
     return node.id if isinstance(node, ast.Name) else ''
@@ -79,17 +83,17 @@ def _last(node: Any) -> str:
 
 
 def _slopes_sent(nodes: List[ast.AST]) -> List[Optional[int]]:
-    """The slopes of y in the messages of a mouse client (see `_slope`)."""
+    """Returns the slopes of y in the messages of a mouse client; see Slopes."""
     steps = sorted((node for node in nodes if isinstance(node, (
         ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword))),
         key=lambda node: getattr(node, 'lineno', 0) or getattr(node, 'value').lineno)
     slopes: Slopes = {}
 
     def assign(name: str, slope: Optional[int]) -> None:
-        if slope != 0 or not slopes.get(name):      # a 0 only begins or ends it
+        if slope != 0 or not slopes.get(name):      # a constant only begins or ends the variable
             slopes[name] = slope
 
-    for node in steps + steps:      # the callback that reads the mouse may stand at the end
+    for node in steps + steps:      # the callback that reads the mouse may be the last function
         if isinstance(node, ast.FunctionDef):
             slopes.update({word.arg: int(bool(PIXEL.search(node.name))) or None
                            for word in node.args.args if Y_NAME.fullmatch(word.arg)})
@@ -103,7 +107,7 @@ def _slopes_sent(nodes: List[ast.AST]) -> List[Optional[int]]:
                 second = isinstance(target, ast.Tuple) and target.elts[1:2]     # x, y = position()
                 if second and isinstance(node.value, ast.Tuple):
                     assign(_dotted(second[0]), _slope(node.value.elts[1], slopes))
-                elif second:        # of another pair, such as a size, nothing is known
+                elif second:        # another pair, such as a size
                     assign(_dotted(second[0]), _pixel(node.value) or 0)
                 elif not isinstance(target, ast.Tuple):
                     assign(_dotted(target), _slope(node.value, slopes))
@@ -114,14 +118,15 @@ def _slopes_sent(nodes: List[ast.AST]) -> List[Optional[int]]:
 
 
 def _pixel(node: Any) -> Optional[int]:
-    """1 if an expression is a mouse's place by its library; else None."""
+    """Returns 1 for an expression that reads a mouse's place on the screen, by its name; else None.
+    """
     return int(bool(PIXEL.search(_last(node.func if isinstance(node, ast.Call) else node)))) or None
 
 
 def _slope(node: Any, slopes: Slopes) -> Optional[int]:
-    """Does an expression grow (1) or fall (-1) with the pixel's y, or not depend on it (0)? None if
-    that is not known."""
+    """Returns the slope of an expression; see Slopes."""
     def of(*signed: Any) -> Optional[int]:
+        """Returns the slope of a sum of (sign, part)."""
         found = {sign * slope if slope else slope for sign, slope in (
             (sign, _slope(part, slopes)) for sign, part in signed)} - {0}
         return 0 if not found else found.pop() if len(found) == 1 else None
@@ -134,7 +139,7 @@ def _slope(node: Any, slopes: Slopes) -> Optional[int]:
     if isinstance(node, ast.UnaryOp):
         return of((-1 if isinstance(node.op, ast.USub) else 1, node.operand))
     if isinstance(node, ast.Call):
-        return of(*((1, part) for part in node.args)) if _last(node.func) in GROW else None
+        return of(*((1, part) for part in node.args)) if _last(node.func) in GROWING else None
     if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
         return of((1, node.left), (-1 if isinstance(node.op, ast.Sub) else 1, node.right))
     if isinstance(node, ast.BinOp):             # the sizes of a screen are positive

@@ -1,4 +1,4 @@
-"""The Observation in the bag of a trial, which ros_recording.py wrote."""
+"""Reads the Observation from the bag of a trial, which ros_recording.py wrote."""
 import json
 import math
 import re
@@ -8,25 +8,24 @@ from typing import Any, Dict, Sequence, Type
 import numpy as np
 
 from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, MOST_FINDINGS, REQUESTED_DEG, Observation, Run, Stimulus)
+    GOAL_POSE, MOST_FINDINGS, NOT_FINITE, REQUESTED_DEG, Observation, Run, Stimulus)
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 
-#: A node's line about a reset comes within this time of the call [s].
+#: A node's line about a reset belongs to the call of a reset that is at most this far away [s].
 SAME_RESET = 1.0
-#: The number of characters that are kept of a run's output, from its begin and from its end.
-KEPT = 20000
+#: At most this many characters of a run's output are read from its begin, and as many from its end.
+MOST_PRINTED = 20000
 #: The colours of a text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: A command that is not recorded.
-NOT_FINITE = 'commands that are not finite numbers'
-#: Kinds of events that have a sentence -> the sentences of the Observation.
+#: kind of event -> the list of the Observation to which its sentence is added
 SENTENCES = {'remark': 'remarks', 'finding': 'findings', 'fault': 'faults'}
 
 
 def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
-    """The Observation in the bag of a trial. `places`: beginnings of paths on the marking machine,
-    which are left out of all texts. ``ValueError`` if the recording is not of a trial."""
+    """Returns the Observation in the bag of a trial. `places` are beginnings of paths on the
+    marking machine: they are removed from all texts. Raises ``ValueError`` if the bag is not that
+    of a trial."""
     def cleaned(text: str) -> str:
         for place in places:
             text = text.replace(place, '')
@@ -49,16 +48,18 @@ def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
     for each in observation.runs + observation.stimuli:
         each.printed = COLOUR.sub('', cleaned(each.printed))
     for start in observation.runs:
-        if len(start.printed) > 2 * KEPT:
-            start.printed = f'{start.printed[:KEPT]}\n...\n{start.printed[-KEPT:]}'
+        if len(start.printed) > 2 * MOST_PRINTED:
+            start.printed = '{}\n...\n{}'.format(
+                start.printed[:MOST_PRINTED], start.printed[-MOST_PRINTED:])
     observation.run = with_stimuli(run, observation)
     return observation
 
 
 def with_stimuli(run: RunData, observation: Observation) -> RunData:
-    """The recording of a trial with what was done to the node: starts, stimuli, letters, goals, and
-    the resets by the node's lines, else by their calls. After a call that failed the node's frame
-    is unknown: until the next start its variables are left out."""
+    """Returns the recording of a trial with the marker's actions: starts, stimuli, letters, goals,
+    resets. The time of a reset is that of the node's line, or of the call if there is no line.
+    After a call that failed the node's frame is unknown: the variables from then until the next
+    start are removed."""
     declared, known = run.resets, np.ones(len(run.variables), bool)
     resets = np.column_stack([declared.arrival, declared.x, declared.y, declared.yaw]).tolist()
     for at, pose, problem in observation.calls:
@@ -80,19 +81,19 @@ def with_stimuli(run: RunData, observation: Observation) -> RunData:
 
 
 def samples_from_rows(kind: Type[Kind], rows: Sequence[Sequence[Any]]) -> Kind:
-    """The Samples of these rows: time, and the other columns."""
+    """Returns the Samples of rows of time and the other fields. The stamps are the arrivals."""
     columns = list(zip(*rows))
     return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
                   for column in columns[:1] + columns)) if rows else kind.none()
 
 
 def _printed(observation: Observation, text: str, lines: int) -> None:
-    """Add an output of so many lines to the run and the stimulus that are not over."""
+    """Add an output of `lines` lines to the present run, and to the present stimulus."""
     for each in observation.runs[-1:]:
         each.printed += text
     for stimulus in observation.stimuli[-1:]:
         if math.isnan(stimulus.end):
-            stimulus.printed = (stimulus.printed + text)[-KEPT:]
+            stimulus.printed = (stimulus.printed + text)[-MOST_PRINTED:]
             stimulus.lines += lines
 
 
@@ -118,10 +119,10 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         _printed(observation, f"\n... {facts['characters']} characters are left out here ...\n",
                  facts['lines'])
     elif kind == 'odd':
-        observation.lost[NOT_FINITE] = observation.lost.get(NOT_FINITE, 0) + 1
-        observation.odd.append([at, facts['text']])
+        observation.omitted[NOT_FINITE] = observation.omitted.get(NOT_FINITE, 0) + 1
+        observation.not_finite.append([at, facts['text']])
     elif kind == 'left out':
-        observation.lost[facts['what']] = facts['number']
+        observation.omitted[facts['what']] = facts['number']
     elif kind == 'own move':
         observation.own_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
@@ -131,7 +132,7 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
     elif kind == 'mouse client':
         observation.mouse_up = facts['up']
     elif kind == 'broken':
-        observation.broken = facts['text']
+        observation.marker_error = facts['text']
     elif kind in SENTENCES:
         known = getattr(observation, SENTENCES[kind])
         if facts['text'] not in known and len(known) < MOST_FINDINGS:

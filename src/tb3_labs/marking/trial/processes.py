@@ -1,7 +1,7 @@
-"""The processes of one submission: their output, and the resources that they use.
+"""A process and its output, and the limits of resources for the processes of one submission.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
-size of a folder: this module adds up memory and sizes.
+size of a folder. This module adds up memory and sizes.
 """
 import os
 import pty
@@ -13,24 +13,22 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-#: The most that the programs of a sandbox may use together: memory [bytes], files in their own
-#: folders [bytes], processes.
-MEMORY, OWN_DISK, PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
-#: The most memory that they may make master, robot and check need together; these need about 180 MB
-#: without them [bytes].
-OF_OTHERS = 600 * 10 ** 6
+#: The limits for the programs of a sandbox together: memory [bytes], size of the files in the
+#: sandbox's own folders [bytes], number of processes.
+MOST_MEMORY, MOST_DISK, MOST_PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
+#: A node can fill the memory of master, robot and check by messages. Without the node these three
+#: need about 180 MB; they may use this [bytes].
+MOST_OTHER_MEMORY = 600 * 10 ** 6
 #: The period of the watch [s].
 LIMITS_POLL_PERIOD = 0.25
 
-
-# -- a program, observed from outside
 
 class Program:
     """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
     a person had started it.
 
-    ``on_text(text)`` is called with each part of its output and errors. `ends`: three files in
-    place of the terminal, for reading its output, for its input and for its output.
+    ``on_text(text)`` is called with each part of its output and errors. `ends` are three files in
+    place of the terminal: one to read the program's output, the program's input, and its output.
     """
 
     def __init__(self, command, environment, on_text, ends=None):
@@ -41,7 +39,7 @@ class Program:
         self._source, typed, printed = ends
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
-            # otherwise text that is printed to a pipe is seen only at the end
+            # Python keeps back what it prints into a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
         os.close(printed)
@@ -57,16 +55,16 @@ class Program:
             self._on_text(chunk.decode(errors='replace').replace('\r\n', '\n'))
             if not chunk:
                 return
-            time.sleep(len(chunk) / 1e6)    # a long output does not load the computer
+            time.sleep(len(chunk) / 1e6)    # a long output must not load the computer
 
     @property
     def pid(self):
-        """The number of the process."""
+        """The process ID."""
         return self._process.pid
 
     @property
     def status(self):
-        """Exit status, or None while it runs."""
+        """The exit status; None while the program runs."""
         return self._process.poll()
 
     def type(self, line):
@@ -74,7 +72,7 @@ class Program:
         os.write(self._source, line.encode() + b'\n')
 
     def send(self, number):
-        """Send a signal to the whole group."""
+        """Send a signal to the whole process group."""
         with suppress(ProcessLookupError):      # it has ended already
             os.killpg(self._process.pid, number)
 
@@ -84,54 +82,53 @@ class Program:
         self._process.wait()
 
 
-# -- the resources
-
 class ResourceWatch:
-    """Watches a program until `over` is set; kills its group if it uses too much."""
+    """Kills the process group of a program that exceeds a limit, until `over` is set."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
-        """`pid`: the leader of the group, the outermost process of a sandbox; `own_folders`: the
-        sandbox's own folders, as its programs see them; `others`: the first of the processes that
-        its programs can fill, master, robot and check."""
+        """`pid` is the leader of the group, the outermost process of a sandbox, and `own_folders`
+        are paths in the sandbox. `others` is the parent process of master, robot and check."""
         self._pid, self._own, self._others = pid, own_folders, others
         self.over = threading.Event()
-        #: The limit that was exceeded, a clause; '' if none was.
+        #: A clause on the exceeded limit; '' if no limit was exceeded.
         self.exceeded = ''
         threading.Thread(target=self._look, daemon=True).start()
 
     def _look(self):
         while not self.over.wait(LIMITS_POLL_PERIOD):
-            self.exceeded = self._excess()
+            self.exceeded = self._exceeded_limit()
             if self.exceeded:
                 with suppress(ProcessLookupError):      # it has ended already
-                    os.killpg(self._pid, signal.SIGKILL)    # the sandbox ends with it
+                    os.killpg(self._pid, signal.SIGKILL)    # which ends the sandbox
                 return
 
-    def _excess(self):
-        processes = _below(self._pid)
-        if len(processes) > PROCESSES:
-            return f'more than {PROCESSES} processes'
-        if sum(map(_memory, processes)) > MEMORY and sum(map(_own_memory, processes)) > MEMORY:
-            return f'more than {MEMORY / 1e9:g} GB of memory'
-        others = {self._others, *_below(self._others)} - {self._pid, *processes}
-        if sum(map(_memory, others)) > OF_OTHERS:
-            return f'more than {OF_OTHERS / 1e6:g} MB of the memory of master, robot and check'
-        if processes and sum(_used(processes[-1], own) for own in self._own) > OWN_DISK:
-            return f'files of more than {OWN_DISK / 1e6:g} MB'
+    def _exceeded_limit(self):
+        processes = _descendants(self._pid)
+        if len(processes) > MOST_PROCESSES:
+            return f'more than {MOST_PROCESSES} processes'
+        if sum(map(_memory, processes)) > MOST_MEMORY and (
+                sum(map(_own_memory, processes)) > MOST_MEMORY):
+            return f'more than {MOST_MEMORY / 1e9:g} GB of memory'
+        others = {self._others, *_descendants(self._others)} - {self._pid, *processes}
+        if sum(map(_memory, others)) > MOST_OTHER_MEMORY:
+            return 'more than {:g} MB of the memory of master, robot and check'.format(
+                MOST_OTHER_MEMORY / 1e6)
+        if processes and sum(_disk_used(processes[-1], own) for own in self._own) > MOST_DISK:
+            return f'files of more than {MOST_DISK / 1e6:g} MB'
         return ''
 
 
-def _below(pid):
+def _descendants(pid):
     family = [pid]
-    for parent in family:       # the list grows meanwhile
-        with suppress(OSError):     # it has ended meanwhile
+    for parent in family:       # the loop adds to the list
+        with suppress(OSError):     # the process has ended meanwhile
             for thread in Path(f'/proc/{parent}/task').iterdir():
                 family += map(int, (thread / 'children').read_text().split())
     return family[1:]
 
 
 def _memory(pid):
-    """The memory of a process, without files [bytes]; with all shared pages."""
+    """Returns the memory of a process without files, with all its shared pages [bytes]."""
     try:
         _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:
@@ -140,7 +137,8 @@ def _memory(pid):
 
 
 def _own_memory(pid):
-    """The memory of a process [bytes]; with its part of shared pages. Slower."""
+    """Returns the memory of a process with its share of the shared pages [bytes]. This is slower.
+    """
     try:
         with open(f'/proc/{pid}/smaps_rollup') as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
@@ -148,8 +146,9 @@ def _own_memory(pid):
         return _memory(pid)
 
 
-def _used(pid, folder):
-    """The size of the files in a sandbox's own folder [bytes]; `pid`: a process in it."""
+def _disk_used(pid, folder):
+    """Returns the size of the files in a folder of the sandbox in which the process runs [bytes].
+    """
     try:
         state = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:

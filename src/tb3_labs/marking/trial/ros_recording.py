@@ -1,13 +1,13 @@
-"""The bag of a trial: all that was done to a node, and all that it did, on one clock.
+"""Writes the bag of a trial: the marker's actions and the node's reactions, on one clock.
 
-Topics: imu, odom, cmd_vel (the commands of all programs but the marker), ctrl_relinq, joy,
-mouse_info, /rosout, variables (the node's own), ground_truth (the robot's true pose, which no node
-can hear), and
+Topics: imu, odom, cmd_vel (without the marker's own commands), ctrl_relinq, joy, mouse_info,
+/rosout, variables (the node's own), ground_truth (the robot's true pose, to which no node can
+subscribe), and
 
-    trial     std_msgs/String, an event in JSON: {"kind": ..., facts}; kinds in observation.py
-    printed   std_msgs/String, the output of the node as it came
+    trial     std_msgs/String, an event in JSON: {"kind": ..., facts}; from_bag.py has the kinds
+    printed   std_msgs/String, the output of the node
 
-A separate thread writes the bag, so a message that gets its time never waits for a disk.
+A separate thread writes the bag: no message waits for the disk before it gets its time.
 """
 import json
 import math
@@ -30,28 +30,29 @@ from std_msgs.msg import Bool, Header, String
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
-from tb3_labs.marking.trial.observation import LONGEST
+from tb3_labs.marking.trial.observation import LONGEST, NOT_FINITE
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, note_connections
 
-#: Topics: the robot's true pose, the events of the trial, the node's output, its own variables.
+#: Topics: the robot's true pose, the events of the trial, the node's output, the node's variables.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
-#: The robot's name, by which its settings are found.
+#: The name of the robot's node.
 ROBOT = 'turtlebot3'
-#: At most this many commands, odd commands, log lines, events and other messages of a topic are
-#: recorded, of each line at most LINE_LENGTH characters, of each message MOST_BYTES bytes.
-MOST_COMMANDS, MOST_ODD, MOST_LINES, MOST_EVENTS, MOST_MESSAGES = 40000, 1000, 1000, 5000, 100000
+#: At most this many commands, messages of each other topic, commands that are not finite, lines of
+#: the log, and events are recorded. A longer line is cut, a longer message is not recorded.
+MOST_COMMANDS, MOST_MESSAGES, MOST_NOT_FINITE, MOST_LINES, MOST_EVENTS = (
+    40000, 100000, 1000, 1000, 5000)
 LINE_LENGTH, MOST_BYTES = 300, 10000
-#: Equal commands that come sooner after each other than this are one [s].
+#: A command is not recorded if it equals the last one, which came less than this before [s].
 SAME_COMMAND = 0.04
-#: At most this many characters of an output are recorded in a second, the last ones; a tenth of it
-#: if the bag is full.
+#: At most this many characters of the output are recorded in a second, a tenth of them if the bag
+#: is full. The first ones are left out.
 PRINTED_A_SECOND = 20000
-#: A bag is full from this size on [bytes]. Then only the judged topics are recorded.
+#: A bag of this size is full [bytes]. Then only the judged topics are recorded.
 FULL, JUDGED = 3 * 10 ** 6, {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
-#: A recording that is cut off loses at most so many bytes, before they are packed.
+#: A recording that is cut off loses at most this part, before compression [bytes].
 CHUNK = 2 ** 17
 #: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
 #: REST_TIME [s].
@@ -59,7 +60,7 @@ REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
 
 
 class Recording:
-    """A bag that is written while messages come."""
+    """A bag, and the thread that writes it."""
 
     def __init__(self, path):
         self._bag = rosbag.Bag(
@@ -71,9 +72,9 @@ class Recording:
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message, or the bytes of one as (type, bytes, checksum, class). Returns its
-        time [s]: `at`, or the present one, which is later than that of the last event."""
-        with self._guard:       # events have an order, also within a microsecond
+        """Record a message, or a serialized message as (type, bytes, checksum, class). Returns its
+        time [s]: `at`, by default the present time. Two present times are never equal."""
+        with self._guard:
             if at is None:
                 at = self._last = max(ros_time(), self._last + 1e-6)
             if self.problem is None:
@@ -81,18 +82,18 @@ class Recording:
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, one of the first MOST_EVENTS; returns its time [s]. Of a
-        text at most LONGEST characters are recorded."""
+        """Record an event of the trial, and return its time [s]. A text is cut after LONGEST
+        characters."""
         self._events += 1
-        if self._events > MOST_EVENTS:      # a node may do something for ever
+        if self._events > MOST_EVENTS:      # a node may cause events for ever
             return ros_time()
         short = {name: fact[:LONGEST] if isinstance(fact, str) else fact
                  for name, fact in facts.items()}
         return self.add(EVENTS, String(json.dumps(dict(short, kind=kind))), at)
 
     def close(self):
-        """Write what is left, and close the bag. If it could not be written, it is removed, since a
-        part of it would cost the node points; `problem` says why."""
+        """Write the waiting messages, and close the bag. A bag that cannot be written is removed,
+        since a part of a trial would cost the node points; then `problem` is the reason."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -111,16 +112,16 @@ class Recording:
 
 
 class NodeOutput:
-    """The output of one run of the node on its way into the bag."""
+    """Records the output of one run of the node, at most PRINTED_A_SECOND."""
 
     def __init__(self, recording):
         self._recording, self._guard = recording, threading.Lock()
         self._text, self._left_out, self._lines, self._free_at = '', 0, 0, 0.0
-        #: The last of what was printed since the latest `flush`.
+        #: The end of the output since the last `flush`.
         self.last = ''
 
     def add(self, text):
-        """Take in what was printed; more than PRINTED_A_SECOND waits, and may be left out."""
+        """Record a part of the output, now or later."""
         with self._guard:
             self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
@@ -152,7 +153,7 @@ class NodeOutput:
 
 
 class Recorder:
-    """Records the robot and the node, and knows what both did last.
+    """Records the topics of the robot and the node, and answers what both did last.
 
     Times are in seconds of ROS. RuntimeError if the robot does not run.
     """
@@ -189,7 +190,7 @@ class Recorder:
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
     def _is_within(self, what, most):
-        """Count one of `what`. Are there at most so many?"""
+        """Count one of `what`. Is the number at most `most`?"""
         self._number[what] = self._number.get(what, 0) + 1
         return self._number[what] <= most
 
@@ -199,7 +200,7 @@ class Recorder:
         if connection_of(message)['process'] == rospy.get_node_uri():
             return      # the marker's own
         if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
-            if self._is_within('odd commands', MOST_ODD):
+            if self._is_within(NOT_FINITE, MOST_NOT_FINITE):
                 self.recording.event('odd', text='{:g} m/s and {:g} rad/s'.format(*entry[1:]))
             return
         with self._lock:
@@ -226,8 +227,8 @@ class Recorder:
                 name=line.name[:LINE_LENGTH], msg=line.msg[:LINE_LENGTH]), self.now)
 
     def finish(self):
-        """Record how many messages were left out."""
-        for what, most in (('commands', MOST_COMMANDS), ('odd commands', MOST_ODD)):
+        """Record how many messages were not recorded."""
+        for what, most in (('commands', MOST_COMMANDS), (NOT_FINITE, MOST_NOT_FINITE)):
             if self._number.get(what, 0) > most:
                 self.recording.event('left out', what=f'{what} after the first {most}',
                                      number=self._number[what] - most)
@@ -239,13 +240,13 @@ class Recorder:
 
     @property
     def pose(self):
-        """The robot's true pose, a Pose2; its yaw is continuous."""
+        """The robot's true pose, a Pose2 with continuous yaw."""
         with self._lock:
             return Pose2(*self._truth[-1][1:])
 
     @property
     def heading_deg(self):
-        """The robot's true heading [deg], continuous."""
+        """The robot's true heading, continuous [deg]."""
         return math.degrees(self.pose.yaw)
 
     def commands_since(self, begin):
@@ -258,12 +259,13 @@ class Recorder:
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def rests(self, without_command=0.0):
-        """Has it rested for REST_TIME, without a command to move for `without_command` [s]?"""
+        """Has the robot rested for REST_TIME, without a command to move for `without_command` [s]?
+        """
         if without_command and self.moves(self.now - without_command):
             return False
         with self._lock:
             recent = np.array(self._truth[bisect_left(self._truth, [self.now - REST_TIME]):])
-        if len(recent) < 5:     # too few to tell
+        if len(recent) < 5:     # the robot has just started
             return False
         _, x, y, yaw = (recent - recent[0]).T
         return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)

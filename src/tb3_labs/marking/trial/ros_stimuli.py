@@ -1,4 +1,4 @@
-"""The robot of a trial, moved by the marker, and its mouse or gamepad, played by the marker."""
+"""The marker's hands: it moves the robot of a trial, and plays a mouse or a gamepad."""
 import math
 import threading
 import time
@@ -17,21 +17,21 @@ from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.node import guarded
 
-#: The robot's settings that make a sensor silent.
+#: The settings of the robot that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot rests within this time after its last command [s].
 RESTS = 2.0
-#: A movement has lasted this long before something happens to it [s].
+#: A movement has lasted for this time before a stimulus interrupts it [s].
 WELL_UNDER_WAY = 0.5
-#: The output and the messages of a node arrive within this time [s].
+#: A node's output and messages arrive within this time [s].
 UNDER_WAY = 0.3
 
 
 class Robot:
-    """The simulated robot: the marker drives it, and changes its settings.
+    """Drives the simulated robot, and changes its settings.
 
-    The commands of the marker are not recorded as the node's. Changes of settings that the marker
-    did not make are recorded, and set back.
+    Each movement is recorded as the marker's. A setting that another program changes is recorded,
+    and set back.
     """
 
     def __init__(self, recorder):
@@ -41,8 +41,8 @@ class Robot:
         rospy.Subscriber(f'/{ROBOT}/parameter_updates', Values, guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Move the robot by ``command()``, (linear, angular), until this is None, for `seconds` [s]
-        at most. The last command is zero, also after an interruption."""
+        """Send the speeds ``command()``, (linear, angular), until ``command()`` is None, and for
+        `seconds` [s] at most. Then send zero, also after an exception."""
         begin = time.monotonic()
         try:
             for speeds in iter(command, None):
@@ -55,8 +55,8 @@ class Robot:
             self._recorder.recording.event('own move', seconds=time.monotonic() - begin)
 
     def face(self, heading_deg):
-        """Turn the robot the short way to a heading [deg], in at most 8 s. Does it rest
-        afterwards?"""
+        """Turn the robot the short way to a heading [deg], in at most 8 s. Returns False if the
+        robot does not rest then."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
             speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s], by the error in [rad]
@@ -65,7 +65,7 @@ class Robot:
         return wait_until(self._recorder.rests, RESTS)
 
     def leave_origin(self):
-        """Drive the robot forward: at the odometry's origin many a wrong frame looks right."""
+        """Drive the robot away from the odometry's origin, where wrong frames may look right."""
         self._move(lambda: (0.2, 0.0), 2.5)     # 0.2 m/s for 2.5 s
 
     def change(self, **settings):
@@ -81,20 +81,20 @@ class Robot:
         for finding in findings:
             self._recorder.recording.event('finding', text=finding)
         if findings:
-            with suppress(rospy.ServiceException):      # the robot is gone: its truth ends
+            with suppress(rospy.ServiceException):      # the robot has ended, which is recorded
                 self._service(encode_config(self._settings))
 
 
 def changed(before, now):
-    """The findings on changed settings of the robot."""
+    """Returns sentences on the settings of the robot that changed."""
     return ['A setting of the robot was changed: {} from {} to {}.'.format(
         name, before.get(name, 'none'), now.get(name, 'none'))
         for name in sorted(set(before) | set(now)) if before.get(name) != now.get(name)]
 
 
 class Repeater:
-    """Repeats the latest message on a topic, as the driver of a mouse or a gamepad does; until the
-    end of a ``with`` statement."""
+    """Repeats a message on a topic, as the driver of a mouse or a gamepad does, until the end of a
+    ``with`` block."""
 
     def __init__(self, topic, kind):
         self._message, self._closed = None, False
@@ -108,21 +108,21 @@ class Repeater:
         self._message, self._closed = None, True
 
     def hold(self, message):
-        """Send this message from now on. None: send nothing, like a device that is unplugged."""
+        """Send this message from now on, or with None no message, as an unplugged device."""
         self._message = message
         self._send_held()
 
     def wait_for_subscriber(self):
-        """Wait until a node is connected and has heard the message that is held.
+        """Wait until a node is connected, and has got the held message for 0.45 s.
 
-        A node may ignore a new pad that has not been at rest for a moment (this package's gamepad:
-        0.3 s).
+        A node may ignore a new pad until it has been at rest for a moment, this package's gamepad
+        for 0.3 s.
         """
         wait_until(self._publisher.get_num_connections, 1.0)
         time.sleep(0.45)
 
     def send(self, message):
-        """Publish a message; a subclass may stamp it before."""
+        """Publish a message. A subclass may stamp the message before."""
         self._publisher.publish(message)
 
     def _send_held(self):
@@ -133,4 +133,4 @@ class Repeater:
     def _repeat(self):
         while not (self._closed or rospy.is_shutdown()):
             self._send_held()
-            time.sleep(0.05)    # 20 messages in a second
+            time.sleep(0.05)

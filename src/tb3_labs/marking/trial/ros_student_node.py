@@ -1,9 +1,7 @@
-"""A student's node: its process, which is started, typed to and ended, and its place on the graph.
+"""A student's node: its process, and its topics and services on the ROS graph.
 
-Each run of the process is recorded: its start, its output, its place on the graph, its end.
-
-This file assumes only that the node meets the requirements of a handout. Every wait here ends,
-whatever the node does.
+Each run of the process is recorded: its start, output, topics and end. The node may do anything:
+each wait here has a limit.
 """
 import os
 import signal
@@ -26,11 +24,11 @@ from tb3_labs.marking.intake.sandbox import OWN_FOLDERS, Launch
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 
-#: Roles that a node can have at a topic or a service: the place in the master's system state.
+#: The roles of a node at a topic or a service, as indices of the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
-#: Topics of each node, and of each that has settings.
-OF_EACH = {'/rosout', '/clock', '/' + VARIABLES}
-#: If a signal ended its program, the exit status of a sandbox is this plus the signal's number.
+#: Topics that say nothing about a node.
+IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
+#: If signal N ended the program of a sandbox, the exit status of the sandbox is this plus N.
 BY_SIGNAL = 128
 
 
@@ -38,14 +36,14 @@ class StudentNode:
     """Runs one process of a node at a time, and records its runs."""
 
     def __init__(self, node, sensors, recording):
-        """`node`: package/file; `sensors`: topics that it needs, the first of them before it is
-        ready; `recording`: the Recording of the trial."""
+        """`node` is package/file. `sensors` are the topics that it needs; a node that subscribes to
+        the first one is ready. `recording` is the Recording of the trial."""
         self._sensors, self._recording, self._launch = sensors, recording, Launch.from_environment()
         self._needed = []
         self._what = [self._launch.program] if self._launch.program else [
             'rosrun', *node.split('/', 1)]
         self._process = self._watch = self._output = None
-        #: Was a run ready? None before the first one.
+        #: Was any run ready? None before the first run.
         self._was_ready, self._interrupted = None, False
         self.graph = Graph(Types(self._launch.types))
 
@@ -58,14 +56,12 @@ class StudentNode:
     def status(self):
         """The exit status of the process; None while it runs, -N if signal N ended it."""
         status = self._process.status
-        # if a signal ended its program, a sandbox's status is 128 plus the signal, as a shell's
         isolated = self._launch.isolated and status is not None and status > BY_SIGNAL
         return BY_SIGNAL - status if isolated else status
 
     def start(self, *arguments, listens=()):
-        """Start the node again. ``NotTried`` if the node is not ready in time.
-
-        If its first run was never ready, the node is not started again.
+        """Start the node, after the end of its last run. ``NotTried`` if the node is not ready in
+        time, or was not ready in its first run.
         """
         needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
         self.stop()
@@ -76,7 +72,7 @@ class StudentNode:
         self._recording.event('start', needed=needed[0].strip('/'))
         self._output = NodeOutput(self._recording)
         environment = dict(self._launch.environment or watched(os.environ))
-        environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # each has its own
+        environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # of this trial
         self._process = Program([*self._launch.prefix, *self._what, *arguments], environment,
                                 self._output.add)
         if self._launch.program:        # of a submission
@@ -92,7 +88,7 @@ class StudentNode:
     def _is_ready_in_time(self, needed, known):
         new, since = {}, time.monotonic()
 
-        def is_ready():     # it listens to its topic, and has registered nothing new for 0.5 s
+        def is_ready():     # it subscribes to its topic, and has registered nothing new for 0.5 s
             nonlocal new, since
             present = {name: registered for name, registered in self.graph.nodes().items()
                        if name not in known}
@@ -100,20 +96,19 @@ class StudentNode:
                 new, since = present, time.monotonic()
             return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
                 time.monotonic() - since >= 0.5)
-        # a busy computer, with several processes that wait for each processor, is slower
-        waiting = os.getloadavg()[0] / (os.cpu_count() or 1)
-        ready = wait_until(lambda: not self.alive or is_ready(),
-                           START_TIME * min(4.0, max(1.0, waiting)), 0.1)
+        # a busy computer is slower: the factor is the load of each processor
+        factor = min(4.0, max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
+        ready = wait_until(lambda: not self.alive or is_ready(), START_TIME * factor, 0.1)
         self.graph.names = set(new)
         self._recording.event('run', nodes=sorted(new), unheard=self.graph.unheard(
             needed) if self.alive else [])
         return ready and self.alive
 
     def stop(self):
-        """End the node, whatever it does."""
+        """End the node, by SIGKILL if needed."""
         if self._process is None:
             return
-        self.interrupt(2.0)     # then it is killed
+        self.interrupt(2.0)
         self._process.kill()
         if self._watch is not None:
             self._watch.over.set()
@@ -133,12 +128,12 @@ class StudentNode:
 
     def type(self, line):
         """Type a line, and Enter."""
-        with suppress(OSError):     # the node has ended, which is recorded
+        with suppress(OSError):     # the node has ended
             self._process.type(line)
 
     @property
     def printed(self):
-        """The last output since it was recorded by `flush`, as when a stimulus begins."""
+        """The output since the last `flush`, such as since the begin of a stimulus."""
         return self._output.last
 
     def flush(self):
@@ -147,8 +142,7 @@ class StudentNode:
             self._output.flush()
 
     def note(self):
-        """Record the output so far, and what has changed: the process's place on the graph, or its
-        end."""
+        """Record the output so far, and the node's topics, or its end."""
         if self._process is None:
             return
         self._output.flush()
@@ -162,17 +156,17 @@ class StudentNode:
 
 
 class Graph:
-    """Asks the master which nodes run, and whether the student's node does."""
+    """Asks the master for the nodes, topics and services."""
 
     def __init__(self, types):
-        """`types`: the Types of the node's messages and services."""
+        """`types` are the Types of the node's messages and services."""
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
-        #: The names of the student's node; its process may be several nodes, or rename itself.
+        #: The names of the student's node, whose process may have several nodes.
         self.names = set()
 
     def nodes(self):
-        """Returns name -> {(role, topic or service)} of each node except this one; {} if the
+        """Returns {name: {(role, topic or service)}} of all nodes except the marker; {} if the
         master does not answer."""
         nodes = {}
         with suppress(OSError, rosgraph.MasterException):
@@ -184,32 +178,33 @@ class Graph:
         return nodes
 
     def of_node(self, role):
-        """The names of the topics or services at which the student's node has this role.
+        """Returns the topics or services at which the student's node has this role.
 
-        An error if the master does not answer: the node must not lose points for that.
+        Raises an error if the master does not answer, so that the node loses no points.
         """
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
 
     def unheard(self, needed):
-        """If the student's node does not listen to all topics that it needs: the topics without a
-        publisher to which it listens; else []."""
+        """Returns the topics without a publisher to which the student's node subscribes, if it
+        lacks a topic that it needs; else []."""
         listens = self.of_node(LISTENS)
         published = {topic for registered in self.nodes().values()
                      for role, topic in registered if role == PUBLISHES}
-        offered = set(map(rospy.resolve_name, (MOUSE_INFO, JOY, CTRL_RELINQ)))  # if it listens
+        offered = set(map(rospy.resolve_name, (MOUSE_INFO, JOY, CTRL_RELINQ)))
         return [] if listens.issuperset(needed) else sorted(listens - published - offered)
 
     def topics(self):
-        """The topics to which the student's node listens, and {topic: type} of those that it
-        publishes; without the topics that each node has."""
+        """Returns the subscribed topics of the student's node, and {topic: type} of its published
+        topics, without IGNORED_TOPICS."""
         kinds = dict(self._master.getTopicTypes())
-        return [sorted(self.of_node(LISTENS) - OF_EACH), {
-            topic: kinds.get(topic, '') for topic in sorted(self.of_node(PUBLISHES) - OF_EACH)}]
+        listens, publishes = (sorted(self.of_node(role) - IGNORED_TOPICS)
+                              for role in (LISTENS, PUBLISHES))
+        return listens, {topic: kinds.get(topic, '') for topic in publishes}
 
     def unconnected(self, needed):
-        """The topics among `needed` to which the student's node listens, though the robot has no
-        connection to it: they disagree on the type."""
+        """Returns the topics of `needed` to which the student's node subscribes without a
+        connection to the robot: the types differ."""
         connected = set()
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT))
@@ -220,12 +215,12 @@ class Graph:
             (name, topic) in connected for name in self.names)]
 
     def kind_of(self, topic):
-        """The message class that the node uses on `topic`; None if it is not known."""
+        """Returns the message class of a topic; None if it is not known."""
         kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
         return self.types.message(kind) if kind else None
 
     def service(self, name):
-        """The class of a service that is offered; None if its type is not known."""
+        """Returns the class of an offered service; None if its type is not known."""
         try:
             kind = rosservice.get_service_type(name)
         except (rosservice.ROSServiceException, OSError):
@@ -233,7 +228,7 @@ class Graph:
         return self.types.service(kind) if kind else None
 
     def forget(self):
-        """Remove the node from the master: a node that was killed stays registered."""
+        """Unregister the node at the master; a killed node does not do it itself."""
         left = [name for name in self.names if name in self.nodes()]
         if left:
             rosnode.cleanup_master_blacklist(self._master, left)

@@ -1,7 +1,7 @@
 """The trial of a node: one robot, one node, and the recording of both.
 
-The script of a lab's part acts on `node` and `robot` within a :meth:`Trial.stimulus`, and looks at
-`recorder`.
+Each part of a lab has a script, which acts on the `node` and the `robot` of a Trial within a
+:meth:`Trial.stimulus`, and waits for what the `recorder` gets.
 """
 import os
 import time
@@ -26,9 +26,9 @@ from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, WELL_UNDER_WAY, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 
-#: A node's file lies in so many folders of its package, at most.
+#: A node's file lies at most this deep in its package.
 DEPTH = 4
-#: lab -> part -> its script, given a Trial
+#: lab -> part -> script, a function of a Trial
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
 
@@ -37,8 +37,8 @@ class Trial:
     """One robot, one node, and the recording of both."""
 
     def __init__(self, lab, package, executable, path, option, print_line):
-        """`path`: of the bag; `option`: the value of the lab's option. ``print_line(words)`` is
-        called with the present step."""
+        """`path` is that of the bag, `option` the value of the lab's option. ``print_line(words)``
+        is called with the present step."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
@@ -49,8 +49,8 @@ class Trial:
 
     @contextmanager
     def stimulus(self, name, facts=None):
-        """Record the node's behaviour within the ``with`` block as the stimulus `name`, with these
-        `facts`, and those that the block adds."""
+        """Record a ``with`` block as the stimulus `name`, with these `facts` and the facts that the
+        block adds."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
         record = SimpleNamespace(begin=self.recording.event('begin', name=name),
@@ -67,8 +67,8 @@ class Trial:
 
     @lru_cache(maxsize=None)
     def text(self, *packages):
-        """What the text of the submission shows, or of these packages; see source_analysis. The
-        mouse client of the node's own package comes first."""
+        """Returns what source_analysis finds in the text of the submission, or of these packages.
+        A mouse client in the node's own package is preferred."""
         known = rospkg.RosPack()
         own, *others = [
             [known.get_path(name)] if name != OWN_PACKAGE and name in known.list() else []
@@ -78,8 +78,8 @@ class Trial:
         return dict(found, up=text_of(own)['up'] or found['up'])
 
     def read(self):
-        """Record what the text of the node's file shows, before it runs; see lint. A file whose
-        name its package has twice is not known."""
+        """Record what lint finds in the node's file, unless the package has two files of this
+        name."""
         package, name = self._name.split('/')
         text = Launch.from_environment().text
         files = {Path(text)} if text else {
@@ -91,7 +91,8 @@ class Trial:
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
-        """End the part by ``NotOffered``: the node does not offer what these stimuli need."""
+        """End the part by ``NotOffered``, since the node lacks a topic or service for the stimuli
+        `names`."""
         self.recording.event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
@@ -103,7 +104,7 @@ class Trial:
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
-        """Call `act()`. Does the node command a movement within `seconds` [s]?"""
+        """Call `act()`. Returns whether the node commands a movement within `seconds` [s]."""
         begun = self.recorder.now
         act()
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
@@ -111,8 +112,8 @@ class Trial:
 
     def motion(self, name, act, reaction, quiet, seconds, facts=(), is_astray=lambda: False):
         """Record a motion as the stimulus `name`: `act()` should make the node move the robot
-        within `reaction` [s]. It is over if the robot rests without a command for `quiet` [s], or
-        is astray, and after `seconds` [s] at the latest."""
+        within `reaction` [s]. The motion ends when the robot rests without a command to move for
+        `quiet` [s], when `is_astray()`, and after `seconds` [s] at the latest."""
         with self.stimulus(name, facts) as record:
             record.facts[MOVED] = self.moves_after(act, reaction)
             if record.facts[MOVED]:
@@ -121,11 +122,11 @@ class Trial:
             record.facts[RESTED] = self.recorder.rests(quiet)
 
     def set_in_motion(self, is_ready, act, reaction):
-        """Have the node move the robot. Returns True in the middle of the motion, False if the
-        node does not move the robot.
+        """Make the node move the robot. Returns True in the middle of the motion, False if the node
+        does not move the robot.
 
-        `is_ready()`: does the node run, and wait? If not, it is started. `act()` should make it
-        move within `reaction` [s].
+        The node is started unless `is_ready()`. `act()` should make the node move the robot within
+        `reaction` [s].
         """
         for _ in range(2):
             if not is_ready():
@@ -133,29 +134,31 @@ class Trial:
             if self.moves_after(act, reaction):
                 time.sleep(WELL_UNDER_WAY)
                 return self.node.alive
-            self.node.stop()        # an earlier stimulus may have upset it: start it again
+            self.node.stop()        # an earlier stimulus may have upset it
         self.node.start()
         return False
 
     def falls_silent(self, name, was_moving, silence):
-        """Record the stimulus of a sensor or an input; `silence()` ends its messages."""
+        """Record the stimulus `name`, in which `silence()` ends the messages of a device."""
         self.watch(name, LOST_AFTER + 0.5, silence, {WAS_MOVING: was_moving})
 
     def sensor_falls_silent(self, name, was_moving, switch):
-        """Record the stimulus of a silent sensor; the robot's setting `switch` makes it silent."""
+        """Record the stimulus `name`, in which the robot's setting `switch` makes a sensor silent.
+        """
         self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
         self.robot.change(**{switch: False})
 
     def set_slip(self, share):
-        """From now on the wheels lose this share of their travel. A node may take a sudden change
-        for a fault of its sensors: it is ended before."""
+        """Let the wheels lose this share of their travel. Before a change the node is ended, since
+        it may take the change for a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change(slip=share)
             self._slip = share
 
     def ctrl_c_in_motion(self, set_in_motion):
-        """Send Ctrl+C while the node moves the robot; again if the node sends no zero velocity.
+        """Send Ctrl+C while the node moves the robot, up to three times, until the node sends a
+        zero velocity.
 
         `set_in_motion()` returns what :meth:`set_in_motion` returns.
         """
@@ -167,10 +170,10 @@ class Trial:
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
-        """Send Ctrl+C and wait; afterwards the node has ended in any case."""
+        """Record Ctrl+C as the stimulus `name`, and end the node in any case."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
             ended = self.node.interrupt(ENDING)
-            if not (ended or was_moving):   # Python 3.13 ends when input() does, which awaits Enter
+            if not (ended or was_moving):   # in Python 3.13 input() first waits for Enter
                 self.node.type('')
                 ended = wait_until(lambda: not self.node.alive, AT_ONCE)
             record.facts[TOOK] = self.recorder.now - record.begin if ended else None
@@ -180,7 +183,8 @@ class Trial:
 
 
 def end_with_the_marker(recording):
-    """A marker that was shut down hears nothing, and would observe wrongly: it ends at once."""
+    """End this process at once when ROS shuts it down: it would get no message any more, and record
+    a wrong behaviour of the node."""
     def on_shutdown():
         if not recording.is_closed:
             recording.event('finding', text='The marker was ended while the node ran.')
@@ -189,10 +193,10 @@ def end_with_the_marker(recording):
     rospy.on_shutdown(on_shutdown)
 
 
-def try_out(lab, package, executable, parts, path, option, print_line):
-    """Start a node, try `parts` of its lab, [] for all of them, and record it.
+def record_trial(lab, package, executable, parts, path, option, print_line):
+    """Try a node in `parts` of a lab, [] for all parts, and write the bag of the trial.
 
-    Trial explains the other arguments.
+    Trial has the other arguments.
     """
     trial = Trial(lab, package, executable, path, option, print_line)
     end_with_the_marker(trial.recording)

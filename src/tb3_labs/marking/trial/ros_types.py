@@ -1,8 +1,8 @@
-"""The classes of a student's messages and services, without a line of their code.
+"""Classes for a student's messages and services, which run none of the student's code.
 
-Importing a student's modules would run the student's code in the marker. Code that is generated
-from a student's messages may do so too. Therefore a sandbox makes an example of each type, as bytes
-(see message_examples.py). Here a few fields of it are replaced, and nothing is read from it.
+An import of a student's modules, also of generated ones, would run the student's code in the
+marker. Therefore a sandbox makes an example of each type, as bytes (see message_examples.py). This
+module replaces a few fields of an example, and reads no field.
 """
 import importlib
 import struct
@@ -14,32 +14,33 @@ import genpy
 from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.names import is_name
 
-#: The packages of the services that the handout, its skeletons and the sheets call. A service of a
-#: student with the checksum of one of these is the same.
+#: The packages of the services that the handout, the skeletons and the sheets call. A student's
+#: service with the same checksum is the same service.
 KNOWN_SERVICES = 'tb3_labs', 'std_srvs'
 
 
 class Types:
-    """Knows the types that this process can import, or of which a sandbox made examples."""
+    """The types that this process can import, and the types of which a sandbox made examples."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described`: the answer of workspace.build; None: the student defined no types."""
+        """`described` is the answer of workspace.build; None if the student defined no types."""
         described = described or {'msg': {}, 'srv': {}}
         self._messages, self._services = described['msg'], described['srv']
 
     def message(self, kind: str) -> Any:
-        """The class of a message type ('lab2/MouseController'), an Example; None if unknown."""
+        """Returns a class of Examples for a message type, such as 'lab2/MouseController'; None if
+        the type is unknown."""
         known = _imported(kind, 'msg')
         example = example_of(known) if known else self._messages.get(kind)
         return example and _example(kind, example['sum'], example['data'], example['fields'])
 
     def service(self, kind: str) -> Any:
-        """The class of a service type; None if it is unknown."""
+        """Returns the class of a service type; None if the type is unknown."""
         example = self._services.get(kind)
         return _imported(kind, 'srv') or example and self.by_sum().get(example['sum'])
 
     def by_sum(self) -> Dict[str, Any]:
-        """Returns checksum -> class of all known services."""
+        """Returns {checksum: class} of all known services."""
         found = {example['sum']: SimpleNamespace(
             _type=kind, _md5sum=example['sum'],
             _request_class=_example(kind, example['sum'], example['request']),
@@ -52,15 +53,15 @@ class Types:
 
 
 class Example(genpy.Message):
-    """A message as bytes: at first the bytes of the example of its type."""
+    """A message as bytes, at first those of the example of its type."""
 
-    fields: List[List[Any]] = []    # name, type and place of each
+    fields: List[List[Any]] = []    # name, type and place of each field
 
     def __init__(self) -> None:
         self._data = bytearray(self._example)
 
     def put(self, name: str, *value: Any) -> None:
-        """Replace the value of a field whose type is in FIELD_FORMATS; of a header the stamp."""
+        """Replace the value of a field, or the stamp of a header. Its type is in FIELD_FORMATS."""
         of, place = {field: rest for field, *rest in self.fields}[name]
         struct.pack_into(FIELD_FORMATS[of], self._data, place, *value)
 
@@ -69,7 +70,7 @@ class Example(genpy.Message):
         buff.write(self._data)
 
     def deserialize(self, data: bytes) -> 'Example':
-        """Nothing is read: the message stays the example."""
+        """Return the message as it is; genpy calls this."""
         return self
 
 

@@ -1,7 +1,7 @@
 """All that `controller` decides: turns, the mouse, and the driver; see :mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`at`); radians, m/s; turns are asked for in degrees.
+back (`at`); radians, m/s; turns are requested in degrees.
 """
 import math
 from typing import Optional
@@ -19,11 +19,11 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: A robot that turns faster than this without commands from here is driven by another node [rad/s].
+#: A robot that turns faster than this without a command of this node is driven by another [rad/s].
 DRIVEN_RATE = 0.1
-#: Time between two lines about turns of other nodes that are refused [s].
+#: Least time between two lines about refused turns [s].
 REFUSAL_PERIOD = 1.0
-#: A turn is judged when the robot turns slower than this [rad/s].
+#: The result of a turn is logged when the robot turns slower than this [rad/s].
 JUDGING_RATE = 0.01
 
 
@@ -39,13 +39,13 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[ActiveTurn] = None       # driven, or to be judged at rest
+        self._turn: Optional[ActiveTurn] = None       # until its result is logged
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last line about a refused turn
-        self._mouse_is_new = False               # True: a command is due
-        self._mouse_logged = False               # has its user had the line on a lost mouse?
+        self._mouse_is_due = False               # is a command of the mouse due?
+        self._mouse_logged = False               # was the loss of the mouse logged?
         self._log = LogQueue()
 
     # -- what comes in
@@ -73,59 +73,60 @@ class ControllerCore:
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
         self._update(message.at)
-        was_active, active = self.mouse.active, message.what.active
+        was_active, active = self.mouse.active, message.content.active
         deactivated = self.mouse.received(message)
         if self.mouse.active:
             if not was_active:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
-            self._mouse_is_new = True
+            self._mouse_is_due = True
             self._handle(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
                          else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
             self._mouse_logged = active
-            self._released('messages of the mouse are late: move it to the middle of the screen to '
-                           'use it again' if active else 'the mouse was deactivated')
+            reason = 'the mouse was deactivated'
+            if active:
+                reason = ('messages of the mouse are late: move it to the middle of the screen to '
+                          'use it again')
+            self._release_mouse(reason)
         elif active and not self._mouse_logged:
             self._mouse_logged = True
             self._log.add('The mouse was active before: move it to the middle of the screen to '
                           'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg], as another node asks, see :meth:`ask`; but not if the node only
-        repeats a request from before its connection, or before a stop."""
+        """Turn by the angle [deg] that another node requests, unless it only repeats a request from
+        before its connection, or before a stop."""
         self._update(turn.at)
-        doubts = self._repetitions.count(turn, self._sleep.is_waking)
+        doubts = self._repetitions.count_doubts(turn, self._sleep.is_waking)
         if not doubts:
-            self._try(turn, now)
+            self._request_or_log(turn, now)
         elif doubts == 1:
             self._log.add(f'A turn of {turn.sender} only repeats an earlier one, and does not '
                           f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg] that a person typed here: it is never doubted."""
+        """Turn by an angle [deg] that a person typed: this request is never doubtful."""
         self._update(turn.at)
         self._refused_at = -math.inf
-        self._try(turn, now)
+        self._request_or_log(turn, now)
 
-    def _try(self, turn: 'Event[float]', now: float) -> None:
-        """A refusal is one line; a node that repeats itself gets one line a second."""
+    def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
+        """Request a turn, and log its refusal, at most once a second."""
         try:
-            self.ask(turn.what, now)
+            self.request_turn(turn.content, now)
         except ValueError as refusal:
             if turn.at - self._refused_at >= REFUSAL_PERIOD:
                 self._refused_at = turn.at
                 self._log.add(str(refusal), warning=True)
 
-    def ask(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive; ``ValueError`` with the reason of a refusal.
-
-        During a turn its goal moves by `degrees`.
-        """
+    def request_turn(self, degrees: float, now: float) -> None:
+        """Turn by `degrees`, left positive. During a turn this moves its goal. Raises
+        ``ValueError`` with the reason of a refusal."""
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN else None
-        whole = angle if extended is None else extended.left(self._yaw) + angle
-        self._check(whole, now)
+        whole = angle if extended is None else extended.remaining(self._yaw) + angle
+        self._check_turn(whole, now)
         if extended is None:
             self._begin_turn(angle, now)
         else:
@@ -146,11 +147,11 @@ class ControllerCore:
         if self._sleep.slept_for or silence:
             self.mouse.lose(at)
         if was_active and not self.mouse.active:
-            self._mouse_is_new = self._mouse_logged = True
-            self._released(silence + ': move it to the middle of the screen to use it again')
+            self._mouse_is_due = self._mouse_logged = True
+            self._release_mouse(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: PreciseTurn) -> None:
-        """Turn by another law from now on; a present turn goes on to the same goal."""
+        """Turn by another law from now on; a present turn keeps its goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
@@ -162,7 +163,7 @@ class ControllerCore:
     def tick(self, now: float, at: float) -> Output:
         """Look at both clocks, and decide."""
         self._update(at)
-        is_due = self._mouse_is_new or self.driver is Driver.TURN and (
+        is_due = self._mouse_is_due or self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
         command = (self._command(now) or Twist2()) if is_due else None
         has_changed, self._last_driver = self.driver is not self._last_driver, self.driver
@@ -170,18 +171,18 @@ class ControllerCore:
                       self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:
-        """The problem of the IMU; '' if there is none."""
+        """Returns the problem of the IMU; '' if there is none."""
         return self._sensors.problem(now) or self._gyro.problem()
 
     def idle_for(self, now: float) -> float:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
     def _command(self, now: float) -> Optional[Twist2]:
-        self._mouse_is_new = False
+        self._mouse_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
-            return self._turn_on(now)
+            return self._turn_step(now)
         return None
 
     # -- turns
@@ -191,7 +192,7 @@ class ControllerCore:
         assert self._heading.yaw is not None    # no turn begins before the IMU is fresh
         return self._heading.yaw
 
-    def _check(self, angle: float, now: float) -> None:
+    def _check_turn(self, angle: float, now: float) -> None:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
         if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
             most = round(math.degrees(self._law.MAX_ANGLE))
@@ -217,8 +218,8 @@ class ControllerCore:
         self._start_law(self._turn)
 
     def _start_law(self, turn: ActiveTurn) -> None:
-        """Begin the turn, or go on after a stop, from the present heading."""
-        self._law.start(self._yaw, turn.left(self._yaw))
+        """Begin the turn, or continue it after a stop, at the present heading."""
+        self._law.start(self._yaw, turn.remaining(self._yaw))
         self._pace.pause()
 
     def _sensors_allow(self, now: float) -> bool:
@@ -233,12 +234,12 @@ class ControllerCore:
             self._log.add('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)
-        elif self._sensors.status is SensorStatus.LATE:
+        elif self._sensors.status is SensorStatus.TIMED_OUT:
             reason = self._sensors.hold_reason or 'the IMU was silent'
             self._handle(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
-    def _turn_on(self, now: float) -> Optional[Twist2]:
+    def _turn_step(self, now: float) -> Optional[Twist2]:
         turn, heading, imu = self._turn, self._heading, self._timing.imu
         assert turn is not None and imu is not None
         dt = self._pace.step(now)
@@ -250,18 +251,18 @@ class ControllerCore:
                 step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
         if not step.finished and not problem:
             return step.command
-        turn.left_at_end = step.remaining
+        turn.remaining_at_end = step.remaining
         self._handle(DriverEvent.TURN_OVER, problem)
         return None
 
     def _judge_turn(self, turn: ActiveTurn, now: float) -> None:
         self._log.add(turn.result(now))
-        self._carried = turn.left_at_end
+        self._carried = turn.remaining_at_end
         self._turn = None
 
     # -- who drives
 
-    def _released(self, reason: str) -> None:
+    def _release_mouse(self, reason: str) -> None:
         self._log.add(reason[0].upper() + reason[1:])
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
@@ -274,7 +275,7 @@ class ControllerCore:
             self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
-            left = abs(math.degrees(self._turn.left(self._yaw)))
+            left = abs(math.degrees(self._turn.remaining(self._yaw)))
             self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}', True)
             self._turn = None
             self._carried = 0.0

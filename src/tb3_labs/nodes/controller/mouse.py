@@ -24,7 +24,7 @@ class MouseState(NamedTuple):
 
 
 def to_mouse(message) -> MouseState:
-    """The state in a tb3_labs/MouseController; ``ValueError`` for a position that is not finite."""
+    """Returns the state in a tb3_labs/MouseController; ``ValueError`` if it is not finite."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f'mouse position ({x}, {y}) is not finite')
@@ -36,7 +36,7 @@ class _MouseSource:
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
-        #: Was its last message active? An active mouse repeats itself.
+        #: Did its last message say that it is active? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
         self._back_at = -math.inf    # end of the last silence
@@ -48,10 +48,10 @@ class _MouseSource:
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
         """A message arrived; `rests`: does it ask for zero?"""
-        active, now, stamp = message.what.active, message.at, message.sent_at
+        active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = not self.source.count
         if not (is_first or self.reported_active) and now - self._back_at >= WAKING:
-            self.is_lost = False    # it was inactive until now
+            self.is_lost = False    # it said that it is not active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at, self.is_lost = now, self.is_lost or active
         elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
@@ -69,13 +69,13 @@ class _MouseSource:
 class Mouse:
     """Knows whether a mouse is active, and the velocity that it asks for.
 
-    A mouse is treated as lost at first, when it falls silent while it is active, and when this
-    process slept. It then stays inactive until it is in the middle of the screen, or is
-    deactivated, by a message that is neither delayed nor one of those after a silence. A
+    A mouse is treated as lost at first, when it is active but silent, and when this process slept.
+    It then stays inactive until a message shows that it is in the middle of the screen, or is
+    deactivated. A message that is delayed, or comes soon after a silence, does not show this. A
     deactivation is always a stop.
 
-    Several mice may be connected. If one is lost or deactivated, all others are lost, too: they may
-    have been activated before that. The active mouse that was heard last drives.
+    Several mice may be connected. If one is lost or deactivated, all other mice are lost, too: they
+    may have been activated before that. The active mouse with the latest message drives.
     """
 
     def __init__(self) -> None:
@@ -92,36 +92,38 @@ class Mouse:
     def received(self, message: 'Event[MouseState]') -> bool:
         """A message of a mouse arrived. Returns True if the message deactivates this mouse: this is
         a stop, also by a lost mouse."""
-        (active, x, y), now, sender = message.what, message.at, self._senders[message.sender]
+        (active, x, y), now, sender = message.content, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.reported_active
         self.source.received(now)
         sender.received(message, not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
-            self.lose(now, but=sender)
+            self.lose(now, kept=sender)
         if sender.active:
             self.twist = twist
         return deactivated
 
     def silence(self, now: float) -> str:
-        """'no mouse for 0.3 s' if an active mouse is silent, else ''."""
-        return next((sender.source.silence_with_age(now) for sender in self._senders.values()
-                     if sender.active and not sender.source.is_fresh(now)), '')
-
-    def lose(self, now: float, but: Optional[_MouseSource] = None) -> None:
-        """Every mouse except `but` is lost: an inactive one may have been activated since."""
+        """Returns 'no mouse for 0.3 s' if an active mouse is silent, else ''."""
         for sender in self._senders.values():
-            if sender is not but:
+            if sender.active and not sender.source.is_fresh(now):
+                return sender.source.silence_with_age(now)
+        return ''
+
+    def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
+        """Treat every mouse but `kept` as lost: an inactive one may have been activated since."""
+        for sender in self._senders.values():
+            if sender is not kept:
                 sender.lose(now)
 
 
 def mouse_twist(x: float, y: float) -> Twist2:
-    """The velocity that a mouse at (x, y) asks for.
+    """Returns the velocity that a mouse at (x, y) asks for."""
+    return Twist2(_speed(y), _speed(-x))
 
-    Each direction has its own dead zone, the closed interval +/-MOUSE_DEAD_ZONE. Outside of the
-    zone the velocity is MOUSE_FULL times the position. A position beyond the screen's edge is taken
-    as the edge.
-    """
-    linear, angular = (0.0 if abs(position) <= MOUSE_DEAD_ZONE
-                       else MOUSE_FULL * clamp(position, -1.0, 1.0) for position in (y, -x))
-    return Twist2(linear, angular)
+
+def _speed(position: float) -> float:
+    """Returns 0 in the closed dead zone; else MOUSE_FULL times the position on the screen."""
+    if abs(position) <= MOUSE_DEAD_ZONE:
+        return 0.0
+    return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -1,7 +1,7 @@
 """A turn: its settings, the heading, its request and its result. Its law is
-:class:`tb3_labs.control.approach.PreciseTurn`. Who drives: a turn or the mouse? What only repeats?
+:class:`tb3_labs.control.approach.PreciseTurn`. Also the table of who drives: a turn or the mouse.
 
-Units: radians, counter-clockwise positive. A turn is asked for as an angle, not as a heading: 180
+Units: radians, counter-clockwise positive. A turn is requested as an angle, not a heading: 180
 and -180 are different turns, and 360 is a full turn. The handout's law cannot distinguish them.
 """
 import math
@@ -29,7 +29,7 @@ TURN_KEYS = {LEFT: TURN_DEG, RIGHT: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """The turn for a `text` [deg]: a key, or a number; else ``ValueError``."""
+    """Returns the turn for a `text` [deg]: a key, or a number; else ``ValueError``."""
     try:
         return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:
@@ -51,7 +51,7 @@ class TurnConfig(Config):
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[Response] = None) -> PreciseTurn:
-    """The law of a turn; `response` holds the known delay and lag of this robot."""
+    """Returns the law of a turn; `response` holds the known delay and lag of this robot."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or Response())
 
@@ -69,7 +69,6 @@ class Heading:
         self._steady = Estimate()
 
     def on_imu(self, timed: TimedSample) -> None:
-        """Take in a sample of the IMU."""
         sample = timed.sample
         self.yaw = sample.yaw if self.yaw is None else unwrap(sample.yaw, self.yaw)
         self.rate = sample.yaw_rate
@@ -99,14 +98,12 @@ class ActiveTurn:
     """
 
     def __init__(self, requested: float, yaw: float, carried: float, now: float) -> None:
-        """Turn by `requested` from `yaw`, and by the error that the turn before left
-        (`carried`)."""
+        """Turn by `requested` from `yaw`, and by `carried`, the error of the turn before."""
         self.requested = requested
         self.goal = yaw + carried + requested
         self.stall = StallWatch()
-        #: The remaining angle at the end, which the law computed from many samples: one sample is
-        #: less exact.
-        self.left_at_end = 0.0
+        #: The remaining angle at the end, which the law has computed from many samples.
+        self.remaining_at_end = 0.0
         self._start = yaw
         self._begun_at = now
 
@@ -116,13 +113,13 @@ class ActiveTurn:
         self.goal += angle
         self.stall = StallWatch()
 
-    def left(self, yaw: float) -> float:
-        """The angle from `yaw` to the goal."""
+    def remaining(self, yaw: float) -> float:
+        """Returns the angle from `yaw` to the goal."""
         return self.goal - yaw
 
     def result(self, now: float) -> str:
-        """The result in words, for a robot that rests."""
-        error, whole = self.left_at_end, self.goal - self._start
+        """Returns the result in words, for a robot that rests."""
+        error, whole = self.remaining_at_end, self.goal - self._start
         side = 'short of' if error * self.requested > 0.0 else 'beyond'
         seconds = now - self._begun_at
         text = (f'Turned {math.degrees(whole - error):.2f} degrees in {seconds:.1f} s: '
@@ -148,7 +145,7 @@ class DriverEvent(Enum):
     TURN_REQUESTED = 'turn asked'
     TURN_OVER = 'turn over'
     MOUSE_MOVED = 'mouse moved'           # it is active, and outside its dead zone
-    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn goes on
+    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn continues
     MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
 
 
@@ -167,36 +164,36 @@ NEXT_DRIVER = {
 
 
 class Repetitions:
-    """Finds requests that only repeat a request that was doubtful, or was stopped: the same angle
-    from the same sender, without a pause of `SENDER_PAUSE`."""
+    """Finds requests that only repeat a doubtful request, or a request from before a stop. A
+    repetition is the same angle from the same sender, without a pause of `SENDER_PAUSE`."""
 
     def __init__(self) -> None:
         self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
-    def count(self, event: Event, is_waking: bool = False) -> int:
-        """The number of doubtful requests up to this one; 0 if it is accepted. `is_waking`: the
-        request, and its repetitions, may be older than a sleep of this process."""
+    def count_doubts(self, event: Event, is_waking: bool = False) -> int:
+        """Take in a request. Returns the number of doubtful requests up to this one; 0 if it is
+        accepted. `is_waking`: may the request be older than a sleep of this process?"""
         last = self._requests.get(event.sender)
-        if last is None or last.what != event.what or not last.source.is_fresh(event.at):
-            last = self._requests[event.sender] = _TurnRequest(event.what)
+        if last is None or last.content != event.content or not last.source.is_fresh(event.at):
+            last = self._requests[event.sender] = _TurnRequest(event.content)
         else:
             last.is_repeated = True
         last.source.received(event.at)
         last.is_doubted = last.is_doubted or event.age.is_doubtful
-        last.doubts += last.is_doubted
+        last.doubts += 1 if last.is_doubted else 0
         last.is_doubted = last.is_doubted or is_waking
         return last.doubts
 
     def stop(self) -> None:
-        """A stop: a request that is being repeated, twice or more, is ignored from now on."""
+        """After a stop, ignore each request that was repeated before it."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 
 
 class _TurnRequest:
-    """The last request of one sender, until it changes, or pauses."""
+    """The last request of one sender, until the sender changes it, or pauses."""
 
-    def __init__(self, what: object) -> None:
-        self.what, self.source = what, Freshness('turn', SENDER_PAUSE)
+    def __init__(self, content: object) -> None:
+        self.content, self.source = content, Freshness('turn', SENDER_PAUSE)
         self.is_repeated = self.is_doubted = False
         self.doubts = 0

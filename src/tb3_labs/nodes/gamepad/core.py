@@ -21,13 +21,13 @@ from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING, HAND_BACK, LONGEST_LAPSE, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
 
-#: If the sticks do not come to rest for this long, and so do not drive, a line says so [s].
+#: If the sticks are not at rest for this long, a line says that the pad does not drive yet [s].
 RESTLESS = 3.0
 
 
 @dataclass(frozen=True)
 class PadOutput(Output):
-    """All that the pad wants done now."""
+    """The decision of a GamepadCore."""
 
     #: The holder of the robot, if it has changed.
     holder: Optional[ControlHolder] = None
@@ -54,22 +54,21 @@ class GamepadCore:
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
         self._silent_until = 0.0
-        self._is_new = False         # something changed, so a command is due
+        self._command_is_due = False    # something changed, so a command is due
         self._reset_requested = False    # since the last tick
         self._published_holder: Optional[ControlHolder] = None
-        self._restless_since = math.inf    # the sticks drive nothing, and are not at rest
-        self._restless_logged = False      # has the operator had the line on that?
+        self._restless_since = math.inf    # a stick is pushed, but does not drive yet
+        self._restless_logged = False      # was that logged?
         self._log = LogQueue()
 
     # -- what comes in
 
     def on_joy(self, joy: 'Event[PadState]') -> None:
-        """Take in the state of the pad."""
-        now, state = joy.at, joy.what
+        now, state = joy.at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
-        self._is_new = True
+        self._command_is_due = True
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
             self._handle(ControlEvent.REGAIN, now)
@@ -83,27 +82,27 @@ class GamepadCore:
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._handle(ControlEvent.LOST, now)    # the loss is noticed only now
         elif self._drives() and pushed_at < self.messages.stopped_at:
-            self._handle(ControlEvent.STOPPED, now)    # it was pushed before the stop
+            self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if state.reset and not before.reset and self._is_accepted('Y', OLDEST_RESET, now):
             self._reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
-        """move_to_goal says whether it has control."""
+        """Take in whether move_to_goal has control."""
         now = has_control.at
-        if has_control.what:
-            self.messages.given_at = -math.inf    # it has heard the True
+        if has_control.content:
+            self.messages.granted_at = -math.inf    # this answers the last True
             self._handle(ControlEvent.GRANTED, now)
-        elif now - self.messages.given_at >= CROSSING:
+        elif now - self.messages.granted_at >= CROSSING:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """Another node sent True or False. Its False takes the control that this pad gave, or stops
         held sticks."""
-        if not message.what:
+        if not message.content:
             self._on_control_taken(message.at)
 
     def on_leave(self, now: float) -> None:
-        """The node ends: its operator leaves."""
+        """Take control from move_to_goal, since this node ends."""
         if self.messages.grants:
             self._on_control_taken(now)
 
@@ -121,7 +120,7 @@ class GamepadCore:
         self._check_clock(now)
         self._check_rest(now)
         self._check_loss(now)
-        command = self._command(now) if self._is_new else None
+        command = self._command(now) if self._command_is_due else None
         holder = None if self.holder is self._published_holder else self.holder
         watched = self.messages.grants or self._drives() or (
             self._pad.state is not None and self.holder is ControlHolder.NOBODY)
@@ -130,10 +129,10 @@ class GamepadCore:
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             reset_requested=reset_requested,
-            control_messages=self.messages.pop_all(), renews=self.messages.renews(now))
+            control_messages=self.messages.pop_all(), renews=self.messages.pop_renewal(now))
 
     def _check_rest(self, now: float) -> None:
-        """A pad at rest is ready after messages for a while. Otherwise a line names the stick."""
+        """Is the pad ready: sticks at rest, and delay known? A line names a stick that is not."""
         state, config = self._pad.state, self._config
         if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
             self._restless_since, self._restless_logged = math.inf, False
@@ -151,7 +150,7 @@ class GamepadCore:
                           'a larger dead_zone', warning=True)
 
     def _command(self, now: float) -> Twist2:
-        self._is_new = False
+        self._command_is_due = False
         state = self._pad.state
         if state is None or not self._drives() or now < self._silent_until:
             return Twist2()
@@ -166,7 +165,7 @@ class GamepadCore:
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
     def _check_clock(self, now: float) -> None:
-        """After a sleep the pad must be ready again; a long one takes its permission back."""
+        """After a sleep the pad must be ready again. A long sleep ends its permission."""
         self._sleep.update(now)
         if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
@@ -179,7 +178,7 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? False, with a line, if it is older than `longest` [s], or may be."""
+        """Is a press accepted? Otherwise a line says that it may be older than `longest` [s]."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
@@ -193,8 +192,8 @@ class GamepadCore:
 
     def _handle(self, event: ControlEvent, now: float) -> None:
         before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
-        self._is_new = self._is_new or self.holder is not before
-        if before is ControlHolder.MOVE_TO_GOAL is not self.holder:
+        self._command_is_due = self._command_is_due or self.holder is not before
+        if before is ControlHolder.MOVE_TO_GOAL and self.holder is not before:
             self._silent_until = now + HAND_BACK
             if self.messages.grants:       # another node took control
                 self.messages.stop(now)
@@ -203,14 +202,14 @@ class GamepadCore:
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:
-            self._log.add(f'Another node stopped the robot: {self._again}', warning=True)
+            self._log.add(f'Another node stopped the robot: {self._remedy}', warning=True)
         elif self.holder is ControlHolder.MOVE_TO_GOAL:
             self._log.add('move_to_goal drives: press B to take the robot back')
         elif self.holder is ControlHolder.GAMEPAD:
             self._log.add('The gamepad drives: press A to let move_to_goal drive')
 
     @property
-    def _again(self) -> str:
+    def _remedy(self) -> str:
         return ('press the hold button' if self._config.has_hold
                 else 'let go of the sticks') + ' to drive again'
 
@@ -225,8 +224,8 @@ class GamepadCore:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
         silence = self.joy.silence_with_age(now).capitalize()
-        self._log.add(f'{silence}: robot stopped; {self._again}{hint}', warning=True)
-        self._pad.state = None      # the last one is void now
-        self._is_new = True
+        self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
+        self._pad.state = None      # the last state is void now
+        self._command_is_due = True
         self.messages.stop(now)
         self._handle(ControlEvent.LOST, now)

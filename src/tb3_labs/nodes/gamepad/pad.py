@@ -1,6 +1,4 @@
-"""One pad: its settings and its messages.
-
-The default numbers of axes and buttons come from the course's gamepad lab.
+"""One pad: its settings, by default for the pad of the course's lab, and its messages.
 
 Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
 that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
@@ -14,22 +12,22 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_TURN)
 from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER, PAD_TIMEOUT, Freshness, Lateness
 
-#: The highest index of an axis or button. No pad has as many.
-MOST = 31
+#: The highest index of an axis or button that a parameter may have.
+MAX_INDEX = 31
 
 
 @dataclass(frozen=True)
 class PadConfig(Config):
     """The functions of axes and buttons. Indices count from 0, as in sensor_msgs/Joy."""
 
-    linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', low=0, high=MOST)
-    angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', low=0, high=MOST)
-    relinquish_button: int = setting(BUTTON_A, 'gives the robot to move_to_goal: A', low=0,
-                                     high=MOST)
-    regain_button: int = setting(BUTTON_B, 'takes it back: B', low=0, high=MOST)
-    reset_button: int = setting(BUTTON_Y, 'declares the robot to be at (0, 0, 0): Y', low=0,
-                                high=MOST)
-    hold_button: int = setting(-1, 'drives only while it is held; -1: none', low=-1, high=MOST)
+    linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', '', 0, MAX_INDEX)
+    angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', '', 0, MAX_INDEX)
+    relinquish_button: int = setting(BUTTON_A, 'gives the robot to move_to_goal: A', '', 0,
+                                     MAX_INDEX)
+    regain_button: int = setting(BUTTON_B, 'takes it back: B', '', 0, MAX_INDEX)
+    reset_button: int = setting(BUTTON_Y, 'declares the robot to be at (0, 0, 0): Y', '', 0,
+                                MAX_INDEX)
+    hold_button: int = setting(-1, 'drives only while it is held; -1: none', '', -1, MAX_INDEX)
     dead_zone: float = setting(0.08, 'sticks nearer to their middle are at rest', low=0.0, high=0.9)
     linear_scale: float = setting(0.26, "full stick; the robot's own limit holds as well", 'm/s',
                                   low=0.01, high=1.0)
@@ -61,34 +59,35 @@ class PadState(NamedTuple):
 
 
 class PadListener:
-    """Hears one pad, and says whether its sticks and buttons are current.
+    """Takes in the messages of one pad. Are its sticks and buttons current?
 
-    The silence of a pad that has never repeated itself does not show a loss: joy_node may send only
-    changes.
+    The silence of a pad that has never repeated a state does not show a loss: joy_node may send
+    only changes.
     """
 
     def __init__(self) -> None:
         self.source = Freshness('joy', PAD_TIMEOUT)
         #: The latest state; None before the first message, and after a loss.
         self.state: Optional[PadState] = None
-        #: Does the pad repeat an unchanged state? Does its driver repeat one message?
+        #: Does the pad repeat an unchanged state? Does its driver hang, and repeat one message?
         self.repeats = self.hangs = False
         self._lateness = Lateness()
-        self._received_since = math.inf    # from then on the lateness of messages is learned
+        self._received_since = math.inf    # the lateness of messages is learned since then
         self._last: Optional[PadState] = None
-        self._newest = -math.inf         # stamp
-        #: About the last message: the state before it, its delay [s]; did it come after a loss?
+        self._newest = -math.inf         # newest stamp
+        #: For the last message: the state before it, its delay [s]; did it come after a loss?
         self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
-        """Take in the state in a message, sent at `stamp` (0: unknown); `hangs`: it comes again. Of
-        the buttons that are down in the first one only the stop is treated as pressed now."""
-        self.repeats = self.repeats or self._last is not None and state.sent == self._last.sent
+        """Take in the state of a message. `stamp`: time of sending, or 0; `hangs`: does the driver
+        repeat one message? In the first message only the stop button is treated as pressed now."""
+        if self._last is not None and state.sent == self._last.sent:
+            self.repeats = True
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
-        is_silence = hangs or stamp <= self._newest and self.lateness > PAD_TIMEOUT
-        self._newest = max(stamp, self._newest)    # a driver may repeat several messages
+        is_silence = hangs or (stamp <= self._newest and self.lateness > PAD_TIMEOUT)
+        self._newest = max(stamp, self._newest)    # a driver that hangs may repeat several messages
         self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
         if not is_silence:
             self.source.received(now)
@@ -100,9 +99,9 @@ class PadListener:
         self.before = before
 
     def knows_lateness(self, now: float) -> bool:
-        """Has the pad been heard for long enough to know how late a message is?"""
+        """Have enough messages arrived to know how late a message is?"""
         return now - self._received_since >= LATENESS_KNOWN_AFTER and (
-            not self.hangs or self.source.is_fresh(now))    # a driver may stamp two at once
+            not self.hangs or self.source.is_fresh(now))    # two messages may have the same stamp
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""
@@ -110,7 +109,7 @@ class PadListener:
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
-    """The PadState of a message's axes and buttons; ``ValueError`` for another kind of pad."""
+    """Returns the PadState of a message's axes and buttons; ``ValueError`` for another pad."""
     needed = (1 + max(config.linear_axis, config.angular_axis), 1 + max(
         config.relinquish_button, config.regain_button, config.reset_button, config.hold_button))
     if len(axes) < needed[0] or len(buttons) < needed[1]:
@@ -120,14 +119,14 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError(f'stick ({forward}, {left}) is not finite')
     return PadState(
-        _outside(config.dead_zone, forward), _outside(config.dead_zone, left),
+        _stick_speed(config.dead_zone, forward), _stick_speed(config.dead_zone, left),
         relinquish=bool(buttons[config.relinquish_button]),
         regain=bool(buttons[config.regain_button]), reset=bool(buttons[config.reset_button]),
         hold=config.has_hold and bool(buttons[config.hold_button]), sent=(axes, buttons))
 
 
-def _outside(dead_zone: float, position: float) -> float:
-    """0 inside the dead zone; linear from its edge to the full stick."""
+def _stick_speed(dead_zone: float, position: float) -> float:
+    """Returns 0 inside the dead zone, and a linear value from its edge to the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:
         return 0.0

@@ -18,7 +18,7 @@ from tb3_labs.ros.topics import RENEWS, log_missing_topics, subscribe_events
 
 
 class GamepadNode:
-    """Hears the pad, and other nodes' True and False; drives, gives and takes control."""
+    """Takes in the pad, and True and False of other nodes; drives, gives and takes control."""
 
     def __init__(self):
         model, config = read_model(), read_config(PadConfig)
@@ -30,26 +30,26 @@ class GamepadNode:
                                   self._carry_out)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
-        # every message is read: a press is seen even if many messages arrive at once
+        # every message is read: no press is lost if many messages arrive at once
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
         subscribe_events(ignore_own_messages('ctrl_relinq'), Bool,
-                         lambda word: self._runner.handle(self._core.on_ctrl_relinq, word))
+                         lambda event: self._runner.handle(self._core.on_ctrl_relinq, event))
         subscribe_events('has_control', Bool,
-                         lambda word: self._runner.handle(self._core.on_has_control, word))
+                         lambda event: self._runner.handle(self._core.on_has_control, event))
         Diagnostics(model.name, lambda: self._runner.query(self._diagnose))
         log_missing_topics({'joy': lambda: self._core.joy.count}, 'is joy_node running (Debian '
                            'has none)? The page of web:=true is a pad, too')
 
     def _publish_output(self, output):
-        """A stop is sent twice: a listener may take a connection's first message for latched."""
-        for word in output.control_messages:
-            for _ in range(1 if word else 2):
-                self._control.publish(word)
+        """Publish a stop twice: a node may treat a connection's first message as latched."""
+        for granted in output.control_messages:
+            for _ in range(1 if granted else 2):
+                self._control.publish(granted)
         if output.renews:
             self._control.publish(True)
-        if output.reset_requested:    # no terminal holds it up; a node that sleeps answers late
+        if output.reset_requested:    # move_to_goal may answer late
             threading.Thread(target=guarded(_reset), daemon=True).start()
 
     def _carry_out(self, output):

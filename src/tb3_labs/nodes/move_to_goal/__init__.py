@@ -1,1 +1,1 @@
-"""What makes up the node move_to_goal? Its core, and beside it its ROS side: ros_*.py."""
+"""The node `move_to_goal`: its core, and its ROS side in the files ros_*.py."""

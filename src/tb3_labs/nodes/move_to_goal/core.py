@@ -32,8 +32,8 @@ from tb3_labs.supervision.stale_or_stalled import (
     SURELY_DRIVES, SURELY_TURNS, Sensor, SensorStatus, SensorWatch)
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
-#: If another node commands a motion for longer than this while this node drives, both fight [s].
-RIVAL = 0.3
+#: If another node commands motions for longer than this while this node drives, a line says so [s].
+RIVAL_TIME = 0.3
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class MoveToGoalConfig(Config):
 
 @dataclass(frozen=True)
 class DriveOutput(Output):
-    """All that move_to_goal wants done now."""
+    """The decision of a MoveToGoalCore."""
 
     #: Was control given, and not taken back? Its sender may be silent for a moment.
     has_grant: bool = False
@@ -94,9 +94,9 @@ class MoveToGoalCore:
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
-        self._sent = Twist2()
+        self._last_command = Twist2()
         self._last_ended_attempt = 0    # number of the last attempt whose end was found
-        self._rivals: Dict[str, float] = {}    # since when another node drives, too
+        self._rivals_since: Dict[str, float] = {}    # since when another node drives, too
         self._announcer = Announcer(self._log)
 
     # -- what comes in
@@ -121,15 +121,15 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Another node commands the robot, which may move now. A line warns of this node only while
-        move_to_goal drives. A command that crosses a grant needs no line."""
+        """Another node commands the robot, which may move now. A line warns of this node, but only
+        while move_to_goal drives, and not of the last commands before a grant."""
         if not (linear or angular):
             return
         self._localizer.driven_at = now
-        if self._sent == Twist2():
-            self._rivals.clear()
-        elif now - self._rivals.setdefault(sender, now) > RIVAL:
-            self._rivals[sender] = math.inf    # it is told once
+        if self._last_command == Twist2():
+            self._rivals_since.clear()
+        elif now - self._rivals_since.setdefault(sender, now) > RIVAL_TIME:
+            self._rivals_since[sender] = math.inf    # no second line
             self._log.add(f'{sender or "another program"} drives the robot, too: stop one of the '
                           'two (False on ctrl_relinq stops this one)', warning=True)
 
@@ -141,12 +141,11 @@ class MoveToGoalCore:
             self._machine.restart()
 
     def set_goal(self, goal: Pose2) -> None:
-        """Replace the goal."""
         self._machine.set_goal(goal)
         self._restart()
 
     def on_goal(self, request: GoalRequest, at: float) -> None:
-        """Drive to the RequestedPose of a goal, unless this repeats the present goal or is void."""
+        """Drive to the RequestedPose of a goal, unless it repeats the present goal or is void."""
         self.on_repetition(request, at)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
@@ -167,13 +166,13 @@ class MoveToGoalCore:
             requests.accept(request)
 
     def on_repetition(self, request: GoalRequest, at: float) -> None:
-        """A goal was sent again, by the name that it had before."""
+        """Take in a goal that was sent again with its earlier GoalID."""
         self._update_control(at)    # finds a sleep: the goal may be older than the sleep
         self._check_end(at)
         self._requests.note(request, at)
 
     def on_cancel(self, at: float, name: str = '', stamp: int = 0) -> None:
-        """A person or program cancels goals, see GoalRequest."""
+        """Cancel goals by their name or stamp, see GoalRequest."""
         self._update_control(at)    # finds a sleep: no sender has paused in it
         if self._requests.cancel(at, name, stamp):
             self._machine.cancel()
@@ -192,20 +191,19 @@ class MoveToGoalCore:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
     def begin_control(self, at: float) -> None:
-        """From now on senders of control can be heard."""
+        """Begin to hear senders of control."""
         self._permission.begin(at)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """A sender gives control, or takes it."""
         self._permission.on_message(message)
 
     def _update_control(self, at: float) -> None:
-        """Does the permission still hold?"""
+        """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(at)
         before, self.has_control = self.has_control, permission.granted
-        given, self._grants = permission.count > self._grants, permission.count
-        if given and (machine.failure or not before):
+        is_new_grant, self._grants = permission.count > self._grants, permission.count
+        if is_new_grant and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
@@ -240,7 +238,7 @@ class MoveToGoalCore:
         elif refusal:
             self._machine.give_up(refusal)
             self._pause()
-        elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.LATE):
+        elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
             motion = self._localizer.motion(now)
             if motion is not None:
                 dt = self._pace.step(now)
@@ -250,27 +248,27 @@ class MoveToGoalCore:
                 if self._machine.cruises and max(
                         self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
                     self._pace.prolong()
-                self._sent = command or Twist2()
-                if self._sent != Twist2():
+                self._last_command = command or Twist2()
+                if self._last_command != Twist2():
                     self._localizer.driven_at = now
                 return command
         self._pace.skip(now)
         return None
 
     def _check_end(self, at: float) -> None:
-        """Find the end of a drive, once."""
+        """Answer the client of a drive that has ended, once."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._last_ended_attempt:
             return
         self._last_ended_attempt = machine.attempt
         if machine.failure:
             self._requests.give_up(at)
-        self._requests.end(GoalOutcome.CANCELED if machine.cancelled else
-                           GoalOutcome.GIVEN_UP if machine.failure else GoalOutcome.REACHED,
-                           machine.failure or PRINTED_REACHED + '!')
+            outcome = GoalOutcome.CANCELED if machine.cancelled else GoalOutcome.GIVEN_UP
+            self._requests.end(outcome, machine.failure)
+        else:
+            self._requests.end(GoalOutcome.REACHED, PRINTED_REACHED + '!')
 
     def _new_status(self, now: float) -> Optional[DriveStatus]:
-        """The status, if it is new."""
         if self._machine.goal is None:
             return None
         status = self.status(now)
@@ -315,15 +313,15 @@ class MoveToGoalCore:
             self._pace.pause()
         if sensors.status is SensorStatus.BACK_SOON:
             self._machine.interrupt()
-        elif (sensors.status is SensorStatus.LATE and self._permission.has_grant
+        elif (sensors.status is SensorStatus.TIMED_OUT and self._permission.has_grant
               and self._machine.active):
             self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
                                   f'{sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
-        drives = abs(self._sent.linear) > SURELY_DRIVES
-        turns = abs(self._sent.angular) > SURELY_TURNS
+        drives = abs(self._last_command.linear) > SURELY_DRIVES
+        turns = abs(self._last_command.angular) > SURELY_TURNS
         odometry = self._timing.odometry
         assert odometry is not None
         before, after = odometry.before, odometry.sample
@@ -335,13 +333,13 @@ class MoveToGoalCore:
             self._machine.give_up(self._sensors.frozen())
 
     def _pause(self) -> None:
-        """The robot stands, or another node drives it: the next command is treated as the first."""
+        """Treat the next command as the first: the robot stands, or another node drives it."""
         self._pace.pause()
         self._sensors.pause()
-        self._sent = Twist2()
+        self._last_command = Twist2()
 
     def _restart(self) -> None:
-        """A person or node asked for a motion, which begins from standing."""
+        """Begin a requested motion with a robot that stands."""
         self._pause()
         self._sensors.request_motion()
 

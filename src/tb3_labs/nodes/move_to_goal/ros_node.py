@@ -47,7 +47,7 @@ PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
-_permissions = [False]    # the last one was typed last
+_permissions = [False]    # each value of _has_control:=; the last one is used
 
 
 def pop_permission():
@@ -60,7 +60,7 @@ def pop_permission():
 
 
 def _permission():
-    """The has_control that a launch gives to one start, and not to its respawn."""
+    """Returns the has_control of this start. A respawn does not have it again."""
     if 'has_control:=true' in sys.argv or rospy.has_param('~has_control'):
         rospy.logwarn('has_control without _, or on the parameter server, gives no control: a '
                       'launch file takes has_control:=true, the node _has_control:=true')
@@ -76,7 +76,7 @@ def _permission():
 
 
 class MoveToGoalNode:
-    """Hears the robot, its goals and resets, and who gives control; drives the robot."""
+    """Takes in samples, goals, resets and permissions; drives the robot."""
 
     def __init__(self):
         typed = {'has_control': _permission()}
@@ -97,7 +97,8 @@ class MoveToGoalNode:
         subscribe(ignore_own_messages('cmd_vel'), Twist, self._on_command_of_others)
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
         runner.check()
-        subscribe_events('ctrl_relinq', Bool, lambda word: runner.handle(core.on_ctrl_relinq, word))
+        subscribe_events('ctrl_relinq', Bool,
+                         lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
         # Every message is read: any message may have the displacement that the firmware reverses.
@@ -150,7 +151,7 @@ class LocalPath:
         self._frame_id, self._number = frame_id, 0
         self._points = []              # (pose, its message)
         self._sent = -math.inf         # stamp
-        self._has_new_points = False   # since then
+        self._has_new_points = False   # since the last message
 
     def show(self, fix):
         """Add one localizer.Fix; publish the path now and then."""
@@ -174,7 +175,7 @@ class Display:
     each new status, in the thread of the CoreRunner: its words, the goal, markers for RViz.
 
     Making a message costs more time than a step of a control law. So a message without a subscriber
-    is not made, and displays are sent only as often as the eye needs.
+    is not made, and messages for displays are sent only as often as the eye needs.
     """
 
     def __init__(self):
@@ -188,7 +189,7 @@ class Display:
         self._marker = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
         self._goal = None                        # of the last status
         self._markers = MarkerArray()
-        self._shown = -math.inf, None            # the last stamp, and odom_T_local then
+        self._shown = -math.inf, None            # stamp and odom_T_local of the last transform
         self._repeated = -math.inf
         self._path = LocalPath(self._local)
 

@@ -25,7 +25,7 @@ from tb3_labs.srv import (
 from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
 
-#: Longest time of a reset, which is answered within a second, and between two looks at it [s].
+#: A reset is answered within this time, and checked with this period [s].
 ANSWER_WITHIN, ANSWER_POLL = 0.85, 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
@@ -35,28 +35,28 @@ ODOM = 'odom'
 #: A longer text of a stranger is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
-#: {outcome of a goal: the method of actionlib's handle that tells its client}
-TELLS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
-         GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
-         GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
-         GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
-         GoalOutcome.CANCELED: ServerGoalHandle.set_canceled}
+#: {outcome of a goal: the method of actionlib's handle that answers its client}
+ANSWER_METHODS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
+                  GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
+                  GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
+                  GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
+                  GoalOutcome.CANCELED: ServerGoalHandle.set_canceled}
 
 
 class GoalServer(ActionServer):
     """An ActionServer whose goals a MoveToGoalCore takes, behind its CoreRunner.
 
-    A goal or cancel is given to the core with actionlib's lock held, so that both know one order.
-    The answers of the core come back by :meth:`answer`, which no lock waits for.
+    A goal or cancel reaches the core while actionlib's lock is held, so that both have one order.
+    The core's answers come by :meth:`answer`, for which no lock waits.
 
-    actionlib (1.14.0) takes a goal whose GoalID it knows for the same goal for 5 s, then for a new
-    one. It accepts a repeated latched goal as a new one, and does not cancel an ended goal to which
-    the robot drives again after a reset. So each message comes here first (test/ros/stops.test).
+    For 5 s actionlib (1.14.0) treats a goal with a known GoalID as the same goal, then as a new
+    goal. It accepts a repeated latched goal as new, and does not cancel an ended goal to which the
+    robot drives again after a reset. So each message comes here first (test/ros/stops.test).
     """
 
     def __init__(self, runner, core):
         super().__init__('move2goal', MoveBaseAction, ServerGoalHandle.set_rejected,
-                         auto_start=False)    # _hear takes the goals
+                         auto_start=False)    # internal_goal_callback takes the goals
         self._runner, self._core = runner, core
         self._present = None    # actionlib's handle of the present goal
         self._warnings = WarningThrottle()
@@ -71,14 +71,14 @@ class GoalServer(ActionServer):
         self.start()
 
     def answer(self, answers):
-        """Give GoalAnswers to their clients, without the lock of the core."""
+        """Send GoalAnswers to their clients, without the lock of the core."""
         for request, outcome, text in answers:
             if outcome is GoalOutcome.REJECTED and text != STAYS_ENDED:
                 self._warnings.warn('Goal refused: %s', text)
             if outcome is not GoalOutcome.REJECTED:
                 self._present = request.client if outcome is GoalOutcome.ACCEPTED else None
             result = () if outcome is GoalOutcome.ACCEPTED else (MoveBaseResult(),)
-            TELLS[outcome](request.client, *result, text)
+            ANSWER_METHODS[outcome](request.client, *result, text)
 
     def feedback(self, fix):
         """Send a localizer.Fix to the client of the present goal, if there is one."""
@@ -88,18 +88,18 @@ class GoalServer(ActionServer):
                 fix.local_T_base, frame('local'), fix.stamp)))
 
     def initialize(self):
-        """actionlib's own status timer would die with a traceback if the clock jumps back."""
+        """Replace actionlib's status timer, which would die if the clock jumps back."""
         super().initialize()
         self.status_timer.shutdown()
         self.status_timer = rospy.Timer(rospy.Duration(STATUS_PERIOD), self.publish_status_async,
                                         reset=True)
 
     def internal_goal_callback(self, goal):
-        """actionlib's own subscriber calls this."""
+        """Take in a goal; actionlib's own subscriber calls this."""
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """actionlib's own subscriber calls this. Every cancel is obeyed, also an old one."""
+        """Obey every cancel, also an old one; actionlib's own subscriber calls this."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
@@ -113,8 +113,8 @@ class GoalServer(ActionServer):
         with self.lock:
             self.register_goal_callback(handles.append)
             super().internal_goal_callback(goal)
-            handle = handles[0] if handles else None    # actionlib knew this goal, or a cancel
-            goal_id = handle.get_goal_id() if handle else goal.goal_id    # it may give an id
+            handle = handles[0] if handles else None    # none: a known goal, or its cancel
+            goal_id = handle.get_goal_id() if handle else goal.goal_id    # actionlib may make an id
             request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
                                   goal_id.stamp.to_nsec(), handle)
             try:
@@ -123,8 +123,8 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            take = self._core.on_goal if handle else self._core.on_repetition
-            self._runner.handle(lambda: take(request, steady_time()))
+            on_request = self._core.on_goal if handle else self._core.on_repetition
+            self._runner.handle(lambda: on_request(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         with self.lock:
@@ -198,8 +198,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that gives messages of `topic` to `callback`, but drops latched ones that
-    are doubtful with a warning."""
+    """Returns a function that passes messages of `topic` to `callback`. It drops a latched message
+    that may be old, with a warning."""
     to_age = ages(topic)
 
     def on_message(message):
@@ -214,8 +214,8 @@ def only_new(topic, callback):
 
 
 def to_requested_pose(header, pose):
-    """The RequestedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be named with
-    this node's namespace, or without it. Raises ``ValueError`` for other frames."""
+    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be
+    named with this node's namespace, or without it. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM, frame(ODOM))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):

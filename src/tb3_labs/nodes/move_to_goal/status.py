@@ -1,4 +1,4 @@
-"""The status of a drive: its text on `goal_state`, and lines for the user when it is new."""
+"""The status of a drive: its text on `goal_state`, and lines for the user when it changes."""
 import math
 from typing import Callable, NamedTuple, Optional, Tuple
 
@@ -21,15 +21,15 @@ class DriveStatus(NamedTuple):
     goal: Optional[Pose2]
     tolerance: float              # of the distance to the goal [m]
     attempt: int                  # number of the drive: each goal and restart begins a new one
-    begun: bool                   # has the robot been told to move in this attempt?
+    begun: bool                   # was the robot commanded to move in this attempt?
     active: bool                  # is the drive going on?
     failure: str                  # reason why the drive was given up; '' if it was not
     hold_reason: str              # reason why the robot stands during a drive, or ''
     has_control: bool             # may the node drive?
     sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
 
-    def left(self, motion: Optional[Motion]) -> Tuple[float, float]:
-        """The distance [m] and the angle [deg, not negative] from here to the goal."""
+    def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
+        """Returns the distance [m] and the angle [deg, not negative] from here to the goal."""
         assert self.goal is not None and motion is not None
         distance, angle = errors(motion.pose, self.goal)
         return distance, abs(math.degrees(angle))
@@ -60,14 +60,14 @@ class Announcer:
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Returns True if the status is new. A drive's progress is one line a second, too.
-        `motion()`: the robot's Motion now."""
+        """Log a new status, and once a second the progress of a drive. Returns True if the status
+        is new. `motion()`: the robot's Motion now."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._printed:
             if abs(now - self._progress_at) >= PROGRESS_PERIOD:
                 self._progress_at = now
                 if status.text in DRIVING:
-                    self._log.add(f'{status.text}: {to_go(*status.left(motion()))}')
+                    self._log.add(f'{status.text}: {to_go(*status.remaining(motion()))}')
             return False
         self._printed, self._progress_at = key, now
         begins = status.begun and status.attempt != self._begun
@@ -76,12 +76,12 @@ class Announcer:
         if status.failure:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', True)
         elif not status.active:
-            distance, angle = status.left(motion())
+            distance, angle = status.remaining(motion())
             self._log.add(f'{handout.PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '
                           f'after {now - self._begun_at:.1f} s')
         elif status.text in DRIVING:
             if begins:
-                self._log.add(f'Goal ({status.goal}): {to_go(*status.left(motion()))}')
+                self._log.add(f'Goal ({status.goal}): {to_go(*status.remaining(motion()))}')
             self._log.add(status.text)
         elif is_stopped(status.text):
             self._log.add(status.text.capitalize(), warning=True)

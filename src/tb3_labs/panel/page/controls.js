@@ -8,14 +8,14 @@ import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inpu
 import {MapInput} from './map.js';
 import {$, say, setPressed, setReason, setText} from './page.js';
 
-const ABSENT = {
+const ABSENT_TEXTS = {
   goal: 'no node hears move_base_simple/goal', reset: 'no node offers reset_pose or set_pose',
   turn: 'no node hears turn (the handout\'s node reads its keyboard)',
   pad: 'no node hears joy: start a gamepad.py',
   mouse: 'no node hears mouse_info: start a turtlebot_controller.py',
 };
 
-const HEADING_FROM = 14;      // [px] a shorter drag gives no heading
+const SHORTEST_DRAG = 14;    // [px] a shorter drag gives no heading
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
 const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
 /** {reason: the elements that it disables} */
@@ -25,15 +25,15 @@ const CONTROLS = {
 };
 
 export class Controls {
-  /** `seen`: {control, picture}, as the page has them now; `redraw()` draws again. */
-  constructor({link, pad, map, seen, redraw}) {
-    Object.assign(this, {_link: link, _pad: pad, _seen: seen, _redraw: redraw});
+  /** `state`: {control, picture} of the page; `redraw()` draws again. */
+  constructor({link, pad, map, state, redraw}) {
+    Object.assign(this, {_link: link, _pad: pad, _state: state, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
       // the pose is sent, and stays in the fields
       redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
     // May keys and a real gamepad drive now?
-    const driving = () => this._seen.control && !this._reasons().pad;
+    const driving = () => this._state.control && !this._reasons().pad;
     this._letGo = [stick($('stick-left'), 'forward', pad),
                    stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
     for (const name of PAD_BUTTONS) padButton($('button-' + name), name, pad);
@@ -46,7 +46,7 @@ export class Controls {
 
   /** Disable what makes no sense now, and show why. */
   show() {
-    const {picture} = this._seen, reasons = this._reasons();
+    const {picture} = this._state, reasons = this._reasons();
     const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
     for (const [kind, ids] of Object.entries(CONTROLS)) {
       for (const id of ids) setReason($(id), reasons[kind]);
@@ -69,9 +69,9 @@ export class Controls {
 
   /** {control: the reason why it makes no sense now, or ''} */
   _reasons() {
-    const {picture} = this._seen, can = picture?.can || {};
+    const {picture} = this._state, can = picture?.can || {};
     const unknown = !this._link.connected ? 'not connected' : !picture ? 'no data yet' : '';
-    const absent = (kind) => unknown || (can[kind] ? '' : ABSENT[kind]);
+    const absent = (kind) => unknown || (can[kind] ? '' : ABSENT_TEXTS[kind]);
     const hasControl = picture?.has_control === true;
     const other = picture?.page === 'other' ? 'another page drives' : '';
     return {
@@ -95,7 +95,7 @@ export class Controls {
 
   /** STOP, or B. Returns whether this page may stop the robot. */
   _stop() {
-    if (!this._seen.control) return false;
+    if (!this._state.control) return false;
     this._mapInput.cancel();
     say('STOP: waiting for the answer');
     this._pad.stop().then(({ok, text}) => {
@@ -192,7 +192,7 @@ class PoseInput extends MapInput {
   _show(at) {
     const {pixel, point} = this._start, end = this.map.localAt(...at);
     if (!end) return;
-    const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= HEADING_FROM;
+    const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= SHORTEST_DRAG;
     const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
       : radians(read(this._tool + '-yaw') || 0);
     const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `

@@ -4,17 +4,18 @@
 import {clamp} from './pad.js';
 import {say} from './page.js';
 
-const NEAR = 0.04;            // a stick nearer to its middle than this is at rest
-const HALF = 0.5;             // the deflection of the arrow keys
+const REST_ZONE = 0.04;    // a stick nearer to its middle than this is at rest
+const ARROW_DEFLECTION = 0.5;    // the deflection of the arrow keys
 const ARROWS = {
-  ArrowUp: [HALF, 0], ArrowDown: [-HALF, 0], ArrowLeft: [0, HALF], ArrowRight: [0, -HALF],
+  ArrowUp: [ARROW_DEFLECTION, 0], ArrowDown: [-ARROW_DEFLECTION, 0],
+  ArrowLeft: [0, ARROW_DEFLECTION], ArrowRight: [0, -ARROW_DEFLECTION],
 };
 /** The buttons of the pad on the screen, and their keys. */
 export const PAD_BUTTONS = ['a', 'b', 'y'];
 const TYPING = 'input, textarea, select';
-const OFF_MIDDLE = 0.12;      // a stick further from its middle than this is touched
+const TOUCH_ZONE = 0.12;    // a stick further from its middle than this is touched
 const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // of the layout "standard"
-const DRIVING = ['a', 'y'];   // B is a stop, and counts at any time
+const DRIVING = ['a', 'y'];   // B is a stop, which works at any time
 
 /** A stick that moves along one axis, 'forward' or 'left'. It starts where it was gripped.
  *  Returns a function that lets it go. */
@@ -36,7 +37,7 @@ export function stick(element, axis, pad) {
   };
   const move = (event) => {
     const pushed = clamp((from - at(event)) / travel());
-    const value = Math.abs(pushed) < NEAR ? 0 : pushed;
+    const value = Math.abs(pushed) < REST_ZONE ? 0 : pushed;
     show(value);
     pad.move(element.id, up ? value : 0, up ? 0 : value);
   };
@@ -154,7 +155,7 @@ export class Keys {
   _arrow(event) {
     if (!this._driving()) return;
     event.preventDefault();
-    if (event.repeat) return;          // after a stop a key that is still down counts no more
+    if (event.repeat) return;          // after a stop a key that is still down is ignored
     this._arrows.add(event.key);
     if (!this._pad.has('keys')) this._pad.grip('keys');
     this._move();
@@ -226,7 +227,7 @@ export class RealGamepad {
       this._b = now.b;
       if (now.b) this._pad.press('b');
     }
-    const still = Math.abs(now.forward) < OFF_MIDDLE && Math.abs(now.left) < OFF_MIDDLE;
+    const still = Math.abs(now.forward) < TOUCH_ZONE && Math.abs(now.left) < TOUCH_ZONE;
     const rest = still && !now.hold && !now.a && !now.b && !now.y;
     if (document.hidden || !this._driving()) this.disarm();
     else if (!this._armed) this._armed = rest;

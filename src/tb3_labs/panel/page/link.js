@@ -1,19 +1,19 @@
 // The socket to the node `panel`: it connects, connects again, and matches answers to requests.
 
-const RETRY = 1000;        // [ms] between two attempts to connect
-const SILENT = 4000;       // [ms] without any message: the connection counts as broken
+const RETRY_PERIOD = 1000;    // [ms] between two attempts to connect
+const LONGEST_SILENCE = 4000;    // [ms] without any message: the connection is treated as broken
 const ANSWER_WITHIN = 6000; // [ms] a request without an answer for this long has failed
-const CROWDED = 2000;      // [bytes] waiting to be sent: what is sent now would arrive too late
+const MOST_WAITING = 2000;    // [bytes] waiting to be sent: what is sent now would arrive too late
 
 export class Link {
-  /** `hear`: type of a message, or 'connection' -> function that is called with it. */
-  constructor(hear) {
+  /** `handlers`: type of a message, or 'connection' -> function that is called with it. */
+  constructor(handlers) {
     this.connected = false;
-    this._hear = hear;
+    this._handlers = handlers;
     this._socket = null;
     this._lastId = 0;
     this._open = new Map();       // id -> function that is called with the answer
-    this._heardAt = 0;
+    this._receivedAt = 0;
     this.stops = null;            // number of stops in the last picture, and
     this._clock = null;           // the panel's time in it, and when it came
     setInterval(() => this._watch(), 500);
@@ -29,7 +29,7 @@ export class Link {
 
   /** Do earlier messages still wait in this browser? A joy behind them would be late. */
   get crowded() {
-    return this._socket !== null && this._socket.bufferedAmount > CROWDED;
+    return this._socket !== null && this._socket.bufferedAmount > MOST_WAITING;
   }
 
   /** The time on the panel's clock [s]. The delay of the last picture is not added: a message may
@@ -62,26 +62,26 @@ export class Link {
     url.protocol = location.protocol === 'https:' ? 'wss:' : 'ws:';
     const socket = new WebSocket(url);
     this._socket = socket;
-    this._heardAt = performance.now();
+    this._receivedAt = performance.now();
     // An event of an older socket must not touch the present one.
-    socket.onmessage = (event) => { if (socket === this._socket) this._heard(event.data); };
+    socket.onmessage = (event) => { if (socket === this._socket) this._onText(event.data); };
     socket.onclose = () => { if (socket === this._socket) this._lost(); };
   }
 
-  _heard(text) {
-    this._heardAt = performance.now();
+  _onText(text) {
+    this._receivedAt = performance.now();
     const message = JSON.parse(text);
     if (message.type === 'hello') {
       this.connected = true;
       this.stops = this._clock = null;
-      this._hear.connection(true);
+      this._handlers.connection(true);
     } else if (message.type === 'answer') {
       this._answered(message.id, message);
     } else if (message.type === 'picture') {
       this.stops = message.stops;
       this._clock = {shown: message.now, at: performance.now()};
     }
-    this._hear[message.type]?.(message);
+    this._handlers[message.type]?.(message);
   }
 
   _lost() {
@@ -94,13 +94,13 @@ export class Link {
     }
     if (this.connected) {
       this.connected = false;
-      this._hear.connection(false);
+      this._handlers.connection(false);
     }
-    setTimeout(() => this._connect(), RETRY);
+    setTimeout(() => this._connect(), RETRY_PERIOD);
   }
 
   _watch() {
     // A broken network does not close a socket: here a silence closes it.
-    if (this._socket && performance.now() - this._heardAt > SILENT) this._lost();
+    if (this._socket && performance.now() - this._receivedAt > LONGEST_SILENCE) this._lost();
   }
 }

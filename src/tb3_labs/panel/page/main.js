@@ -16,7 +16,7 @@ const pad = new Pad(link, say);
 const map = new RobotMap($('map'));
 
 /** The last picture, and whether this panel lets pages control the robot. */
-const seen = {picture: null, control: false};
+const state = {picture: null, control: false};
 let drawing = false;
 
 // -- drawing: at most once a frame, and only when something is new
@@ -31,7 +31,7 @@ function redraw() {
 }
 
 function draw() {
-  if (seen.picture) showStatus(seen.picture);
+  if (state.picture) showStatus(state.picture);
   controls.show();
   for (const frame of FRAMES) {
     setPressed('fixed-' + frame, map.fixed === frame);
@@ -44,7 +44,7 @@ function draw() {
 // -- messages of the panel
 
 function hello({control, radius, robot}) {
-  seen.control = control;
+  state.control = control;
   map.radius = radius;
   document.body.dataset.control = control ? 'yes' : 'no';
   setText($('title'), robot || 'Robot panel');
@@ -60,7 +60,7 @@ function connection(connected) {
 }
 
 function see(picture) {
-  seen.picture = picture;
+  state.picture = picture;
   map.see(picture);
   pad.see(picture);
   redraw();
@@ -79,7 +79,7 @@ const buttons = {
 for (const frame of FRAMES) buttons['fixed-' + frame] = changeMap(() => map.fix(frame));
 for (const [id, action] of Object.entries(buttons)) $(id).addEventListener('click', action);
 
-const controls = new Controls({link, pad, map, seen, redraw});
+const controls = new Controls({link, pad, map, state, redraw});
 
 document.addEventListener('visibilitychange', () => {
   if (document.hidden) controls.hide(); else redraw();
@@ -93,7 +93,7 @@ redraw();
 
 // Tests, and a person at the browser's console, use it.
 window.panel = {
-  get latest() { return seen.picture; },
+  get latest() { return state.picture; },
   /** Client coordinates of a point in the frame local; null while that frame is unknown. */
   pixel(x, y) {
     const at = map.drawn('local', [x, y, 0]);

@@ -5,10 +5,10 @@
 // the pad is not ready for a while, everything must be let go and gripped again: the robot must not
 // start at an unexpected moment.
 
-const PERIOD = 100;           // [ms] between two messages
+const SEND_PERIOD = 100;    // [ms] between two messages
 const READY_WITHIN = 1000;    // [ms] a grip of a pad that is not ready for this long is dropped
-const HEARD = 450;            // [ms] A and Y are shown once the node has heard the pad for this long
-const SETTLE = 700;           // [ms] after A, has_control may still be false
+const HEARD_TIME = 450;    // [ms] A and Y are shown once the node has heard the pad for this long
+const SETTLE_TIME = 700;    // [ms] after A, has_control may still be false
 const STOPPED_WITHIN = 2500;  // [ms] a stop without an answer for this long is not confirmed
 
 export const clamp = (value) => Math.max(-1, Math.min(1, value));
@@ -100,7 +100,7 @@ export class Pad {
     if (picture.stops !== this._stops) { this.refuse('The robot was stopped'); return; }
     if (picture.pad === 'ready') this._readyAt = now;
     if (this._grips.size && now - this._readyAt > READY_WITHIN) { this.refuse(picture.pad); return; }
-    if (picture.has_control === false && now - this._gaveAt > SETTLE) this._gaveAt = -Infinity;
+    if (picture.has_control === false && now - this._gaveAt > SETTLE_TIME) this._gaveAt = -Infinity;
   }
 
   /** What is held is ignored, for this reason. */
@@ -117,7 +117,7 @@ export class Pad {
       this._since = performance.now();
       this._isOpen = false;          // do the sticks count yet?
       this._isFirst = true;          // the next message is the first one of this grip
-      this._timer = setInterval(() => this._send(), PERIOD);
+      this._timer = setInterval(() => this._send(), SEND_PERIOD);
       this._send();
     }
   }
@@ -142,7 +142,7 @@ export class Pad {
   }
 
   _state() {
-    const isHeard = performance.now() - this._since >= HEARD;
+    const isHeard = performance.now() - this._since >= HEARD_TIME;
     const pad = {forward: 0, left: 0, a: false, y: false, hold: false};
     for (const grip of this._grips.values()) {
       // The hold button comes later: it is ignored if it is down when the pad is first heard.

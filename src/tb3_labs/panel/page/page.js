@@ -2,9 +2,9 @@
 
 import {degrees, wrap} from './drawing.js';
 
-const STAYS = 9000;           // [ms] time for which a message stays
+const MESSAGE_TIME = 9000;    // [ms] time for which a message stays
 const MOST_LINES = 300;      // of the log
-const LATE = 0.5;             // [s] an older message of a sensor is marked
+const LATE_AGE = 0.5;    // [s] an older message of a sensor is marked
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
 const SHAPES = {
   driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716',
@@ -53,7 +53,7 @@ export function say(text, warning = false) {
   box.textContent = text;
   box.className = warning ? 'warning shown' : 'shown';
   clearTimeout(messageTimer);
-  messageTimer = setTimeout(() => box.classList.remove('shown'), STAYS);
+  messageTimer = setTimeout(() => box.classList.remove('shown'), MESSAGE_TIME);
 }
 
 export function showBanner(connected) {
@@ -167,7 +167,7 @@ function showAges(ages) {
   for (const [i, [name, age]] of Object.entries(ages).entries()) {
     if (i === box.childElementCount) box.append(make('span', ''));
     const chip = box.children[i];
-    const late = age !== null && age > LATE;
+    const late = age !== null && age > LATE_AGE;
     chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
     const silent = `${late ? '\u25b2 ' : ''}silent for ${(age || 0).toFixed(age < 10 ? 1 : 0)} s`;
     setText(chip, name + ' ' + (age === null ? 'never heard' : age ? silent : 'fresh'));

@@ -8,8 +8,8 @@ from html import escape
 from typing import Callable, Dict, List, Optional, Tuple
 
 from tb3_labs.report.run_data import RunData
-from tb3_labs.watch.broken_link import BrokenLink, Link, sentence
-from tb3_labs.watch.chains import found_in
+from tb3_labs.watch.broken_link import BrokenLink, sentence
+from tb3_labs.watch.chains import Link, found_in
 
 #: rospy's words before a traceback of a callback, and the line that it names.
 RAISED, LINE_NUMBER = ('Traceback (most recent call last)', 'bad callback'), re.compile(

@@ -12,7 +12,7 @@ import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
 from tb3_labs.report.run_data import GAP, Poses, RunData, cached_per_run
-from tb3_labs.watch.variables import Series, nodes_of
+from tb3_labs.watch.variables import Series, variables_by_node
 
 #: A page has at most this many figures of variables, variables, points or changes of one,
 #: different texts of a figure, and characters of a name or a text.
@@ -59,13 +59,13 @@ HANDOUT = ('turning', 'state', 'has_control')
 
 def nodes(run: RunData) -> List[str]:
     """The names of the nodes of the variables."""
-    return list(dict.fromkeys(node[:LONGEST] for node in nodes_of(run)))
+    return list(dict.fromkeys(node[:LONGEST] for node in run.variables.node))
 
 
 @cached_per_run
 def variables(run: RunData) -> List[Series]:
     """The variables of a run, in their order; with two nodes the names have the node's."""
-    found, nodes = [], nodes_of(run)
+    found, nodes = [], variables_by_node(run.variables)
     for node, series_of in nodes.items():
         name = '{1}' if len(nodes) == 1 else '{}: {}'
         found += [replace(

@@ -75,7 +75,7 @@ def test_a_stamp_that_ros_could_not_send_again_is_refused(read, make):
 
 @pytest.mark.parametrize('absurd', [1e200, 1.7e308, 1.9e4])
 def test_a_reset_heals_whatever_was_believed_before(absurd):
-    """Also without SampleTiming."""
+    """This holds also without the timing of samples."""
     localizer, now = TimedPart.localizer(), 10.0
 
     def hear(seconds, x):
