@@ -4,9 +4,9 @@
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
 SUBMISSIONS is a folder with a folder or a zip file for each student, or the zip file of a learning
-platform. MARKS gets marks.csv, overview.html, and a
-page of feedback and a results.json for each student. A submission that has been marked there, and
-has not changed, is not tried again. The instructors' page on marking has more.
+platform. MARKS is a folder that gets marks.csv, overview.html, and for each student a page and a
+results.json. A submission that has been marked there, and has not changed, is not tried again. The
+instructors' page on marking has more.
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
@@ -19,13 +19,13 @@ from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.mark_class import mark_class, print_problem
 from tb3_labs.terminal import run_tool
 
-#: Signals that end the marking: Ctrl+C, the command kill, a terminal that is closed.
-ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+#: Signals that end the marking: of Ctrl+C, of the command kill, of a terminal that is closed.
+END_SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 INTERRUPTED = threading.Event()
 
 
 def parse(words):
-    """The command line's arguments."""
+    """Returns the command line's arguments."""
     parser = Parser(
         prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
         'changed is not tried again: after an interruption, the same command goes on.')
@@ -60,22 +60,23 @@ def parse(words):
 
 def main(words):
     """Mark all submissions, and write the marks. Returns the exit status."""
-    given = parse(words)
+    arguments = parse(words)
     try:
-        for each in ENDS:
-            if each != signal.SIGHUP or signal.getsignal(each) != signal.SIG_IGN:    # nohup's
-                signal.signal(each, interrupt)
-        return mark_class(given, INTERRUPTED)
+        for number in END_SIGNALS:
+            is_nohup = number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
+            if not is_nohup:
+                signal.signal(number, interrupt)
+        return mark_class(arguments, INTERRUPTED)
     except KeyboardInterrupt:
         print_problem('interrupted')
         return 130
 
 
 def interrupt(*_):
-    """Interrupt the marking, but only once: it must then clean up without an interruption."""
-    for each in ENDS:       # first of all: set() within set() would wait for ever
-        signal.signal(each, lambda *_: None)
-    INTERRUPTED.set()       # an exception may be lost: Python ignores those in some places
+    """Interrupt the marking once; later signals must not interrupt its end."""
+    for number in END_SIGNALS:      # before set(): a second set() within it would wait for ever
+        signal.signal(number, lambda *_: None)
+    INTERRUPTED.set()       # Python may lose the exception: in some places it ignores exceptions
     raise KeyboardInterrupt
 
 

@@ -3,8 +3,8 @@
 
     python3 doc/instructor/make_autograder.py turn.zip --lab turn
 
-Behind the name of the file come options of mark.py. The zip file has setup.sh, run_autograder,
-these options, and the students' archive of the last commit, which has no solution.
+Options of mark.py follow the name of the zip file. It gets setup.sh, run_autograder, these options,
+and the students' archive of the last commit, which has no solution.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import pathlib
@@ -21,7 +21,7 @@ HERE = ROOT / 'doc' / 'instructor'
 
 
 def make(path, options):
-    """Write the zip file; it ends with mark.py's words if one of these words is no option of it."""
+    """Write the zip file. An invalid option ends the program with mark.py's refusal."""
     if parse(['.', '-o', '.', *options]).points:
         sys.exit('the points come from launch/checks/points.yaml: edit and commit that file')
     path.write_bytes(subprocess.check_output(

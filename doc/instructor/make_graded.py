@@ -15,20 +15,20 @@ from tb3_labs.marking.marks import LABS, points_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
-#: The line before the table of a lab, or the list of its extras, and these. Without a list the
-#: extras are in the table.
-PLACE = re.compile(r'(<!-- (\w+)( extras)?: made by make_graded\.py -->\n\n)((?:[|*].*\n)*)')
+#: The comment before the table of a lab or the list of its extra criteria, and that table or list.
+#: If a sheet has no list for a lab, the extra criteria are in the table.
+MADE_PART = re.compile(r'(<!-- (\w+)( extras)?: made by make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 
 def extras(lab):
-    """The list of the criteria beyond the handout, in Markdown."""
+    """Returns the list of the criteria beyond the handout, in Markdown."""
     return ''.join(f'* `{c.label}`: {c.meaning}{c.limits and ", " + c.limits}\n'
                    for c in LABS[lab].criteria if c.extra)
 
 
 def table(lab, with_extras=True):
-    """The table of a lab, in Markdown: first the handout's criteria, then those beyond it."""
+    """Returns the table of a lab, in Markdown: the handout's criteria, then the extra criteria."""
     criteria = [c for c in LABS[lab].criteria if with_extras or not c.extra]
     worth = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
     rows = [f'| `{c.label}` | {c.meaning} |{c.limits and " " + c.limits} | {worth[c.name]:g} |\n'
@@ -38,11 +38,13 @@ def table(lab, with_extras=True):
 
 
 def with_tables(sheet):
-    """The text of a sheet with its tables as they should be."""
-    listed = {found.group(2) for found in PLACE.finditer(sheet) if found.group(3)}
-    return PLACE.sub(lambda found: found.group(1) + (
-        extras(found.group(2)) if found.group(3) else
-        table(found.group(2), found.group(2) not in listed)), sheet)
+    """Returns the text of a sheet with its tables and lists made anew."""
+    listed = {found.group(2) for found in MADE_PART.finditer(sheet) if found.group(3)}
+
+    def made(found):
+        comment, lab, is_list, _ = found.groups()
+        return comment + (extras(lab) if is_list else table(lab, lab not in listed))
+    return MADE_PART.sub(made, sheet)
 
 
 def main():

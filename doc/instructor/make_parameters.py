@@ -1,9 +1,9 @@
-"""Writes the files made from the nodes' settings, `launch/params/NODE.yaml`.
+"""Writes the files `launch/params/NODE.yaml` from the settings of the nodes.
 
     python3 doc/instructor/make_parameters.py
 
-A setting's default, unit, bounds and meaning stand in one place, the dataclass made of
-`tb3_labs.config.setting` that the node reads. A new node is one more line in `NODES`.
+The default, unit, bounds and meaning of a setting stand in the node's configuration, a dataclass of
+`tb3_labs.config.setting`. A new node is one more line in `NODES`.
 `test/unit/test_parameters.py` compares the files with this command.
 """
 import importlib.util
@@ -29,7 +29,7 @@ NODES = (
      ('SimulatorConfig', 'FakeTurtlebot3Config')),
     ('panel', 'panel.py', 'panel.launch', ('PanelConfig',)),
 )
-#: Configurations that dynamic_reconfigure offers, and their fields that it does not.
+#: Configurations that dynamic_reconfigure changes -> their fields that it cannot change.
 LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
 
 
@@ -62,7 +62,7 @@ class NodeParameters:
 
     @property
     def settings(self):
-        """(field, may it change while the node runs?) of each parameter."""
+        """(field, may it change while the node runs?) for each parameter."""
         found = {}
         for kind in self.configs:
             for item in fields(kind):
@@ -72,17 +72,17 @@ class NodeParameters:
 
     @property
     def arguments(self):
-        """Parameters that the launch file has as arguments."""
+        """The parameters that are arguments of the launch file."""
         return re.findall(r"(\w+): '?\$\(arg \1\)", self.element)
 
     @property
     def typed(self):
-        """Settings that are typed after the launch file or the node, and no parameters."""
+        """The settings that are typed as words after the node; they are not parameters."""
         return re.findall(r'_(\w+):=\$\(arg \1\)', self.element)
 
     @property
     def pad(self):
-        """Parameters that the launch file takes from a file of numbers of a pad."""
+        """The parameters that the launch file takes from the file of a gamepad's numbers."""
         if 'pad_$(arg pad)' not in self.element:
             return []
         path = ROOT / 'launch' / 'params' / 'pad_handout.yaml'
@@ -90,12 +90,12 @@ class NodeParameters:
 
 
 def nodes():
-    """All NODES."""
+    """Returns the NodeParameters of all NODES."""
     return [NodeParameters(*each) for each in NODES]
 
 
 def annotated_yaml(node):
-    """launch/params/NODE.yaml: each default, and beside it the valid values and the meaning."""
+    """Returns the text of launch/params/NODE.yaml: each default, its valid values and meaning."""
     lines = [f'# {node.name} ({node.script}): all parameters: default, valid values, meaning. '
              '(live): dynparam sets it.',
              '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change '
@@ -114,7 +114,7 @@ def annotated_yaml(node):
 
 
 def made():
-    """{path: text} of all files."""
+    """Returns path -> text for all files."""
     return {f'launch/params/{node.name}.yaml': annotated_yaml(node)
             for node in nodes() if '$(arg params)' in node.element}
 

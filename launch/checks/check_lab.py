@@ -32,7 +32,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of, read_points
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
-from tb3_labs.marking.intake.launch import Launch
+from tb3_labs.marking.intake.sandbox import Launch
 from tb3_labs.ros.node import end, leave
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'

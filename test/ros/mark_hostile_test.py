@@ -137,7 +137,7 @@ class HostileTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        assert sandbox.problem() == ''
+        assert sandbox.protection_problem(sandbox.Sandbox([])) == ''
         cls.folder = tempfile.TemporaryDirectory(prefix='hostile_')
         base = Path(cls.folder.name)
         cls.home, cls.marks = base / 'home', base / 'home' / 'marks'

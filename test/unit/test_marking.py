@@ -18,7 +18,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import archives, launch, sandbox, submissions
+from tb3_labs.marking.intake import archives, sandbox, submissions
 from tb3_labs.marking.labs.criteria import TOOK, Criterion, judge
 from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
@@ -119,13 +119,13 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
             '{:g} MB and {} files'.format(archives.MOST_BYTES / 1e6, archives.MOST_FILES),
-            '{:g} GB of the zip file of a class'.format(archives.CLASS * archives.MOST_BYTES / 1e9),
+            '{:g} GB of the zip file of a class'.format(archives.SUBMISSIONS_PER_CLASS_ZIP * archives.MOST_BYTES / 1e9),
             'files above {:g} MB are left out'.format(submissions.LARGEST_COPIED / 1e6),
             '{} processes, {:g} GB of memory'.format(processes.MOST_PROCESSES, processes.MOST_MEMORY / 1e9),
             '{:g} MB in th'.format(processes.MOST_DISK / 1e6),      # their folders
             'with more than {:g} MB'.format(processes.MOST_OTHER_MEMORY / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                sandbox.ADDRESS_SPACE / 1e9, launch.LARGEST_FILE / 1e6)):
+                sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
         assert said in words
 
 

@@ -17,9 +17,7 @@ from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking import mark_class
-from tb3_labs.marking.intake import sandbox
-from tb3_labs.marking.intake.launch import LARGEST_FILE
-from tb3_labs.marking.intake.sandbox import TASKS, USERS, OtherUser
+from tb3_labs.marking.intake.sandbox import LARGEST_FILE, TASKS, USERS, OtherUser, protection_problem
 from tb3_labs.marking.names import LAB_NODES
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
@@ -148,9 +146,9 @@ def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tm
     (tmp_path / 'lib' / 'tb3_labs').symlink_to(first + '/tb3_labs')
     monkeypatch.setenv('PYTHONPATH', ':'.join([str(tmp_path / 'lib')] + [
         path for path in os.environ['PYTHONPATH'].split(':') if path not in (first, *others)]))
-    assert sandbox.problem.__wrapped__(False) == ''
+    assert protection_problem(OtherUser()) == ''
     (tmp_path / 'lib').chmod(0o700)
-    assert re.match('another user cannot run them [(].*tb3_labs', sandbox.problem.__wrapped__(False))
+    assert re.match('another user cannot run them [(].*tb3_labs', protection_problem(OtherUser()))
 
 
 @pytest.mark.parametrize('container, unprotected, problem, said', [
@@ -160,7 +158,7 @@ def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tm
 def test_programs_have_no_sandbox_only_if_a_person_says_so(
         tmp_path, monkeypatch, capsys, container, unprotected, problem, said):
     given = SimpleNamespace(container=container, unprotected=unprotected)
-    monkeypatch.setattr(mark_class, 'sandbox_problem', lambda is_sandbox=True: problem if is_sandbox else '')
+    monkeypatch.setattr(mark_class, 'protection_problem', lambda tried: problem if tried.isolates else '')
     if said is None:
         with pytest.raises(ValueError, match='nothing was started, .*bwrap fails.*--unprotected'):
             mark_class._choose_protection(given, tmp_path)

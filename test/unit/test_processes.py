@@ -15,9 +15,10 @@ from tb3_labs.marking import trial_runner
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
-from tb3_labs.marking.trial_runner import environment_in, sweep
-from tb3_labs.marking.intake.launch import HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS
-from tb3_labs.marking.intake.sandbox import ADDRESS_SPACE, ROOM, TASKS, USERS, NoSandbox, Sandbox
+from tb3_labs.marking.trial_runner import kill_processes, trial_environment
+from tb3_labs.marking.intake.sandbox import (
+    ADDRESS_SPACE, HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox,
+    protection_problem)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: A program prints what it sees; its arguments: a folder of its own, and places that are not.
@@ -40,7 +41,7 @@ print(json.dumps({
 
 
 def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
-    made = environment_in(tmp_path, {'HOME': '/home/ann'})
+    made = trial_environment(tmp_path, {'HOME': '/home/ann'})
     assert made.pop('HOME') == '/home/ann' and made.pop('ROS_HOSTNAME') == 'localhost'
     assert made.pop('ROS_TEST_RESULTS_DIR') == 'results' and os.path.isdir(made['ROS_HOME'])
     assert set(made) == {'TMPDIR', 'ROS_HOME', 'ROS_LOG_DIR', 'ROS_ETC_DIR', 'ROS_PYTHON_LOG_CONFIG_FILE'}
@@ -58,15 +59,15 @@ def family():
     while len(processes._descendants(started.pid)) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
     yield started
-    sweep('of a test')
+    kill_processes('of a test')
     started.wait(100.0)
 
 
 def test_only_what_has_the_identity_is_ended(family):
     children = processes._descendants(family.pid)
-    sweep('of another test')
+    kill_processes('of another test')
     assert family.poll() is None and len(children) == 2
-    sweep('of a test')
+    kill_processes('of a test')
     assert family.wait(100.0) == -9
     assert processes._descendants(family.pid) == []
     assert [processes._own_memory(child) for child in children] == [0, 0]
@@ -109,7 +110,7 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
     bomb = Bomb()
     monkeypatch.setattr(trial_runner, 'os', bomb)
     monkeypatch.setattr(trial_runner, '_has', lambda pid, mark: pid in bomb.running | bomb.stopped)
-    ending = threading.Thread(target=sweep, args=('of a bomb',), daemon=True)
+    ending = threading.Thread(target=kill_processes, args=('of a bomb',), daemon=True)
     ending.start()
     ending.join(10.0)
     assert bomb.listdir('/proc') == ['self']
@@ -165,7 +166,7 @@ def test_in_each_layout_a_program_has_messages_and_python_and_no_solution(
 
 @needs_sandboxes
 def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
-    assert sandbox.problem() == ''
+    assert protection_problem(Sandbox([])) == ''
     own, other = tmp_path / 'own', tmp_path / 'other'
     own.mkdir()
     other.mkdir()
@@ -212,13 +213,11 @@ def test_without_a_sandbox_a_program_keeps_all_but_large_files():
     ((3, ''), 'bubblewrap fails (exit status 3)'),
     (FileNotFoundError(), 'bubblewrap is not installed (apt install bubblewrap)'),
     (subprocess.TimeoutExpired('bwrap', 1), 'bubblewrap hangs')])
-def test_a_machine_without_sandboxes_says_why(monkeypatch, request, ends, words):
+def test_a_machine_without_sandboxes_says_why(monkeypatch, ends, words):
     def run(command, **options):
         if isinstance(ends, Exception):
             raise ends
         return subprocess.CompletedProcess(command, ends[0], stderr=ends[1])
     monkeypatch.setattr(sandbox.subprocess, 'run', run)
     monkeypatch.setattr(sandbox, 'sized', lambda: True)
-    sandbox.problem.cache_clear()
-    request.addfinalizer(sandbox.problem.cache_clear)
-    assert sandbox.problem() == words
+    assert protection_problem(Sandbox([])) == words

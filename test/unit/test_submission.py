@@ -26,7 +26,7 @@ from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking import trial_runner
 from tb3_labs.marking.intake.sandbox import NoSandbox
-from tb3_labs.marking.intake.workspace import COPY, elsewhere, prepare
+from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
 
@@ -122,8 +122,8 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
     files, prints, told = HANDED_IN[name]
     ready, reading = prepared(tmp_path, files)
     assert os.path.basename(ready.program) == 'turtlebot_controller.py'
-    assert told in ' '.join(reading.remarks + reading.look_at)
-    assert bool(reading.look_at) is (name in ('two files of a name', 'another Python'))
+    assert told in ' '.join(reading.remarks + reading.findings)
+    assert bool(reading.findings) is (name in ('two files of a name', 'another Python'))
     if prints is not None:
         said = subprocess.check_output([ready.program], env=ready.environment, text=True)
         assert said.startswith(prints)
@@ -342,7 +342,7 @@ def test_a_slip_is_no_module_of_the_robot(tmp_path):
         assert reading.unused == [] and 'No module named' in subprocess.run(
             [ready.program], env=ready.environment, stderr=subprocess.PIPE, text=True).stderr
         said, = [said for said in reading.remarks if 'near it' in said]
-        assert said in reading.look_at and re.search(r'imports (maths|tiime), .* near it: (math|time)\.', said)
+        assert said in reading.findings and re.search(r'imports (maths|tiime), .* near it: (math|time)\.', said)
 
 
 def test_a_folder_that_was_not_put_aside():
@@ -446,9 +446,9 @@ def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
 def test_an_error_that_another_machine_may_not_have_is_told_to_the_instructor(tmp_path, line, told):
     hand_in(tmp_path / 'lab2', {'beside.py': ''})
     begun = time.process_time()
-    assert elsewhere("AttributeError: module '" + 'a' * 40000, tmp_path) == []
+    assert version_errors("AttributeError: module '" + 'a' * 40000, tmp_path) == []
     assert time.process_time() - begun < 1.0
-    assert [line in said for said in elsewhere('Traceback:\n  x\n{}\n'.format(line), tmp_path)] == [
+    assert [line in said for said in version_errors('Traceback:\n  x\n{}\n'.format(line), tmp_path)] == [
         True] * told
 
 
@@ -468,7 +468,7 @@ def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_
         (tmp_path / path).touch()
     monkeypatch.setattr(trial_runner.rospkg, 'RosPack', lambda: SimpleNamespace(
         get_path=lambda name: str(tmp_path / 'src' / name)))
-    made = trial_runner.ros_alone(tmp_path / 'own', {
+    made = trial_runner.marking_environment(tmp_path / 'own', {
         'CMAKE_PREFIX_PATH': ':'.join(spaces), 'ROS_PACKAGE_PATH': str(tmp_path / 'src') + ':/x',
         'PYTHONPATH': ':'.join(space + '/lib/python3/dist-packages' for space in spaces),
         'PATH': over + '/bin:/home/ann/bin', 'LD_LIBRARY_PATH': over + '/lib', 'HOME': '/home/ann',

@@ -15,6 +15,7 @@ import time
 import weakref
 import zipfile
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -25,9 +26,9 @@ from tb3_labs.marking import mark_class, marks_folder
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.intake.archives import digest
-from tb3_labs.marking.intake.submissions import students_named, submissions_in
+from tb3_labs.marking.intake.submissions import Submission, students_named, submissions_in
 from tb3_labs.marking.marks import Decision, points_of
-from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in
+from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
 from tb3_labs.marking.mark_class import MarkedClass
 from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
@@ -467,6 +468,18 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
     assert MarkedClass(marker, True).mark_all(found, 1) is True     # --only: it is tried, and cannot be
 
 
+def test_what_the_preparation_of_a_node_finds_reaches_the_instructor(tmp_path, monkeypatch):
+    """Such as a first line that names a Python which this machine lacks."""
+    def prepares(_runner, _marks, reading, *_):
+        reading.remarks.append('It was repaired.')
+        reading.findings.append('It names another Python.')
+    monkeypatch.setattr(TrialRunner, '_record', prepares)
+    reading = SimpleNamespace(remarks=['It was read.'], findings=[])
+    runner = TrialRunner(folder_of(tmp_path), threading.Event())
+    marks = runner.try_out(Submission('Ann', {}), reading, tmp_path)
+    assert marks.remarks == ['It was read.', 'It was repaired.'] and marks.findings == ['It names another Python.']
+
+
 # -- a machine that is too busy
 
 @pytest.mark.parametrize('gaps, told, remark', [
@@ -493,17 +506,17 @@ def test_full_marks_are_never_unfair():
     times = held_up.run.ground_truth.arrival
     times[50:] += 0.5
     marks = marks_of('Ann', held_up)
-    assert marks.observation.unfair and marks.delayed
+    assert marks.delayed
     marks.verdicts = [replace(each, outcome=criteria.Outcome.MET) for each in marks.verdicts]
     assert marks.is_full and not marks.delayed
 
 
 def test_two_marks_of_one_folder_are_refused(tmp_path):
-    with alone_in(tmp_path):
+    with locked(tmp_path):
         with pytest.raises(ValueError, match='another mark.py writes into .*: wait until it has ended'):
-            with alone_in(tmp_path):
+            with locked(tmp_path):
                 pass
-    with alone_in(tmp_path):
+    with locked(tmp_path):
         pass
 
 
@@ -519,7 +532,7 @@ def test_students_are_chosen_by_name(name, words):
         students_named(students, [name])
     assert students_named(['Ju\u0308rg'], ['J\xfcrg']) == ['Ju\u0308rg']      # as a Mac's zip file writes it
     assert students_named(['Ann', 'ann'], ['Ann']) == ['Ann'] and students_named(['Ann', 'ann'], ['ann']) == ['ann']
-    with pytest.raises(ValueError, match='more than one submission is called ANN; these are: Ann, ann'):
+    with pytest.raises(ValueError, match='no submission is called ANN; near it: Ann, ann'):
         students_named(['Ann', 'ann'], ['ANN'])
     with pytest.raises(ValueError, match='these are: s0, s1, s2, s3, s4, s5, s6, s7, s8, s9 and 14 more'):
         students_named(['s{}'.format(number) for number in range(24)], ['Nobody'])

@@ -1,4 +1,4 @@
-"""A class whose submissions are marked: the way in for mark.py."""
+"""Marks the submissions of a class, as mark.py's arguments say."""
 import os
 import sys
 import tempfile
@@ -11,14 +11,14 @@ from typing import Sequence
 from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.intake.archives import NotJudged, is_zip
 from tb3_labs.marking.intake.read_submission import unpack_class
-from tb3_labs.marking.intake.sandbox import UNPROTECTED
-from tb3_labs.marking.intake.sandbox import problem as sandbox_problem
+from tb3_labs.marking.intake.sandbox import (
+    UNPROTECTED, OtherUser, Sandbox, protection_problem)
 from tb3_labs.marking.intake.submissions import (
     Submission, students_named, submissions_in, without_wrapping)
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
-from tb3_labs.marking.marks_folder import MarksFolder, Options, alone_in, failure
+from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
 from tb3_labs.marking.trial_runner import (
-    POLL_PERIOD, MarkingInterrupted, TrialRunner, new_marks, ros_alone)
+    POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
 
 
 def print_line(line: str) -> None:
@@ -36,7 +36,7 @@ class MarkedClass:
     """A class whose submissions are marked."""
 
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
-        """`retry`: repeat all trials, also of submissions that were marked and have not changed."""
+        """`retry` is True if the submissions that have not changed are tried again, too."""
         self._runner, self._folder, self._retry = runner, runner.folder, retry
         self._failed, self._unchanged = False, 0
         self._writing = threading.Lock()
@@ -53,7 +53,7 @@ class MarkedClass:
                     name = f'[{number}/{len(submissions)}] {submission.student}'
                     tasks.append(pool.submit(self._mark, submission, name))
                 while wait(tasks, POLL_PERIOD).not_done:
-                    if self._runner.interrupted.is_set():     # where a signal's exception was lost
+                    if self._runner.interrupted.is_set():     # Python lost a signal's exception
                         raise KeyboardInterrupt
             except KeyboardInterrupt:
                 self._failed = True
@@ -85,12 +85,13 @@ class MarkedClass:
             self._write(new_marks(submission, unjudged=failure(problem)), '')
 
     def _try(self, submission, name):
-        """Mark one submission; try it unless it was tried before and has not changed."""
+        """Try one submission, unless it was tried before and has not changed. It is tried once more
+        if the machine held up the robot."""
         begun = time.monotonic()
-        for is_last in (False, True):       # once more if the machine held up the robot
+        for is_first in (True, False):
             with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
                 reading = self._runner.read(submission, Path(work))
-                if not is_last:
+                if is_first:
                     if not self._retry and self._is_kept(submission, reading.digest, name):
                         return
                     print_line(name + ' ...')
@@ -99,23 +100,24 @@ class MarkedClass:
             marks = self._write(found, reading.digest)
             if not marks.delayed:
                 break
-            if not is_last:
+            if is_first:
                 print_line('{}: the machine held the robot up for {:.2f} s; tried again'.format(
                     name, marks.observation.longest_gap))
         print_line(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):
-        """Would another trial be the same as the trial of an earlier run? Print its points then."""
+        """Returns True, and prints the points, if nothing has changed since an earlier trial."""
         with self._writing:
             marks = self._folder.marks_if_unchanged(submission.student, digest)
-            self._unchanged += marks is not None
-            self._failed = self._failed or marks is not None and not marks.is_known
-        if marks is not None:
-            print_line(f'{name}: {as_text(marks)}, tried before')
-        return marks is not None
+            if marks is None:
+                return False
+            self._unchanged += 1
+            self._failed = self._failed or not marks.is_known
+        print_line(f'{name}: {as_text(marks)}, tried before')
+        return True
 
     def _write(self, found, digest):
-        """Keep what was found of a submission of this `digest`. Returns its Marks."""
+        """Write the page of a submission that has this `digest`. Returns its Marks."""
         with self._writing:
             marks = self._folder.write(found, digest)
             self._failed = self._failed or not marks.is_known
@@ -123,87 +125,92 @@ class MarkedClass:
 
 
 def as_text(marks: Marks) -> str:
-    """The points, or that there are none."""
+    """Returns the points as text."""
     return f'{marks.points:g} of {marks.worth:g} points' if marks.is_known else NOT_JUDGED
 
 
 # -- the command
 
-def mark_class(given, interrupted: threading.Event) -> int:
+def mark_class(arguments, interrupted: threading.Event) -> int:
     """Mark a class as the arguments of mark.py say. Returns the exit status.
 
-    Once `interrupted` is set, all that runs is ended. This process gets the environment of a
-    separate ROS.
+    Once `interrupted` is set, all trials are ended. This process gets the environment of a separate
+    ROS.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
-        environment = ros_alone(Path(work) / 'ros', os.environ)
+        environment = marking_environment(Path(work) / 'ros', os.environ)
         os.environ.clear()
         os.environ.update(environment)
         try:
-            parts = LABS[given.lab].read_parts(given.parts)
-            worth = points_of(given.lab, read_points(given.points))
-            option = _read_option(given)
-            found = _submissions(given, Path(work))
-            is_sandbox = _choose_protection(given, Path(work))
-            with alone_in(given.folder):
+            parts = LABS[arguments.lab].read_parts(arguments.parts)
+            worth = points_of(arguments.lab, read_points(arguments.points))
+            option = _read_option(arguments)
+            found = _submissions(arguments, Path(work))
+            is_sandbox = _choose_protection(arguments, Path(work))
+            with locked(arguments.folder):
                 folder = MarksFolder(
-                    given.folder, given.lab, parts, worth,
-                    Options(given.package, given.type, option, is_sandbox),
-                    rescores=given.points is not None)
+                    arguments.folder, arguments.lab, parts, worth,
+                    Options(arguments.package, arguments.type, option, is_sandbox),
+                    rescores=arguments.points is not None)
                 failed = MarkedClass(TrialRunner(folder, interrupted),
-                                     bool(given.only)).mark_all(found, given.jobs)
+                                     bool(arguments.only)).mark_all(found, arguments.jobs)
                 with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end
                     page, notes = pool.submit(folder.write_overview, not is_sandbox).result()
         except (OSError, ValueError, NotJudged) as problem:
             print_problem(reason(problem))
             return 2
-    for note in notes[not is_sandbox:]:     # the note that there are none was printed before
+    if not is_sandbox:
+        notes = notes[1:]       # the first note was printed before
+    for note in notes:
         print_line(note)
     if page is not None:
         print_line(f'Overview: {page}')
     return 1 if failed else 0
 
 
-def _read_option(given):
-    """The value of the lab's option; ``ValueError`` if it is invalid, or another lab's."""
+def _read_option(arguments):
+    """Returns the value of the lab's option. ``ValueError`` if it is invalid, or another lab's."""
     chosen = ''
     for name, lab in LABS.items():
-        value = lab.option and getattr(given, lab.option.name)
-        if name != given.lab and value is not None:
+        value = lab.option and getattr(arguments, lab.option.name)
+        if name != arguments.lab and value is not None:
             raise ValueError(f'--{lab.option.name} is for --lab {name} alone')
-        if name == given.lab and lab.option is not None:
+        if name == arguments.lab and lab.option is not None:
             chosen = lab.option.default if value is None else value
             lab.option.read(chosen)
     return chosen
 
 
-def _submissions(given, work):
-    """The Submissions to mark. A class's zip file is unpacked below `work`."""
-    marks, source = given.folder.resolve(), given.submissions.resolve()
+def _submissions(arguments, work):
+    """Returns the Submissions to mark. A class's zip file is unpacked below `work`."""
+    marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):   # they would be marked, too
-        raise ValueError(f'-o {given.folder}: the marks would lie among the submissions; give a '
-                         'folder beside them')
-    source = given.submissions.absolute()
+        raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
+                         'a folder beside them')
+    source = arguments.submissions.absolute()
     if not source.is_dir():
         if not (source.is_file() and is_zip(source.name)):
-            raise ValueError(f'{given.submissions} is neither a folder nor a zip file')
+            raise ValueError(f'{arguments.submissions} is neither a folder nor a zip file')
         for remark in unpack_class(source, work / 'all'):
             print_problem(remark)
         source = without_wrapping(work / 'all')
     found = submissions_in(source, print_problem)
-    if given.only:
-        names = students_named([submission.student for submission in found], given.only)
+    if arguments.only:
+        names = students_named([submission.student for submission in found], arguments.only)
         found = [submission for submission in found if submission.student in names]
     return found
 
 
-def _choose_protection(given, work):
-    """Do the submissions' programs run in sandboxes? ``ValueError`` if they cannot be protected as
-    the arguments say."""
-    problem = '' if given.unprotected and not given.container else sandbox_problem()
-    if problem and given.container:
+def _choose_protection(arguments, work):
+    """Returns True if the submissions' programs run in sandboxes.
+
+    Raises ``ValueError`` if they cannot be protected as the arguments say.
+    """
+    is_needed = arguments.container or not arguments.unprotected
+    problem = protection_problem(Sandbox([])) if is_needed else ''
+    if problem and arguments.container:
         print_line(f'{problem}: this container, which is thrown away, is the sandbox.')
-    elif given.unprotected:
+    elif arguments.unprotected:
         print_line(UNPROTECTED)
     elif problem:
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
@@ -212,7 +219,9 @@ def _choose_protection(given, work):
     else:
         return True
     work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
-    if os.geteuid() == 0 and sandbox_problem(False):
-        raise ValueError(f'nothing was started: {sandbox_problem(False)}; this package must lie '
-                         'where every user can read it, not in /root')
+    if os.geteuid() == 0:
+        problem = protection_problem(OtherUser())
+        if problem:
+            raise ValueError(f'nothing was started: {problem}; this package must lie where every '
+                             'user can read it, not in /root')
     return False

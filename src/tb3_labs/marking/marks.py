@@ -1,14 +1,13 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-The points stand in a table that an instructor edits. The first level has the
-names of labs, the second level the names of criteria. `extra` has the criteria beyond the handout:
+The points stand in a table that an instructor edits. It has a section for each lab with the points
+of its criteria. The section `extra` has the criteria beyond the handout:
 
     turn:
       left: 3
       extra: {within_1_deg: 0}
 
-Marks are a function of the submission, of the recorded trial, of these points, and of a person's
-decisions: see `judged`.
+Marks follow from the submission, the recorded trial, these points, and a person's decisions.
 """
 import math
 from dataclasses import dataclass, field, replace
@@ -23,7 +22,7 @@ from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
-from tb3_labs.marking.trial.observation import LONGEST, NO_RUN, Observation
+from tb3_labs.marking.trial.observation import LONGEST, LONGEST_FAIR_GAP, NO_RUN, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
 from tb3_labs.watch.chains import Link, first_broken
@@ -52,7 +51,7 @@ class Lab(NamedTuple):
 
     title: str
     criteria: List[Criterion]
-    #: Sentences on mistakes that cost no points; for the parts that were tried.
+    #: Returns sentences on mistakes that cost no points, in the parts that were tried.
     remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda observation, parts: []
     option: Optional[Option] = None
 
@@ -61,7 +60,7 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """The parts in a list with commas; ``ValueError`` for a part that the lab does not have."""
+        """Returns the parts in a list with commas. ``ValueError`` if the lab lacks one of them."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         if not set(parts) <= set(self.parts):
             raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
@@ -81,9 +80,9 @@ LABS = {
 
 
 class Decision(NamedTuple):
-    """A person's points for a submission, in place of the marker's, and the reason."""
+    """The points that a person gives to a submission, and the reason."""
 
-    points: Optional[float]     # None: the marker's stay
+    points: Optional[float]     # None: the marker's points stay
     reason: str = ''
 
 
@@ -94,9 +93,9 @@ class Marks:
     student: str
     node: str = ''                   # package/file
     number: str = ''                 # of the student on the learning platform
-    late: bool = False               # was it handed in late, by the platform?
+    late: bool = False               # does the platform say so?
     remarks: List[str] = field(default_factory=list)      # sentences
-    findings: List[str] = field(default_factory=list)     # for the instructor alone; sentences
+    findings: List[str] = field(default_factory=list)     # sentences for the instructor alone
     unjudged: str = ''               # why it could not be judged, a sentence; '' if it was
     seconds: float = 0.0             # the time that the trial took [s]
     #: Beginnings of paths on the marking machine, which no page shows.
@@ -104,11 +103,11 @@ class Marks:
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None  # None: nothing could be observed
     decision: Optional[Decision] = None
-    link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken one, if it lost points
+    link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken link, if points are lost
 
     @property
     def decided(self) -> Optional[float]:
-        """The points that a person gave in place of the marker's."""
+        """The points that a person gave; None if the marker's points stay."""
         return self.decision.points if self.decision else None
 
     @property
@@ -118,34 +117,39 @@ class Marks:
 
     @property
     def is_full(self) -> bool:
-        """Does it meet all that the handout asks for?"""
+        """Does it meet all criteria of the handout?"""
         return not self.unjudged and all(
             verdict.outcome is Outcome.MET for verdict in self.graded)
 
     @property
     def delayed(self) -> str:
-        """A sentence if the machine was too busy to judge a node fairly that lost points; or ''."""
-        return self.observation.unfair if self.observation and not self.is_full else ''
+        """A sentence if points are lost and the machine was too busy to judge fairly; else ''."""
+        gap = self.observation.longest_gap if self.observation else 0.0
+        if gap <= LONGEST_FAIR_GAP or self.is_full:
+            return ''
+        return (f'The machine held the robot up for {gap:.2f} s (up to {LONGEST_FAIR_GAP:g} s are '
+                'fair): the marks may be unfair.')
 
     @property
     def mistake(self) -> str:
         """The first broken link as a sentence, with the lines of the node's file; or ''."""
-        return sentence(self.link[1], self.observation.assigned) if (
-            self.link and self.observation) else ''
+        if not (self.link and self.observation):
+            return ''
+        return sentence(self.link[1], self.observation.assigned)
 
     @property
     def hint(self) -> str:
-        """The mistake, and the place in a sheet that explains it, or ''."""
+        """The mistake, and the place in a sheet that explains it; or ''."""
         return f'{self.mistake} See {self.link[0].place}.' if self.link else ''
 
     @property
     def sentences(self) -> List[str]:
-        """The reason why it was not judged, and all remarks."""
+        """The reason why it was not judged, if it was not, and all remarks."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
     def decision_sentences(self) -> List[str]:
-        """The sentence on a person's decision, in a list; [] if there is none."""
+        """One sentence on a person's decision; [] if there is no decision."""
         if self.decision is None:
             return []
         gave = '' if self.decided is None else (
@@ -153,11 +157,12 @@ class Marks:
         return [f'{gave} {self.decision.reason}'.strip()]
 
     @property
-    def why_none(self) -> str:
+    def why_no_points(self) -> str:
         """The reason if it was not judged, or has no points; else ''."""
         if self.unjudged or self.points:
             return self.unjudged
-        return next((verdict.observed for verdict in self.graded if verdict.observed), '')
+        reasons = [verdict.observed for verdict in self.graded if verdict.observed]
+        return reasons[0] if reasons else ''
 
     @property
     def points(self) -> float:
@@ -171,7 +176,7 @@ class Marks:
 
     @property
     def worth(self) -> float:
-        """The points of all criteria of the handout together: full marks."""
+        """Full marks: the points of all criteria of the handout."""
         return sum(verdict.worth for verdict in self.graded)
 
     @property
@@ -186,10 +191,9 @@ class Marks:
 
 
 def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
-           worth: Mapping[str, float],
-           parts: Sequence[str] = ()) -> Marks:
-    """The Marks of a submission by its trial; None: there was no trial. `worth`: criterion ->
-    points; `parts` of the lab that were tried: [] for all."""
+           worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
+    """Returns the Marks of a submission. `observation` is None if there was no trial. `worth` has
+    the points of each criterion. `parts` has the parts that were tried; [] means all parts."""
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
@@ -197,19 +201,19 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = judge(LABS[lab].criteria, observation, worth, parts)
     verdict_text = ' '.join(each.observed for each in marks.verdicts)
-    marks.remarks = (([] if marks.is_full else faults_in(observation, verdict_text))
-                     + marks.remarks + remarks_on(observation, verdict_text)
+    faults = [] if marks.is_full else faults_in(observation, verdict_text)
+    marks.remarks = (faults + marks.remarks + remarks_on(observation, verdict_text)
                      + LABS[lab].remarks(observation, parts))
-    inside: List[str] = []
+    marks.findings = list(marks.findings)
     try:
-        if not marks.is_full:
-            marks.link = _broken_link(observation, marks.graded)
-        else:
+        if marks.is_full:
             marks.remarks += chains.remarks(observation.run, lab)
+        else:
+            marks.link = _broken_link(observation, marks.graded)
     except Exception as problem:        # a node's variables may hold anything
-        inside = ['The marker could not look inside the node '
-                  f'({type(problem).__name__}: {problem}).']
-    marks.findings = marks.findings + inside + observation.findings
+        marks.findings.append('The marker could not look inside the node '
+                              f'({type(problem).__name__}: {problem}).')
+    marks.findings += observation.findings
     if marks.delayed:
         marks.remarks.append(marks.delayed)
         marks.findings.append(f'{marks.delayed} Type the same command again.')
@@ -221,9 +225,13 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """The first broken link in the parts of the lab that lost points; None if it is not known. An
-    exception, or a sensor's topic that nobody publishes, is the mistake itself. The parts in which
-    no point can be lost are left out: they ask for more than the handout."""
+    """Returns the first broken link in the parts of the lab that lost points; None if it is not
+    known.
+
+    None is returned, too, if the mistake itself is known: an exception, or a sensor's topic that
+    nobody publishes. Parts in which no point can be lost are left out: they ask for more than the
+    handout.
+    """
     if observation.run is NO_RUN or observation.unpublished_topic or observation.not_finite or (
             tracebacks_before_the_end(observation)):
         return None
@@ -240,7 +248,7 @@ def _broken_link(observation: Observation,
 
 
 def _clean(sentences: Sequence[str]) -> List[str]:
-    """The first sentences, each short and printable: they may quote a submission."""
+    """Returns the first sentences, each short and printable: they may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
@@ -249,17 +257,17 @@ def _clean(sentences: Sequence[str]) -> List[str]:
 def points_of(lab: str, table: Any) -> Dict[str, float]:
     """Returns name of a criterion -> its points; `table`: from yaml.safe_load().
 
-    ``ValueError`` if it has no section for the lab, if it lacks a criterion or has an unknown
-    one, or if points are not finite, or below 0.
+    Raises ``ValueError`` if it has no section for the lab, if a criterion is missing or unknown, or
+    if points are not finite, or below 0.
     """
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
-    given = dict(table[lab])
-    extra = given.pop(EXTRA, {})
+    graded = dict(table[lab])
+    extra = graded.pop(EXTRA, {})
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA}" is a section of its own')
     worth: Dict[str, float] = {}
-    for section, is_extra in ((given, False), (extra, True)):
+    for section, is_extra in ((graded, False), (extra, True)):
         names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
         for name in [*section, *names]:
             if name not in names:
@@ -276,10 +284,10 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 def read_points(path: Optional[Path]) -> Any:
     """Returns the table in a file of points; this package's file if `path` is None.
 
-    ``ValueError`` with the reason if it cannot be read.
+    Raises ``ValueError`` with the reason if it cannot be read.
     """
-    path = path or (
-        Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'checks' / 'points.yaml')
+    if path is None:
+        path = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch/checks/points.yaml'
     try:
         with open(str(path), encoding='utf-8') as file:
             return yaml.safe_load(file)

@@ -1,15 +1,13 @@
-"""The table of a class, marks.csv, and the page with the same, overview.html.
-
-The table has the marker's columns, and those that a person fills in.
+"""The table of a class, marks.csv, and the page with the same content, overview.html.
 
 Columns: student, points, of (full marks), the points for each criterion, node, remarks, id (of the
 student on the learning platform), late, decided, reason; then the columns that a person has added.
-A criterion beyond the handout has 'extra_' before its name, and 'yes' or 'no' in its cell if it is
-worth nothing. The points of a submission that could not be judged are empty. A text from a
-submission is never written as a formula.
+A criterion beyond the handout has 'extra_' before its name; if it is worth nothing, its cell has
+'yes' or 'no'. If a submission could not be judged, its points are empty. A text from a submission
+is never written as a formula.
 
-A person decides by points in `decided`, and may give a `reason`. Points or remarks that a person
-has written over the marker's own are taken for both.
+A person decides by points in the column `decided`, and may write a `reason`. If a person edits the
+marker's own points or remarks, these are the decision and the reason.
 """
 import csv
 import io
@@ -23,7 +21,7 @@ from tb3_labs.marking.marks import NOT_JUDGED, Decision, Marks
 from tb3_labs.marking.student_page import symbol
 from tb3_labs.report.page.document import Markup, document, safe, table
 
-#: The first columns; the columns of a person's decision.
+#: The first columns; the columns in which a person may write a decision.
 FIRST = STUDENT, POINTS, OF = ['student', 'points', 'of']
 WATCHED = DECIDED, POINTS, REASON, REMARKS = 'decided', 'points', 'reason', 'remarks'
 #: No cell of a spreadsheet is longer; a person's own text may be.
@@ -32,10 +30,10 @@ csv.field_size_limit(2 ** 31 - 1)
 
 
 class MarksTable:
-    """The table of the last run; ``ValueError`` if the text is not such a table. It is '' in the
-    first run."""
+    """The table of the last run; its text is '' in the first run."""
 
     def __init__(self, text: str = '') -> None:
+        """Raises ``ValueError`` if the text is not such a table."""
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
@@ -47,73 +45,69 @@ class MarksTable:
         rows = rows or [FIRST]
         if not set(FIRST) <= set(rows[0]):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST))
-        self._width = max(map(len, rows))
-        places = list(map(rows[0].index, FIRST))    # a person may have moved them
-        places += [place for place in range(self._width + 1) if place not in places]
-        # all rows have one more cell, which is empty
-        self._heads, *self._rows = [[(row + [''] * (self._width + 1 - len(row)))[place]
-                                     for place in places] for row in rows]
+        width = max(map(len, rows))
+        self._heads, *self._rows = [row + [''] * (width - len(row)) for row in rows]
+        self._student = self._heads.index(STUDENT)      # a person may have moved the columns
 
     def decisions(self, written: Mapping[str, Mapping[str, str]]) -> Dict[str, Decision]:
-        """A person's decisions: name in the table -> Decision. `written`: what the marker
-        wrote into the cells WATCHED of each name.
+        """Returns a person's decisions: student in the table -> Decision. `written` has the text
+        that the marker wrote into the WATCHED cells of each student.
 
-        ``ValueError`` with name and cell if it is not a number of points.
+        Raises ``ValueError`` with student and cell if a cell has no valid points.
         """
         found: Dict[str, Decision] = {}
         for row in self._rows:
-            cells, before = dict(zip(self._heads, row)), written.get(row[0], {})
+            student = row[self._student]
+            cells, before = dict(zip(self._heads, row)), written.get(student, {})
             edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            # what was written last is used
-            points, why = (next((name for name in (own, other) if name in edited), own)
-                           for own, other in ((DECIDED, POINTS), (REASON, REMARKS)))
-            if (cells.get(points) or cells.get(why)) and row[0] not in found:
-                found[row[0]] = Decision(_number(row[0], points, cells.get(points, '')),
-                                         cells.get(why, ''))
+            points = POINTS if POINTS in edited and DECIDED not in edited else DECIDED
+            why = REMARKS if REMARKS in edited and REASON not in edited else REASON
+            if (cells.get(points) or cells.get(why)) and student not in found:
+                found[student] = Decision(_number(student, points, cells.get(points, '')),
+                                          cells.get(why, ''))
         return found
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
-        """The table with these marks. A person's columns stay, and the rows of other students, also
-        if several have one name."""
+        """Returns the text of the table with these marks. It keeps the columns that a person added,
+        and the rows of other students, also if several have one name."""
         heads = list(cells_of(all_marks[0]))
-        places = [self._heads.index(head) if head in self._heads else -1 for head in heads]
-        added = [place for place in range(self._width) if place not in places]
+        places = [self._heads.index(head) if head in self._heads else None for head in heads]
+        added = [place for place in range(len(self._heads)) if place not in places]
         out = io.StringIO(newline='')
         writer = csv.writer(out, lineterminator='\n')
         writer.writerow(heads + [self._heads[place] for place in added])
-        others = list(self._rows)
+        kept = list(self._rows)
         for marks in all_marks:
-            old = next((row for row in others if row[0] == safe(marks.student)), None)
-            if old is not None:
-                others.remove(old)
-            writer.writerow([*cells_of(marks).values()]
-                            + [old[place] if old else '' for place in added])
-        for row in others:
-            writer.writerow([row[place] for place in places + added])
+            cells = list(cells_of(marks).values())
+            same = [row for row in kept if row[self._student] == safe(marks.student)]
+            if same:
+                kept.remove(same[0])
+                cells += [same[0][place] for place in added]
+            writer.writerow(cells + [''] * (len(heads) + len(added) - len(cells)))
+        for row in kept:
+            cells = ['' if place is None else row[place] for place in places]
+            writer.writerow(cells + [row[place] for place in added])
         return out.getvalue()
 
 
 def cells_of(marks: Marks) -> Dict[str, str]:
-    """The marker's cells of a row: column -> text."""
-    is_judged = not marks.unjudged
-    cells = {STUDENT: safe(marks.student), POINTS: _points(marks.points) if marks.is_known else '',
-             OF: _points(marks.worth)}
+    """Returns the marker's cells of a row: column -> text."""
+    cells = {STUDENT: safe(marks.student), POINTS: f'{marks.points:g}' if marks.is_known else '',
+             OF: f'{marks.worth:g}'}
     for verdict in marks.graded + marks.extra:
-        prints = 'yes' if verdict.outcome is Outcome.MET else 'no'
-        is_free = verdict.criterion.extra and not verdict.worth
-        cells[verdict.criterion.label] = '' if not is_judged else (
-            prints if is_free else _points(verdict.points))
+        text = f'{verdict.points:g}'
+        if marks.unjudged:
+            text = ''
+        elif verdict.criterion.extra and not verdict.worth:
+            text = 'yes' if verdict.outcome is Outcome.MET else 'no'
+        cells[verdict.criterion.label] = text
     decision = marks.decision
     cells.update({
         'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:LONGEST_CELL - 10]),
         'id': safe(marks.number), 'late': 'late' if marks.late else '',
-        DECIDED: _points(decision.points) if decision and decision.points is not None else '',
+        DECIDED: f'{decision.points:g}' if decision and decision.points is not None else '',
         REASON: safe(decision.reason) if decision else ''})
     return cells
-
-
-def _points(number: float) -> str:
-    return f'{number:g}'
 
 
 def _is_same(cell: str, written: str) -> bool:
@@ -125,6 +119,7 @@ def _is_same(cell: str, written: str) -> bool:
 
 
 def _number(student: str, name: str, cell: str) -> Optional[float]:
+    """Returns the points in a cell; None if it is empty."""
     if not cell:
         return None
     try:
@@ -154,19 +149,23 @@ tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: nor
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """The page of all students, HTML; `lab`: its title; `notes`: for the instructor alone."""
+    """Returns the page of all students, HTML. `lab` is the lab's title; the `notes` are for the
+    instructor alone."""
     some = all_marks[0]
     names = [escape(v.criterion.name.replace('_', ' ')) for v in some.graded + some.extra]
     heads = ['student', 'points', WHY,
              *(Markup(f'<span class="upright">{name}</span>') for name in names), REMARKS]
-    rows = [[Markup(f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>'),
-             f'{marks.points:g} / {marks.worth:g}' if marks.is_known else NOT_JUDGED,
-             marks.why_none]
-            + ['' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra]
-            + [_folded(marks.decision_sentences + marks.remarks)]
-            for marks in all_marks]
-    own = ['<h2>For the instructor alone</h2>'] if notes else []
-    own += [f'<p>{escape(note)}</p>' for note in notes]
+    rows = []
+    for marks in all_marks:
+        rows.append([
+            Markup(f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>'),
+            f'{marks.points:g} / {marks.worth:g}' if marks.is_known else NOT_JUDGED,
+            marks.why_no_points,
+            *('' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra),
+            _folded(marks.decision_sentences + marks.remarks)])
+    own = [f'<p>{escape(note)}</p>' for note in notes]
+    if own:
+        own.insert(0, '<h2>For the instructor alone</h2>')
     totals = sorted(marks.points for marks in all_marks if marks.is_known)
     summary = f'{len(all_marks)} submission' + ('' if len(all_marks) == 1 else 's')
     if len(totals) < len(all_marks):

@@ -5,7 +5,7 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
-A trial is kept as long as another one would be the same: see `trial_key`. Verdicts, points and
+A trial is kept until something changes that acts on it: see `trial_key`. Verdicts, points and
 sentences are made again from its bag in each run.
 """
 import fcntl
@@ -21,8 +21,7 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 import rospkg
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
-from tb3_labs.marking.intake.launch import OWN_PACKAGE
-from tb3_labs.marking.intake.sandbox import UNPROTECTED
+from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, judged
 from tb3_labs.marking.marks_csv import POINTS, WATCHED, MarksTable, cells_of, overview
 from tb3_labs.marking.student_page import results, student_page
@@ -32,18 +31,18 @@ from tb3_labs.report.page.document import safe
 #: Names of files.
 TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
-#: The parts of Marks that a record keeps, since the trial's bag does not have them.
-HANDED_IN = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged', 'seconds',
-             'places')
-#: This package, and the program of its simulated robot; an installed one lies in lib.
+#: The fields of Marks that a record keeps, since the trial's bag does not have them.
+RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
+                   'seconds', 'places')
+#: This package, and the program of its simulated robot.
 PACKAGE, ROBOT = Path(rospkg.RosPack().get_path(OWN_PACKAGE)), 'fake_turtlebot3.py'
 MARKING = Path(__file__).resolve().parent
-#: The files of trial/ that only read a recording.
-JUDGING = 'from_bag.py', 'remarks.py'
+#: The files of trial/ that do not act on a node: they only read a recording.
+READING_FILES = 'from_bag.py', 'remarks.py'
 
 
 class Options(NamedTuple):
-    """Settings of a try."""
+    """Settings of the trials of a class."""
 
     package: str = ''           # of the node, if the lab does not know it
     name: str = ''              # of the node's file, if the lab does not know it
@@ -52,37 +51,40 @@ class Options(NamedTuple):
 
 
 class MarksFolder:
-    """The marks of one lab, or of some of its parts, in a folder that is made if it is missing."""
+    """The folder with the marks of a lab, or of some of its parts. It is made if it is missing."""
 
     def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
                  options: Options = Options(), rescores: bool = True) -> None:
-        """`worth`: criterion -> points. ``ValueError`` if the folder has marks of another lab or
-        other parts, or a table that cannot be read; unless it `rescores`, also if its marks have
-        other points."""
+        """`worth` has the points of each criterion.
+
+        Raises ``ValueError`` if the folder has marks of another lab or of other parts, a table that
+        cannot be read, or, unless it `rescores`, marks with other points.
+        """
         self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
         self.logs, self.options = output_folder(self._path / 'logs'), options
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
                      'version': trial_key(lab)}
-        #: Student -> record; student -> Marks whose page this run has written.
+        #: student -> record; student -> Marks whose page this run has written.
         self._records: Dict[str, Dict[str, Any]] = {}
         self._shown: Dict[str, Marks] = {}
         for file in sorted(self.logs.glob('*' + RECORD)):
-            self._read(file)
+            self._read_record(file)
         self._table = self._read_table()
         if not rescores:
             self._check_points()
 
     def bag(self, student: str) -> Path:
-        """The place of the bag of a student's trial."""
+        """Returns the path of the bag of a student's trial."""
         return self.logs / (student + BAG)
 
     def _digest(self, student: str) -> str:
-        """A hash of this bag; '' if there is none."""
+        """Returns a hash of a student's bag; '' if it is missing."""
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
     def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
-        """A student's Marks if another trial of a submission of this digest would be the same."""
+        """Returns a student's Marks if neither the submission, of this digest, nor anything else
+        has changed since its trial; else None."""
         record = self._records.get(student)
         if record is None:
             return None
@@ -95,13 +97,14 @@ class MarksFolder:
         return None if marks.unjudged else marks    # its bag is gone, or cannot be read
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
-        """Keep what was handed in, and write page and results of its Marks, which are returned.
+        """Keep what was handed in, and write its page and results. Returns its Marks.
 
-        `submission`: its digest. The next run tries it again if the machine delayed it.
+        `submission` is its digest. It is not kept if the machine delayed the trial: then the next
+        run tries the submission again.
         """
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
-            'handed_in': {name: getattr(handed_in, name) for name in HANDED_IN},
+            'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},
             'worth': self.worth, 'bag': self._digest(handed_in.student),
             'cells': self._records.get(handed_in.student, {}).get('cells', {})}   # in the table
         marks = self._show(record)
@@ -111,7 +114,8 @@ class MarksFolder:
         return marks
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
-        """Write the files about all students; `unprotected`: were there no sandboxes?
+        """Write the table and the page of all students. `unprotected` is True if there were no
+        sandboxes.
 
         Returns (path of the page, lines for the instructor); (None, []) if there are no marks.
         """
@@ -125,7 +129,8 @@ class MarksFolder:
                 renewed.append(student)
             record.update(worth=self.worth, cells=cells)
             all_marks.append(marks)
-        # the table first: without it the old cells would look like a person's
+        # The table is written first. With an old table and new records, cells that the marker wrote
+        # would look like a person's.
         write_output(self._path / TABLE, self._table.renew(all_marks))
         for record in self._records.values():
             self._write(record)
@@ -139,18 +144,18 @@ class MarksFolder:
         write_output(self._path / OVERVIEW, overview(all_marks, LABS[self.lab].title, notes))
         return self._path / OVERVIEW, notes
 
-    def _read(self, file):
+    def _read_record(self, file):
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
             lab, parts = record['key']['lab'], record['key']['parts']
-            is_whole = set(record['handed_in']) == set(HANDED_IN) and isinstance(
+            is_complete = set(record['handed_in']) == set(RECORDED_FIELDS) and isinstance(
                 record['cells'], dict) and isinstance(record['worth'], dict)
         except (ValueError, KeyError, TypeError):
-            return      # cut off, or of another version: it is tried again
+            return      # incomplete, or of another version: its submission is tried again
         if [lab, parts] != [self.lab, sorted(self.parts)]:
             raise ValueError(f"{self._path} has marks of {lab}, {', '.join(parts) or 'all parts'}: "
                              'choose another folder for these')
-        if is_whole:
+        if is_complete:
             self._records[file.name[:-len(RECORD)]] = record
 
     def _check_points(self):
@@ -176,7 +181,7 @@ class MarksFolder:
                 f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _show(self, record):
-        """Write the page and the results of a record; returns its Marks."""
+        """Write the page and the results of a record. Returns its Marks."""
         handed_in, observation = Marks(**record['handed_in']), None
         bag = self.bag(handed_in.student)
         if not handed_in.unjudged:
@@ -198,7 +203,7 @@ class MarksFolder:
         return marks
 
     def _judged(self, handed_in, observation):
-        """(Marks, the student's page)."""
+        """Returns (Marks, the student's page)."""
         marks = judged(handed_in, observation, self.lab, self.worth, self.parts)
         marks.decision = self._decisions.get(safe(marks.student))
         return marks, student_page(marks, LABS[self.lab].title)
@@ -208,14 +213,14 @@ class MarksFolder:
 
 
 def failure(problem: Exception) -> str:
-    """The sentence on an error of the marker itself."""
+    """Returns a sentence on an error of the marker itself."""
     return f'The marking of it failed: {reason(problem)} ({type(problem).__name__}).'
 
 
 @contextmanager
-def alone_in(path: Path) -> Iterator[None]:
-    """Nobody else writes marks into this folder within the ``with`` block; ``ValueError`` if
-    somebody does already."""
+def locked(path: Path) -> Iterator[None]:
+    """Lock the folder within the ``with`` block, so that no other mark.py writes into it.
+    ``ValueError`` if another one has locked it."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -228,8 +233,8 @@ def alone_in(path: Path) -> Iterator[None]:
 # -- the trials
 
 def trial_key(lab: str) -> str:
-    """A hash of all that decides a trial of a lab besides the submission and the options. Criteria,
-    points and sentences are not in it, since they are made again from the recording."""
+    """Returns a hash of the files and constants that act on a trial of a lab. Criteria, points and
+    sentences are not in it, since verdicts are made again from the recording."""
     files = trial_files(lab)
     whole = hashlib.sha256(b''.join(path.read_bytes() for path in files))
     whole.update(repr(values_in('\n'.join(
@@ -238,18 +243,19 @@ def trial_key(lab: str) -> str:
 
 
 def trial_files(lab: str) -> List[Path]:
-    """The files that act on a node of a lab, and the files of the robot."""
+    """Returns the files that act on a node of a lab, and the files of the robot."""
     scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
-               if path.name not in JUDGING]
+               if path.name not in READING_FILES]
     return sorted(path for path in [
         *scripts, *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT,
-        PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT, PACKAGE / 'launch' / 'fake_robot.launch',
+        PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT,     # of an installed package
+        PACKAGE / 'launch' / 'fake_robot.launch',
         PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
 
 
 def values_in(scripts: str) -> Dict[str, Any]:
-    """The constants of the labs whose names stand in the text of the scripts, such as places,
-    headings and times: 'module NAME' -> value."""
+    """Returns 'module NAME' -> value for the constants of the labs that the text of the scripts
+    names, such as places, headings and times."""
     words = sorted(set(re.findall(r'\b[A-Z][A-Z0-9_]+\b', scripts)))
     labs = [importlib.import_module('tb3_labs.marking.labs.' + path.stem)
             for path in sorted(MARKING.glob('labs/*.py')) if not path.stem.startswith('ros_')]

@@ -1,10 +1,10 @@
-"""The page of one student, and the results.json with the same for Gradescope.
+"""The page of one student, and the results.json with the same content for Gradescope.
 
-The page needs no other file: it is the report of the recorded trial, with the verdicts on top.
+The page needs no other file. It has the verdicts, and the timeline of the recorded trial.
 
-Gradescope reads results.json. In it each test has a score; the whole score is their sum. The
-student sees all of it as soon as the marking has ended. A submission that was not judged has the
-score 0 and the reason there: Gradescope takes a missing file for a fault of the autograder.
+In results.json each test has a score, and the whole score is their sum. The student sees all of it
+as soon as the marking has ended. The file of a submission that was not judged has the score 0 and
+the reason: without a file Gradescope would report a fault of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
@@ -50,7 +50,7 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 
 
 def student_page(marks: Marks, lab: str) -> str:
-    """A student's page, HTML; `lab`: its title."""
+    """Returns a student's page, HTML. `lab` is the title of the lab."""
     places = Places()
     parts, observed = _head(marks, places), marks.observation
     has_timeline = observed is not None and len(observed.truth) > 0
@@ -74,13 +74,13 @@ def _head(marks, places):
 
 
 class Places:
-    """The places in the lab sheets that a page names: links to them, and what stands there."""
+    """The places in the lab sheets that a page names, and the texts of these places."""
 
     def __init__(self) -> None:
         self._texts: Dict[str, str] = {}
 
     def linked(self, sentence: str) -> Markup:
-        """HTML of a sentence, in which each place is a link."""
+        """Returns the HTML of a sentence. Each place in it becomes a link."""
         return Markup(PLACE.sub(self._link, escape(sentence, quote=False)))
 
     def _link(self, found: Any) -> str:
@@ -100,7 +100,7 @@ class Places:
 
 
 def _text_at(sheet: str, heading: str, step: str) -> str:
-    """The text of a step of a sheet, or below a heading; '' if the sheet is not here."""
+    """Returns the text below a heading of a sheet, or of one step there; '' without the sheet."""
     path = PACKAGE / 'doc' / sheet
     if not path.is_file():      # an installed package has no pages
         return ''
@@ -113,8 +113,8 @@ def _text_at(sheet: str, heading: str, step: str) -> str:
 
 
 def timeline_of(run: RunData, marks: Marks) -> Dict[str, Any]:
-    """The timeline's data of a run, the observation of these marks: the robot, the commands, the
-    stimuli of the node, and the moments of criteria that were not met."""
+    """Returns the timeline of the run of these marks: the robot, the commands, the stimuli, and the
+    moments of criteria that were not met."""
     observed = marks.observation or Observation('', '')
     moments = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
                     stimulus.name, stimulus.end) for stimulus in observed.stimuli]
@@ -128,9 +128,8 @@ def timeline_of(run: RunData, marks: Marks) -> Dict[str, Any]:
 
 
 def as_run(observed: Observation) -> RunData:
-    """Returns the recording of a trial as the timeline takes it. Its poses in ``local`` are the
-    true ones; its resets are the poses at which a drive began; its states are the names of the
-    stimuli."""
+    """Returns the recording of a trial for the timeline. Its poses in ``local`` are the true poses.
+    Its resets are the poses at which a drive began."""
     run = observed.run
     true = run.ground_truth
     drives = [stimulus for stimulus in observed.stimuli if GOAL_POSE in stimulus.facts]
@@ -160,10 +159,10 @@ def _verdicts(verdicts, has_timeline, places):
 
 
 def symbol(verdict: Verdict) -> Markup:
-    """The outcome of a verdict as a coloured sign, HTML."""
+    """Returns the outcome of a verdict as a coloured sign, HTML."""
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
-        outcome = Outcome.NOT_OFFERED       # what nobody asked for is not wrong
+        outcome = Outcome.NOT_OFFERED       # the handout does not ask for it, so it is not wrong
     return Markup(f'<span class="verdict" style="background: {COLOURS[outcome]}" '
                   f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
 
@@ -182,7 +181,8 @@ def _printed(observation):
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the object for json.dump(): a test for each criterion, and the rest of the page."""
+    """Returns the object for json.dump(). It has a test for each criterion; its output has the rest
+    of the page."""
     places = Places()
     parts = _head(marks, places) + [
         WATCH.sub('', hints(marks.link, marks.mistake, places.linked))]

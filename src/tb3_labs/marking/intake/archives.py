@@ -1,8 +1,7 @@
-"""Files of strangers: zip files are unpacked, folders are read, within a budget of files and bytes,
-without links and devices.
+"""Files of strangers: zip files are unpacked, and folders are listed, within limits.
 
-A zip file may be a bomb, or have paths that lead out of it: read_submission.py does this in a
-process of its own.
+A zip file may be made to fill the disk, or have paths that lead out of its folder. Therefore
+read_submission.py uses this file in a process of its own.
 """
 import errno
 import hashlib
@@ -15,7 +14,7 @@ import zlib
 from collections import Counter
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Dict, Iterable, List, Optional, Pattern, Sequence, Tuple
+from typing import IO, Dict, Iterable, List, Pattern, Sequence, Tuple
 
 from tb3_labs.command_line import printable
 
@@ -23,28 +22,27 @@ ZIP = '.zip'
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000
 #: The zip file of a class may hold as much as this number of submissions.
-CLASS = 50
+SUBMISSIONS_PER_CLASS_ZIP = 50
 #: Folders are nested at most this deep.
 DEEPEST = 50
-#: Folders and files that are not a student's work: they are neither unpacked nor copied.
-NEVER = re.compile(r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
-                   r'[^/]*\.bag)(/|$)', re.IGNORECASE)
-#: Folders of these names are usually made by programs: they are read if the node is nowhere else.
-MADE = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE)
-#: The first bytes of files that are called zip files, and what they are.
-OTHERS = {b'7z\xbc\xaf': 'a 7z file', b'Rar!': 'a rar file', b'\x1f\x8b': 'a gz file',
-          b'BZh': 'a bz2 file', b'\xfd7zXZ': 'an xz file', b'<': 'a page of the web',
-          b'': 'no zip file'}
-#: Endings of a package's own files, which are unpacked first.
+#: Folders and files that are not a student's work. They are neither unpacked nor copied.
+IGNORED_PATHS = re.compile(
+    r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
+    r'[^/]*\.bag)(/|$)', re.IGNORECASE)
+#: Programs usually make folders of these names. They are read only if the node is nowhere else.
+GENERATED_FOLDERS = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE)
+#: The endings of a package's own files, which are written first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
-#: Endings of archives that are not unpacked. A zip file is not unpacked within a zip file.
-OTHER_ARCHIVES = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
-#: Errors of one entry of a zip file; the others may be read.
-OF_AN_ENTRY = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
-#: Why a file is left out; a line quotes so much of its place.
-TWICE, LINK = 'the zip file has it twice, and the last one counts', 'each is a link'
-NO_NAME, LONGEST_SAID = 'no file here can have that name', 200
+#: The errors of a single entry of a zip file; its other entries can still be read.
+ENTRY_ERRORS = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
+#: The errors of a disk, not of a file's name.
+DISK_ERRORS = errno.ENOSPC, errno.EDQUOT, errno.EIO
+#: The reasons for which an entry is left out.
+DUPLICATE, LINK = 'the zip file has it twice, and the last one counts', 'each is a link'
+BAD_NAME = 'no file here can have that name'
 DAMAGED = 'the zip file is damaged there, or has a password'
+#: A remark shows at most so many characters of a path.
+LONGEST_SHOWN_PATH = 200
 
 
 class NotJudged(Exception):
@@ -52,17 +50,17 @@ class NotJudged(Exception):
 
 
 def is_zip(name: str) -> bool:
-    """Is a file of this name called a zip file?"""
+    """Does a file's name have the ending of a zip file?"""
     return name.lower().endswith(ZIP)
 
 
 def files_in(folder: Path) -> List[Path]:
-    """Returns the paths of all files below `folder`, in order, without links."""
+    """Returns the sorted paths of all files below `folder`, without links."""
     return sorted(path for path in folder.rglob('*') if path.is_file() and not path.is_symlink())
 
 
 def digest(folder: Path) -> str:
-    """Returns a hash of all files in the copy of a submission."""
+    """Returns a hash of the names and contents of all files below `folder`."""
     whole = hashlib.sha256()
     for path in files_in(folder):
         whole.update(f'{path.relative_to(folder)} {path.stat().st_size}\n'.encode(
@@ -71,159 +69,185 @@ def digest(folder: Path) -> str:
     return whole.hexdigest()
 
 
-def sort_out(folder: Path, skipped: Pattern[str] = MADE) -> Tuple[List[Path], List[Path]]:
-    """(Files, others) below a folder, without NEVER and the files that are `skipped`.
+def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
+                    ) -> Tuple[List[Path], List[Path]]:
+    """Returns (files to read, refused files and folders) below `folder`. Neither list has the
+    IGNORED_PATHS and the `ignored` folders.
 
-    `others`: links, devices, folders that are too deep, and unreadable files. A file that
-    has a second name outside of the folder (a hard link) is treated as a link: it may be another
-    person's.
+    Links, devices, unreadable files and folders that are too deep are refused. A hard link, a file
+    that has another name outside of `folder`, is refused too: it may be another person's file.
     """
-    found: Dict[Path, os.stat_result] = {}
-    others: List[Path] = []
+    status: Dict[Path, os.stat_result] = {}
+    refused: List[Path] = []
     for root, folders, names in os.walk(
-            str(folder), onerror=lambda problem: others.append(Path(problem.filename))):
+            str(folder), onerror=lambda problem: refused.append(Path(problem.filename))):
+        here = Path(root)
         folders[:] = sorted(name for name in folders
-                            if not NEVER.search(name) and not skipped.search(name))
-        others += [path for path in map(Path(root).joinpath, folders) if path.is_symlink()]
-        if len(Path(root).parts) - len(folder.parts) >= DEEPEST:
-            others += [Path(root) / name for name in folders]
+                            if not IGNORED_PATHS.search(name) and not ignored.search(name))
+        refused += [here / name for name in folders if (here / name).is_symlink()]
+        if len(here.parts) - len(folder.parts) >= DEEPEST:
+            refused += [here / name for name in folders]
             folders.clear()
-        for path in map(Path(root).joinpath, sorted(names)):
-            if not NEVER.search(path.name):
+        for name in sorted(names):
+            if not IGNORED_PATHS.search(name):
                 try:
-                    found[path] = path.lstat()
+                    status[here / name] = (here / name).lstat()
                 except OSError:         # the folder's names may be read, its files may not
-                    others.append(path)
-    names_of = Counter((about.st_dev, about.st_ino) for about in found.values())
-    files = [path for path, about in found.items() if stat.S_ISREG(about.st_mode)
-             and about.st_nlink <= names_of[about.st_dev, about.st_ino]
+                    refused.append(here / name)
+    names_here = Counter((each.st_dev, each.st_ino) for each in status.values())
+    files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
+             and each.st_nlink <= names_here[each.st_dev, each.st_ino]
              and os.access(str(path), os.R_OK)]
-    return files, others + sorted(set(found) - set(files))
+    return files, refused + sorted(set(status) - set(files))
 
+
+# -- unpacking
 
 class UnpackLimits:
-    """The number of files and bytes that submissions may still have."""
+    """The number of files and bytes that may still be written for some submissions."""
 
     def __init__(self, submissions: int = 1) -> None:
-        self._times = submissions
+        self._submissions = submissions
         self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
-        #: A sentence if a file had no room; else ''.
+        #: A sentence, once a file was refused; before that ''.
         self.exceeded = ''
 
     def spend(self, size: int) -> bool:
-        """Take room for a file of `size` [bytes]. Returns False if there is none."""
-        for wanted, left, most, unit in ((1, self._files, MOST_FILES, 'files'),
-                                         (size, self._bytes, MOST_BYTES / 1e6, 'MB')):
-            if wanted > left:
-                self.exceeded = 'More than {:g} {}: not all of it was unpacked.'.format(
-                    self._times * most, unit)
-                return False
+        """Count a file of `size` [bytes]. Returns False if it exceeds a limit."""
+        most = ''
+        if self._files < 1:
+            most = f'{self._submissions * MOST_FILES:g} files'
+        elif self._bytes < size:
+            most = f'{self._submissions * MOST_BYTES / 1e6:g} MB'
+        if most:
+            self.exceeded = f'More than {most}: not all of it was unpacked.'
+            return False
         self._files, self._bytes = self._files - 1, self._bytes - size
         return True
 
 
 def unpack(path: Path, folder: Path, limits: UnpackLimits,
-           skipped: Pattern[str] = MADE) -> List[str]:
-    """Unpack the zip file `path` into `folder`, as far as the budget reaches; remarks on files that
-    were left out.
+           ignored: Pattern[str] = GENERATED_FOLDERS) -> List[str]:
+    """Unpack the zip file `path` into `folder` until the limits are reached. Returns remarks on the
+    files that are left out.
 
-    ``NotJudged`` if it is not a zip file, or must not be unpacked. No file becomes larger than the
-    zip file declares: zipfile reads no further.
+    Raises ``NotJudged`` if `path` is not a zip file, or has a path that is not safe. No file
+    becomes larger than the zip file declares: zipfile reads no further.
     """
-    wanted: Dict[str, zipfile.ZipInfo] = {}
-    left: Dict[str, List[str]] = {why: [] for why in (TWICE, LINK, NO_NAME, DAMAGED)}
+    left_out: Dict[str, List[str]] = {why: [] for why in (DUPLICATE, LINK, BAD_NAME, DAMAGED)}
     try:
         if not zipfile.is_zipfile(str(path)):
-            raise zipfile.BadZipFile(_kind(path))
+            raise zipfile.BadZipFile(_why_not_zip(path))
         with zipfile.ZipFile(str(path)) as archive:
-            for info in archive.infolist():
-                place = _place(info)
-                if place == '/' or NEVER.search(place) or skipped.search(place):
-                    pass
-                elif stat.S_ISLNK(info.external_attr >> 16):
-                    left[LINK].append(place)
-                else:
-                    if place in wanted and not place.endswith('/'):
-                        left[TWICE].append(place)
-                    wanted[place] = info        # every program uses the last entry
+            entries = _wanted_entries(archive, ignored, left_out)
             folder.mkdir(parents=True, exist_ok=True)
-            for place, info in sorted(wanted.items(), key=lambda item: budget_order(
-                    item[0], item[1].file_size)):
-                if limits.spend(info.file_size):
-                    try:
-                        with archive.open(info) as source:
-                            if not write(None if place.endswith('/') else source,
-                                         folder / place, info.external_attr >> 16 & 0o100):
-                                left[NO_NAME].append(place)
-                    except OF_AN_ENTRY:
-                        left[DAMAGED].append(place)
-                        with suppress(OSError):
-                            (folder / place).unlink()       # a part of it
-        if left[DAMAGED] and len(left[DAMAGED]) == sum(place[-1:] != '/' for place in wanted):
+            _write_entries(archive, entries, folder, limits, left_out)
+        files = [place for place in entries if not place.endswith('/')]
+        if files and len(left_out[DAMAGED]) == len(files):
             raise zipfile.BadZipFile('it has a password, or all of it is damaged')
-    except (*OF_AN_ENTRY, ValueError, OSError) as problem:
+    except (*ENTRY_ERRORS, ValueError, OSError) as problem:
+        why = getattr(problem, 'strerror', None) or str(problem).rstrip('.')
         raise NotJudged('The zip file cannot be unpacked: {}.'.format(
-            getattr(problem, 'strerror', None) or str(problem).rstrip('.')
-            or type(problem).__name__)) from None
-    return [remark for why, places in left.items() for remark in left_out(why, places)]
+            why or type(problem).__name__)) from None
+    return [remark for why, places in left_out.items() for remark in omission_remarks(why, places)]
 
 
-def _kind(path):
-    """The fault of a file that is called a zip file, a clause."""
+def _why_not_zip(path):
+    """Returns the reason why a file is not a zip file, a clause."""
     with open(str(path), 'rb') as file:
-        data = file.read(512)
-    if not data or data.startswith(b'PK'):
-        return 'its end is missing, as if the upload was cut off' if data else 'it is empty'
-    kind = 'a tar file' if data[257:262] == b'ustar' else next(
-        kind for start, kind in OTHERS.items() if data.startswith(start))
-    return f'it is {kind}, and only zip files are unpacked'
+        begin = file.read(2)
+    if not begin:
+        return 'it is empty'
+    if begin == b'PK':
+        return 'its end is missing, as if the upload was cut off'
+    return 'it is no zip file, and only zip files are unpacked'
 
 
-def _place(info):
-    """The place of an archive's file; it ends in / for a folder. ``NotJudged`` if its path leads
-    out of the folder. Windows writes \\ for /."""
-    path = info.filename = info.filename.replace('\\', '/')
+def _wanted_entries(archive, ignored, left_out):
+    """Returns path -> entry of the files and folders to write. A folder's path ends in /. Links and
+    duplicates are added to `left_out`."""
+    wanted = {}
+    for info in archive.infolist():
+        place = _safe_path(info)
+        if place == '/' or IGNORED_PATHS.search(place) or ignored.search(place):
+            continue
+        if stat.S_ISLNK(info.external_attr >> 16):
+            left_out[LINK].append(place)
+            continue
+        if place in wanted and not place.endswith('/'):
+            left_out[DUPLICATE].append(place)
+        wanted[place] = info        # every program uses the last entry
+    return wanted
+
+
+def _write_entries(archive, entries, folder, limits, left_out):
+    """Write the entries below `folder`. Paths that cannot be written are added to `left_out`."""
+    for place, info in sorted(entries.items(),
+                              key=lambda item: writing_order(item[0], item[1].file_size)):
+        if not limits.spend(info.file_size):
+            continue
+        target, is_executable = folder / place, bool(info.external_attr >> 16 & 0o100)
+        if place.endswith('/'):
+            with suppress(OSError):     # its files need it, and each gets a remark
+                target.mkdir(parents=True, exist_ok=True)
+            continue
+        try:
+            with archive.open(info) as source:
+                if not write_file(source, target, is_executable):
+                    left_out[BAD_NAME].append(place)
+        except ENTRY_ERRORS:
+            left_out[DAMAGED].append(place)
+            with suppress(OSError):
+                target.unlink()     # it is incomplete
+
+
+def _safe_path(info):
+    """Returns the path of an entry below the zip file's folder; it ends in / for a folder.
+
+    Raises ``NotJudged`` if the path leads out of that folder, or is too deep.
+    """
+    path = info.filename = info.filename.replace('\\', '/')     # as Windows writes it
     parts = [part for part in path.split('/') if part not in ('', '.')]
     if len(parts) > DEEPEST + 1:
         raise NotJudged(f'The zip file was not unpacked: its folders are deeper than {DEEPEST}.')
     # some services begin their zip files with the folder /
-    if parts and path.startswith('/') or re.match('[A-Za-z]:/', path) or '..' in parts:
+    is_absolute = (path.startswith('/') and parts) or re.match('[A-Za-z]:/', path)
+    if is_absolute or '..' in parts:
         raise NotJudged(f'The zip file was not unpacked: its path {path[:80]!r} leads out of it.')
-    return '/'.join(parts) + '/' * path.endswith('/')
+    return '/'.join(parts) + ('/' if path.endswith('/') else '')
 
 
-# -- copies
+# -- writing
+
+def write_file(source: IO[bytes], target: Path, is_executable: bool) -> bool:
+    """Write a new file, and make its folder. Returns False if it cannot have its name."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        file = open(str(target), 'xb')
+    except OSError as problem:
+        if problem.errno in DISK_ERRORS:
+            raise
+        return False
+    with file:
+        shutil.copyfileobj(source, file)
+    target.chmod(0o755 if is_executable else 0o644)
+    return True
+
+
+def writing_order(place: str, size: int) -> Tuple[bool, bool, int, int, str]:
+    """Returns a key that sorts paths before they are written: the package's own files come first,
+    since a limit may end the writing."""
+    return (bool(GENERATED_FOLDERS.search(place)),
+            os.path.splitext(place)[1].lower() not in OWN_ENDINGS, place.count('/'), size, place)
+
 
 def shortened(names: Sequence[str], most: int = 6) -> str:
-    """The names in one line: at most so many, and how many are left out."""
+    """Returns at most `most` names in one line, and the number of the other names."""
     more = f' and {len(names) - most} more' if len(names) > most else ''
     return ', '.join(names[:most]) + more
 
 
-def left_out(why: str, left: Iterable[object]) -> List[str]:
-    """A remark that these files were left out, if there are any."""
-    places = [printable(place[:LONGEST_SAID]) for place in sorted(map(str, left))]
-    return [f'Left out, because {why}: {shortened(places, 3)}.'] if places else []
-
-
-def budget_order(place: str, size: int) -> Tuple[bool, bool, int, int, str]:
-    """A key by which files take their part of the budget: a package's own files first."""
-    return (bool(MADE.search(place)), os.path.splitext(place)[1].lower() not in OWN_ENDINGS,
-            place.count('/'), size, place)
-
-
-def write(source: Optional[IO[bytes]], target: Path, executable: int) -> bool:
-    """Write a new file, or a folder if `source` is None. Returns False if none can have its name.
-    """
-    try:
-        (target.parent if source else target).mkdir(parents=True, exist_ok=True)
-        file = open(str(target), 'xb') if source else None
-    except OSError as problem:
-        if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EIO):
-            raise
-        return False
-    if source and file:
-        with file:
-            shutil.copyfileobj(source, file)
-        target.chmod(0o755 if executable else 0o644)
-    return True
+def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
+    """Returns one remark that these paths are left out; [] if there is no path."""
+    shown = [printable(path[:LONGEST_SHOWN_PATH]) for path in sorted(map(str, paths))]
+    return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

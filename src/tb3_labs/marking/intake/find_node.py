@@ -1,14 +1,13 @@
-"""The file of a submission that is the node of a lab.
+"""Finds the file of a submission that is the node of a lab.
 
-A repository of a whole course has several files with the same name. A file that was put aside comes
-last; then a file is chosen by its package, its name, and what it does.
+A repository of a whole course may have several files with the same name. A file in a folder of old
+files is chosen last. Otherwise a file is chosen by its package, by its name, and by what it does.
 
-Here all files of a submission are only read, as texts.
+All files of a submission are only read, as texts.
 """
 import os
 import re
 import shlex
-from functools import lru_cache
 from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
@@ -17,10 +16,10 @@ from tb3_labs.marking.intake.packages import FOLDERS, MANIFEST, is_aside, name_i
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 LISTENS_TO = 'listens to '
-#: Candidates with this many equal ranks are alike.
-ALIKE = 4
-#: This text is in the relays that a build makes. They lead to files of the student's machine.
-CATKINS = b'generated from catkin/cmake/template'
+#: Two candidates are alike if their first ranks, so many, are equal.
+COMPARED_RANKS = 4
+#: This text is in the relays that catkin makes. A relay starts a file of the student's machine.
+RELAY_TEXT = b'generated from catkin/cmake/template'
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
 
@@ -29,17 +28,18 @@ class Choice(NamedTuple):
     """The file that is chosen as the node."""
 
     path: str
-    remarks: List[str]      # why, for the student
-    look_at: List[str]      # for the instructor: the choice was by chance
+    remarks: List[str]      # the reason of the choice, for the student
+    findings: List[str]     # for the instructor, if the choice was by chance
 
 
 class _Candidate(NamedTuple):
-    """A file and its ranks, compared in this order: the file with the smallest is chosen."""
+    """A file that may be the node, and its ranks. They are compared in this order, and the file
+    with the smallest ranks is chosen."""
 
-    aside: bool             # is it in a folder of what was put aside?
-    package: int            # 0: a usual package; 1: one that begins like it; 2: another one
-    name: int               # place among the usual names; len(names) if it has none
-    signs: int              # how many signs of the node are missing
+    aside: bool             # is it in a folder of old or copied files?
+    package: int            # 0: a usual package; 1: a name that begins like it; 2: another name
+    name: int               # place among the usual names; len(names) if it has another name
+    signs: int              # the number of signs of the node that are missing
     folder: int             # place among the usual folders
     depth: int
     path: str
@@ -48,22 +48,23 @@ class _Candidate(NamedTuple):
 
 
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
-    """The file below `folder` that is the node of a lab.
+    """Returns the Choice of the file below `folder` that is the node of a lab.
 
-    A file can be the node if it has a usual name, or listens to the lab's topic and has not the
-    usual name of another lab's node, or has the names of class and node. If `package` or `name` is
-    given, only such files are taken; `name` may be a path, in the printed form. ``NotJudged`` if no
-    file is left.
+    A file can be the node in three cases: it has a usual name; it listens to the lab's topic, and
+    does not have the usual name of another lab's node; or it has the handout's names of class and
+    node. If `package` or `name` is given, the file must have that package or name; `name` may be a
+    path, as a line prints it. Raises ``NotJudged`` if no file can be the node.
     """
     packages = (package,) if package else lab.packages
     names = (os.path.basename(name),) if name else lab.files
     handed_in = files_in(folder)
-    # a manifest is read once
-    name_of = lru_cache(maxsize=None)(lambda found: name_in(found / MANIFEST)[0] if found else '')
+    package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
+    package_names = {found: name_in(found / MANIFEST)[0] if found else ''
+                     for found in set(package_of.values())}
     programs = sorted(
-        _candidate(lab, str(path.relative_to(folder)), name_of(package_folder(path, folder)),
+        _candidate(lab, str(path.relative_to(folder)), package_names[found],
                    path.read_bytes().decode(errors='replace'), packages, names)
-        for path in handed_in if _is_program(path))
+        for path, found in package_of.items())
     found = [each for each in programs
              if (not package or each.package == 0) and _can_be_the_node(each, names, name)
              and ('/' not in name or each.path == os.path.normpath(name))]
@@ -72,22 +73,26 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
             name or ' or '.join(names), ' in a package {}'.format(package) if package else '',
             _what_was_found(sorted(each.path for each in programs),
                             [str(path.relative_to(folder)) for path in handed_in])))
-    alike = [each for each in found if each[:ALIKE] == found[0][:ALIKE]]
-    look_at = []
-    if len({each.text for each in alike}) > 1:
-        other = alike[-1].path if '/' in alike[-1].path else './' + alike[-1].path
-        look_at = ['Judged was {}. It is as likely the node as {}, and they differ: --type {} '
-                   "chooses another one, with --only and the student's name.".format(
-                       found[0].path, shortened([each.path for each in alike[1:]]),
-                       shlex.quote(other))]
-    return Choice(found[0].path, _remarks(found, packages, names), look_at)
+    return Choice(found[0].path, _remarks(found, packages, names), _advice(found))
+
+
+def _advice(found):
+    """Returns a sentence for the instructor if another file is as likely the node; else []."""
+    best, *alike = [each for each in found
+                    if each[:COMPARED_RANKS] == found[0][:COMPARED_RANKS]]
+    if all(each.text == best.text for each in alike):
+        return []
+    other = alike[-1].path if '/' in alike[-1].path else './' + alike[-1].path
+    return ['Judged was {}. It is as likely the node as {}, and they differ: --type {} '
+            "chooses another one, with --only and the student's name.".format(
+                best.path, shortened([each.path for each in alike]), shlex.quote(other))]
 
 
 def _is_program(path):
     if path.stat().st_size > LARGEST_PROGRAM:
         return False
     begin = path.read_bytes()[:300]
-    return CATKINS not in begin and (
+    return RELAY_TEXT not in begin and (
         path.suffix == '.py' or not path.suffix and b'python' in begin[:80])
 
 
@@ -103,11 +108,11 @@ def _candidate(lab, path, package, text, packages, names):
         len(folders), path, sign_texts, text)
 
 
-def _package_rank(usual, called):
-    if usual in called:
+def _package_rank(usual, names):
+    if usual in names:
         return 0
-    # lab2_final and Lab2-main, but not lab20
-    return 1 if any(re.match(re.escape(usual) + r'(?![a-z0-9])', name) for name in called) else 2
+    # lab2_final and Lab2-main begin like lab2, but lab20 does not
+    return 1 if any(re.match(re.escape(usual) + r'(?![a-z0-9])', name) for name in names) else 2
 
 
 def _signs(lab, text):
@@ -137,10 +142,13 @@ def _remarks(found, packages, names):
     if not others:
         return [] if best.name < len(names) else [
             f"There is no {' or '.join(names)}; judged was {best.path}, which {signs}."]
-    why = next((why for rank, why in enumerate((
-        'the others were put aside', 'it is in the package ' + ' or '.join(packages),
-        'it has the usual name', 'it ' + signs)) if best[rank] != others[0][rank]),
-        'it comes first')
+    why = 'it comes first'
+    for rank, reason in enumerate((
+            'the others were put aside', 'it is in the package ' + ' or '.join(packages),
+            'it has the usual name', 'it ' + signs)):
+        if best[rank] != others[0][rank]:
+            why = reason
+            break
     if best.package == 2 and any(packages):
         why += f" (there is no package {' or '.join(packages)})"
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(

@@ -1,10 +1,10 @@
-"""Makes modules of messages and services, and an example of each: a program for a sandbox.
+"""Makes modules of messages and services, and an example of each. This program runs in a sandbox:
+genpy pastes a submission's names into Python code, and genmsg of Noetic evaluates constants.
 
-genpy pastes names into Python code, and genmsg of Noetic evaluates constants. The program gets an
-object on its input: `search` has the system's packages and the folders of their messages;
-`definitions` has package, 'msg' or 'srv', name and text of each. It prints an object: "modules"
-(package, 'msg' or 'srv', name of the file, text), "problems" (file -> why it cannot be built),
-"msg" and "srv" (type -> example, see `example_of`).
+It reads a JSON object: `search` has the system's packages and the folders of their messages;
+`definitions` has package, 'msg' or 'srv', name and text of each definition. It prints an object:
+"modules" (package, 'msg' or 'srv', name of the file, text), "problems" (file -> the reason why it
+cannot be built), "msg" and "srv" (type -> example, see `example_of`).
 """
 import importlib
 import io
@@ -22,9 +22,9 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: An example has at most this many bytes.
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The types of the fields that another program may fill in, and their bytes; a header's stamp.
-FORMS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
-         'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
+#: The field types that the check may fill in -> their format for struct. A header's is its stamp's.
+FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
+                 'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
 
 def describe(search, definitions):
@@ -66,13 +66,16 @@ def describe(search, definitions):
 
 
 def example_of(kind):
-    """The example of a class of messages or services: its checksum; of a message the bytes of a new
-    one, and name, type and place of each field (None if FORMS lacks its type); of a service the
-    bytes of a request with the pose (0, 0, 0), and of a response that reports success."""
+    """Returns the example of a class of messages or services, with its checksum.
+
+    A message's example has the bytes of a new message, and [name, type, first byte] of each field.
+    The first byte is None if FIELD_FORMATS lacks the type. A service's example has the bytes of a
+    request with the pose (0, 0, 0), and of a response that reports success.
+    """
     if not hasattr(kind, '_request_class'):
         data = _bytes_of(kind())
         return {'sum': kind._md5sum, 'data': data.hex(), 'fields': [
-            [name, of, _place(kind(), name, of, data) if of in FORMS else None]
+            [name, of, _first_byte(kind(), name, of, data) if of in FIELD_FORMATS else None]
             for name, of in zip(kind.__slots__, kind._slot_types)]}
     request, response = kind._request_class(), kind._response_class()
     _turn_upright(request)
@@ -91,9 +94,10 @@ def _bytes_of(message):
     return buffer.getvalue()
 
 
-def _place(message, name, of, before):
-    """The place of a field: the first byte that changes if all bytes of the field become 1."""
-    ones = struct.unpack(FORMS[of], b'\1' * struct.calcsize(FORMS[of]))
+def _first_byte(message, name, of, before):
+    """Returns the place of a field: the first byte that changes if all bytes of the field are 1."""
+    form = FIELD_FORMATS[of]
+    ones = struct.unpack(form, b'\1' * struct.calcsize(form))
     if of == 'std_msgs/Header':
         getattr(message, name).stamp = genpy.Time(*ones)
     elif '/' in of:

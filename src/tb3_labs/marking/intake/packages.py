@@ -1,5 +1,5 @@
-"""The packages of a submission: their names, folders and messages, and the files that a build by
-catkin makes for them: the relay of a node, and the modules of a setup.py.
+"""The packages of a submission: their names, folders and messages. This file also finds out which
+files catkin would make for them: the relay of a node, and the modules of a setup.py.
 
 All files are only read. CMake is not run.
 """
@@ -23,7 +23,7 @@ FOLDERS = ('scripts', 'nodes', 'src')
 #: A hidden folder, or a folder with one of these words in its name, has files that were put aside.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
-#: catkin's relay: it starts a node's file from another folder, by this Python.
+#: The text of catkin's relay, which starts a node's file from another folder.
 RELAY = '''#!{}
 python_script = {!r}
 with open(python_script, 'r') as fh:
@@ -31,7 +31,7 @@ with open(python_script, 'r') as fh:
                '__name__': __name__, '__package__': None}}
     exec(compile(fh.read(), python_script, 'exec'), context)
 '''
-#: catkin's relay of a folder of modules: its parent comes first on the path from then on.
+#: The text of catkin's relay of a folder of modules. It puts the folder above first on the path.
 RELAYED_MODULE = '''import os
 import pkgutil
 import sys
@@ -41,11 +41,12 @@ if os.path.isfile({1!r}):
     with open({1!r}) as fh:
         exec(fh.read())
 '''
-#: CMake's command that makes relays; its variables, and those for the folder of a package.
-RELAYS = 'catkin_install_python'
-SET_BY_CMAKE = re.compile(r'\$\{[^${}]*\}')
-#: A comment of CMake: in brackets, or up to the end of the line.
-COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
+#: CMake's command that makes relays, and a variable of CMake.
+MAKES_RELAYS = 'catkin_install_python'
+CMAKE_VARIABLE = re.compile(r'\$\{[^${}]*\}')
+#: A comment of CMake ends with its bracket, or with the line.
+CMAKE_COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
+#: CMake's variables for the folder of a package.
 SOURCE_FOLDER = re.compile(r'^\$\{(CMAKE_CURRENT|PROJECT)_SOURCE_DIR\}/')
 
 
@@ -78,8 +79,8 @@ def name_in(manifest: Path) -> Tuple[str, str]:
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     """Returns name -> folder of all packages below `folder` whose names a program can import.
 
-    A package has a package.xml, or at least message files. If several packages have one name, the
-    package nearest to `node` is taken.
+    A package has a package.xml, or at least message files. Of several packages with one name, the
+    package nearest to `node` is returned.
     """
     files = files_in(folder)
     places = {path.parent for path in files if path.name == MANIFEST} | {
@@ -103,12 +104,12 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 
 
 def is_aside(path: str) -> bool:
-    """Does a path lead through a folder of hidden, old or copied files?"""
+    """Is a folder in this path hidden, or does its name say that its files are old or copies?"""
     return any(map(ASIDE.search, Path(path).parts))
 
 
 def source_of(node: Path, folder: Path) -> Path:
-    """Returns the folder of a node's package; a guess if there is no package.xml."""
+    """Returns the folder of a node's package. Without a package.xml this is a guess."""
     found = package_folder(node, folder)
     if found is not None:
         return found
@@ -116,42 +117,50 @@ def source_of(node: Path, folder: Path) -> Path:
     return node.parent.parent if in_usual else node.parent
 
 
-# -- what catkin makes
+# -- the files that catkin would make
 
 def has_relay(source: Path, node: Path) -> bool:
-    """Does the CMakeLists.txt of a package, in `source`, give a relay to its node?"""
-    named = [place for call in _calls(source, RELAYS) if 'GLOBAL' not in call
-             for place in _places(call.partition('DESTINATION')[0])[1:]]
-    if '*' in named:        # a list of files, of which another line may name this one
-        named += [place for call in _calls(source, '(') for place in _places(call)]
-    return any(place != '*' and fnmatch.fnmatchcase(node.relative_to(source).as_posix(), place)
-               for place in named)
+    """Does catkin make a relay for a node? `source` is the folder of its package."""
+    patterns = []
+    for call in _calls(source, MAKES_RELAYS):
+        if 'GLOBAL' not in call:
+            patterns += _patterns(call.partition('DESTINATION')[0])[1:]
+    if '*' in patterns:        # a variable holds the files: any line may name them
+        for call in _calls(source, '('):
+            patterns += _patterns(call)
+    path = node.relative_to(source).as_posix()
+    return any(pattern != '*' and fnmatch.fnmatchcase(path, pattern) for pattern in patterns)
 
 
 def _calls(source, command):
-    """The arguments of each call of a command in the CMakeLists.txt of a package."""
+    """Returns the arguments of each call of a command in the CMakeLists.txt of a package."""
     file = source / 'CMakeLists.txt'
     text = file.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace') if file.is_file() else ''
-    text = COMMENT.sub('', text).replace('"', ' ')
+    text = CMAKE_COMMENT.sub('', text).replace('"', ' ')
     return [part.partition(')')[0].lstrip(' (') for part in re.split(re.escape(
         command), text, flags=re.IGNORECASE)[1:]]
 
 
-def _places(words):
-    """Words of CMake as places in a package; `*` stands for a variable."""
-    return [os.path.normpath(SET_BY_CMAKE.sub('*', SOURCE_FOLDER.sub('', word)))
+def _patterns(words):
+    """Returns the paths of files in a package that words of CMake name; `*` stands for a variable.
+    """
+    return [os.path.normpath(CMAKE_VARIABLE.sub('*', SOURCE_FOLDER.sub('', word)))
             for word in words.split()]
 
 
 def modules_of(package: Path, name: str) -> List[Path]:
-    """The folders that the setup.py of a package called `name` makes modules of."""
+    """Returns the folders of Python modules that the setup.py of a package installs. `name` is the
+    package's name."""
     setup = package / 'setup.py'
     if not setup.is_file() or (package / 'CMakeLists.txt').is_file() and not _calls(
             package, 'catkin_python_setup'):
         return []
     text = setup.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace')
     words = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}
-    return [folder for place in sorted({'src', *words, *map(os.path.dirname, words)})
-            for folder in sorted((package / place).glob('*')) if folder.is_dir() and (
-                folder.name in words or 'find_packages' in text) and (
-                    place or (folder / '__init__.py').is_file())]
+    found = []
+    for place in sorted({'src', *words, *map(os.path.dirname, words)}):
+        for folder in sorted((package / place).glob('*')):
+            is_named = folder.name in words or 'find_packages' in text
+            if folder.is_dir() and is_named and (place or (folder / '__init__.py').is_file()):
+                found.append(folder)
+    return found

@@ -1,13 +1,12 @@
-"""The sandboxes in which the programs of submissions run; bubblewrap makes them.
+"""The start of a submission's program, the node: its limits, and its sandbox by bubblewrap.
 
-own network   one submission's rostest, master, robot, check and node have a network of their own,
-              which has only a loopback, and end together with the marker.
-sandbox       the submission's program, the node, has its own processes, its own /tmp and home. It
-              sees only the parts of the system that it needs, read-only. Its processes, memory and
-              disk are limited.
+A submission's rostest, master, robot, check and node have a network of their own, which has only a
+loopback. They end together with the marker.
 
-For an ordinary user a sandbox is a user namespace. Root's program becomes a user that owns nothing,
-because Linux does not count the processes of root.
+The node is in a sandbox inside that network. It has its own processes, its own /tmp and home. It
+sees only the parts of the system that it needs, read-only. Its processes, memory and disk are
+limited. For an ordinary user a sandbox is a user namespace. Root's node becomes a user that owns
+nothing, because Linux does not count the processes of root.
 """
 import functools
 import inspect
@@ -20,61 +19,80 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Dict, Iterable, List, Mapping
+from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence
 
 import rospkg
 
-from tb3_labs.marking.intake.launch import FILES_LIMITED, HOME, IDENTITY, OWN_FOLDERS, OWN_PACKAGE
-
+#: This package, of which a submission's program sees only a part.
+OWN_PACKAGE = 'tb3_labs'
+#: The environment variable of the identity. Each try of a submission has its own value.
+IDENTITY = 'TB3_LABS_SUBMISSION'
+#: The environment variable with the path of the file that holds a Launch.
+LAUNCH_FILE = 'TB3_LABS_LAUNCH'
 #: Variables that list the folders of workspaces, and of Python's modules.
 PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
-#: The parts of this package for a student's program: messages, services, and files to find them.
-SHARED = ('package.xml', 'cmake', 'msg', 'srv')
+#: A sandbox gets the variables of the instructor's environment whose names begin with these.
+INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH',
+                      'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
+#: The folders in a sandbox that are the program's own, each of at most ROOM bytes.
+HOME = '/home/student'
 LOGS = HOME + '/.ros/log'
-#: The protection that is left without sandboxes.
-UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
-    'network; it can write no large file, and every process of it that can be found is killed.'
-#: Size of each of a program's own folders [bytes].
+OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
 ROOM = 100 * 10 ** 6
-#: Limits: the address space of one process [bytes], the number of threads and processes together.
-#: (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
-ADDRESS_SPACE, TASKS = 6 * 10 ** 9, 500
-#: Limits of each process of master, robot, check and node.
-LIMITED = FILES_LIMITED + [f'--as={ADDRESS_SPACE}']
-#: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
-USERS = range(61184, 65519)
 #: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
-#: A sandbox gets the variables of the instructor's environment whose names begin with these.
-KEPT_VARIABLES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH', 'LANG',
-                  'LC_', 'TZ', 'TERM', IDENTITY)
-#: SIZED: the version of bubblewrap that first has `--size` for a tmpfs. COUNTED: the version of
-#: Linux that first counts the processes of each user namespace separately.
+#: The parts of this package for a student's program: messages, services, and files to find them.
+SHARED = ('package.xml', 'cmake', 'msg', 'srv')
+#: Limits: the largest file and the address space of one process [bytes], the number of threads and
+#: processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
+LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
+#: The command that limits a program without a sandbox; master, robot and check; a sandbox's node.
+FILES_LIMITED = ['prlimit', f'--fsize={LARGEST_FILE}']
+LIMITED = FILES_LIMITED + [f'--as={ADDRESS_SPACE}']
+#: The command that starts a node. It dies with the process that tries it out. If the processor is
+#: busy, the robot comes before the node.
+NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
+#: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
+USERS = range(61184, 65519)
+#: SIZED is the first version of bubblewrap that limits the size of a folder. COUNTED is the first
+#: version of Linux that counts the processes of each user namespace separately.
 SIZED, COUNTED = (0, 8), (5, 14)
 #: A sandbox that works has started within this time [s].
 SANDBOX_START = 20.0
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
+#: The protection that is left without sandboxes.
+UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
+    'network; it can write no large file, and every process of it that can be found is killed.'
 
 
-@functools.lru_cache(maxsize=2)
-def problem(is_sandbox: bool = True) -> str:
-    """Tries a sandbox, or another user: why it does not work here, a clause; '' if it works."""
-    sandbox = Sandbox([]) if is_sandbox else OtherUser()
-    command = sandbox.own_network(sandbox.command(
-        ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
-    try:
-        done = subprocess.run(command, env=sandbox.environment(os.environ), timeout=SANDBOX_START,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                              stderr=subprocess.PIPE, universal_newlines=True)
-    except FileNotFoundError:
-        return 'bubblewrap is not installed (apt install bubblewrap)'
-    except subprocess.TimeoutExpired:
-        return 'bubblewrap hangs'
-    words = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
-    return '' if done.returncode == 0 else '{} ({})'.format(
-        'bubblewrap fails' if is_sandbox else 'another user cannot run them', words[-1])
+class Launch(NamedTuple):
+    """The start of a node: `prefix`, then its own command. mark.py writes a Launch into a file. The
+    check, another process, reads it and starts the node."""
 
+    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED
+    environment: Optional[Dict[str, str]] = None        # None: the environment of this process
+    types: Optional[Dict[str, Any]] = None      # of the student; see message_examples.py
+    isolated: bool = False      # is the node in a Sandbox?
+    program: str = ''           # the path of the program; '': rosrun finds it
+    package: str = ''           # the name of its package
+    copy: str = ''              # the folder of the submission
+    text: str = ''              # the path of the node's file in `copy`
+
+    @classmethod
+    def from_environment(cls) -> 'Launch':
+        """Returns the Launch that mark.py wrote; a check without mark.py has no sandbox."""
+        if LAUNCH_FILE not in os.environ:
+            return cls()
+        return cls(*json.loads(Path(os.environ[LAUNCH_FILE]).read_text()))
+
+    def write(self, path: Path) -> Dict[str, str]:
+        """Write the Launch into a file. Returns the variable by which a process finds it."""
+        path.write_text(json.dumps(self))
+        return {LAUNCH_FILE: str(path)}
+
+
+# -- the kinds of protection
 
 class NoSandbox:
     """The protection if sandboxes do not work: a program cannot write a large file."""
@@ -82,24 +100,24 @@ class NoSandbox:
     isolates = False
 
     def own_network(self, command: List[str]) -> List[str]:
-        """The command that starts the check of a submission, which ends with its parent."""
+        """Returns the command that starts a submission's check, which ends with its parent."""
         return ['setpriv', '--pdeathsig', 'TERM'] + LIMITED + command
 
     def command(self, command: List[str]) -> List[str]:
-        """The command that starts a submission's program."""
+        """Returns the command that starts a submission's program."""
         return FILES_LIMITED + command
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
-        """The environment of a submission's program."""
+        """Returns the environment of a submission's program."""
         return dict(environment)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the program's user the owner of a folder of copies; without a sandbox do nothing."""
+        """Make the program's user the owner of a folder of copies, if that is another user."""
 
 
 class OtherUser(NoSandbox):
-    """The protection of root without sandboxes, as in a container: a program is a user that owns
-    nothing, so it can neither write the marks nor signal the marker."""
+    """The protection of root without sandboxes, as in a container. The program's user owns nothing,
+    so the program can neither write the marks nor signal the marker."""
 
     def __init__(self) -> None:
         self.user = random.choice(USERS)
@@ -124,13 +142,13 @@ class OtherUser(NoSandbox):
 
 
 class Sandbox(NoSandbox):
-    """Makes commands that run in a sandbox. All of them run as the same user."""
+    """The protection by a sandbox. All its commands run as the same user."""
 
     isolates = True
 
     def __init__(self, readable: Iterable[Path]) -> None:
-        """`readable`: folders that a program may read, besides the system and the folders of ROS;
-        they need not exist yet."""
+        """A program may read the `readable` folders, the system and the folders of ROS. The
+        `readable` folders need not exist yet."""
         self._readable = [str(folder) for folder in readable]
         self.user = random.choice(USERS) if os.geteuid() == 0 else None
 
@@ -159,7 +177,7 @@ class Sandbox(NoSandbox):
 
     def environment(self, environment: Mapping[str, str]) -> Dict[str, str]:
         kept = {name: value for name, value in environment.items()
-                if name.startswith(KEPT_VARIABLES)}
+                if name.startswith(INHERITED_PREFIXES)}
         user = os.path.basename(HOME)
         return dict(kept, HOME=HOME, USER=user, LOGNAME=user,
                     ROS_HOME=HOME + '/.ros', ROS_LOG_DIR=LOGS)
@@ -169,13 +187,35 @@ class Sandbox(NoSandbox):
             _give(folder, self.user)
 
 
+def protection_problem(protection: NoSandbox) -> str:
+    """Try a protection. Returns the reason why it does not work here, a clause; '' if it works."""
+    command = protection.own_network(protection.command(
+        ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
+    try:
+        done = subprocess.run(command, env=protection.environment(os.environ),
+                              timeout=SANDBOX_START, stdin=subprocess.DEVNULL,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              universal_newlines=True)
+    except FileNotFoundError:
+        return 'bubblewrap is not installed (apt install bubblewrap)'
+    except subprocess.TimeoutExpired:
+        return 'bubblewrap hangs'
+    if done.returncode == 0:
+        return ''
+    words = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
+    who = 'bubblewrap fails' if protection.isolates else 'another user cannot run them'
+    return f'{who} ({words[-1]})'
+
+
 def _give(folder, user):
     for path in [folder] + list(Path(folder).rglob('*')):
         os.chown(str(path), user, user, follow_symlinks=False)
 
 
+# -- the places in a sandbox
+
 def _system():
-    """The system, read-only, and the program's own folders."""
+    """Returns the places of the system, read-only, and the program's own folders."""
     places = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
               (READ_ONLY_TRY, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
     for name in ('bin', 'sbin', 'lib', 'lib32', 'lib64', 'libx32'):
@@ -194,7 +234,7 @@ def _folders_in(*variables):
 
 
 def _ros():
-    """The folders of Python and ROS, besides the system's."""
+    """Returns the places of Python and ROS that are not the system's."""
     folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _folders_in(
         MODULES, PREFIXES, 'LD_LIBRARY_PATH')
     return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
@@ -202,7 +242,7 @@ def _ros():
 
 
 def _own_package():
-    """(The usual folders of this package, which are hidden; its shared parts in them)."""
+    """Returns (the folders of this package, which are hidden; the SHARED parts of them)."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(MODULES)]
     folders += [os.path.join(folder, 'lib', OWN_PACKAGE) for folder in _folders_in(PREFIXES)]
@@ -213,9 +253,9 @@ def _own_package():
 
 
 def _with_parents(places):
-    """bubblewrap's options for these places, each after its parents: Python may be in a hidden
-    folder, and a hidden folder in one of ROS. The folders above a place come before it, since
-    bubblewrap itself would make some of them so that only root may enter."""
+    """Returns bubblewrap's options for these places. Each comes after the folders above it, since
+    Python may be in a hidden folder, and a hidden folder in a folder of ROS. Those folders are made
+    here: if bubblewrap itself made them, only root could enter some of them."""
     words, made = [], {Path('/')}
     for place in sorted(places, key=lambda place: len(Path(place[-1]).parts)):
         for folder in reversed(Path(place[-1]).parents):
@@ -241,10 +281,10 @@ def _version(text):
 
 
 def _enter(forget, user, folders, logs):
-    """The first program in a sandbox becomes `user` (None: keeps its user). The variable `forget`
-    is removed; the `folders` are writable for the user. The folder `logs` is made, since rospy
-    itself would need its parent's owner. The text of this function runs there, without this
-    package.
+    """Become `user`, unless it is None, and make the `folders` writable for it. Remove the variable
+    `forget`. Make the folder `logs`: rospy could not, since it does not own the folder above.
+
+    The text of this function runs in the sandbox, where this package is missing.
     """
     if user is not None:
         for folder in folders:

@@ -1,14 +1,13 @@
-"""The copy of a submission becomes a workspace in which its node can run.
+"""Makes a workspace of the copy of a submission, in which its node can run.
 
-Some faults come from Windows or from the way of a file to the marking machine: no exec bit, line
-endings, a byte order mark. They are repaired in the copy. A name that a command line or a package
-cannot have is replaced; an empty module stands in for one that the node imports without use, and
-that this machine lacks. A remark names each of these.
+Some faults of a file come from Windows, or from its transfer to the marking machine: a missing exec
+bit, line endings, a byte order mark. They are repaired in the copy. A name that a command line or a
+package cannot have is replaced. A missing module that the node imports and does not use is replaced
+by an empty one. A remark names each repair.
 
-A Python node needs nothing else of a build: messages, services, and the modules of a setup.py.
-catkin is not run. A CMakeLists.txt often needs packages that the marking machine does not have, and
-it is a program of the submission. Messages and services are made as modules, and described, in a
-sandbox alone, by message_examples.py.
+catkin is not run: a CMakeLists.txt often needs packages that the marking machine does not have, and
+it is a program of the submission. A Python node needs only messages, services, and the modules of a
+setup.py. The modules of messages and services are made in a sandbox, by message_examples.py.
 """
 import codecs
 import json
@@ -25,36 +24,35 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.launch import ALWAYS, OWN_PACKAGE, Launch
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
     modules_of)
-from tb3_labs.marking.intake.read_submission import GIVEN, ParsedSubmission
-from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
+from tb3_labs.marking.intake.read_submission import COURSE_MESSAGE, ParsedSubmission
+from tb3_labs.marking.intake.sandbox import MODULES, NODE_PREFIX, OWN_PACKAGE, Launch, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: The package.xml of a package in the copy if its own name cannot be used.
-SUBSTITUTE = '''<package format="2"><name>{}</name><version>0.0.0</version>
+#: The package.xml of a package whose own name cannot be used.
+SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-#: A first line that names a Python.
-NAMES_PYTHON = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
+#: The beginning of a first line that names a Python.
+PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of a module in place of a missing module: each of its names is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-#: The text of the program that makes the modules of messages and services; the name of such a
-#: module; all of a submission are built within this time [s].
-DESCRIBE = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
-MODULE = re.compile(r'_[A-Za-z0-9_]+\.py')
+#: The text of the program that makes the modules of messages and services, and its time [s].
+MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 BUILD_TIME = 30.0
-#: Its start, with the most that it may use: memory [bytes], processor time [s].
+#: The file's name of such a module.
+MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
+#: The start of that program, with its limits: memory [bytes], processor time [s].
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
-#: Errors by a module that has another version here, or by this version of Python.
-ELSEWHERE = re.compile(
+#: Errors of a node on a machine with another version of a module, or of Python.
+VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
     r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
 #: The folder of a workspace that has the copy of the submission.
@@ -63,19 +61,20 @@ COPY = 'src'
 
 def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
             sandbox: NoSandbox = NoSandbox()) -> Launch:
-    """The Launch of a submission that was read into the folder COPY of `workspace`.
+    """Make the workspace of a submission that was read into its folder COPY. Returns the Launch of
+    the node.
 
-    The node is repaired there, and the Python modules that it needs are made, in `sandbox`; its
-    environment is this one, and the folders of the workspace. `reading` gets the remarks.
+    The node's environment is `environment`, with the folders of the workspace added. `reading` gets
+    the remarks. Messages and services are made in `sandbox`.
     """
     remarks = reading.remarks
     copy, made = workspace / COPY, workspace / 'python'
     source, node = copy / reading.package, copy / reading.node
     packages = {name: copy / folder for name, folder in reading.packages.items()
                 if name != OWN_PACKAGE}
-    for name in reading.given:
-        packages[name] = _stand_in(name, workspace / 'given' / name, remarks)
-    called = _name(reading, source, packages, remarks)
+    for name in reading.substituted:
+        packages[name] = _stand_in(name, workspace / 'substituted' / name, remarks)
+    package_name = _usable_name(reading, source, packages, remarks)
     if not NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
         remarks.append(f'The file {printable(node.name)} got another name, since ROS allows '
                        'letters, digits and _ in it.')
@@ -84,8 +83,8 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
             target = target.with_name(target.stem + '_.py')
         node = node.rename(target)
     relayed = has_relay(source, node)
-    _repair(node, remarks, reading.look_at, relayed)
-    program = workspace / 'devel' / 'lib' / called / node.name if relayed else node
+    _repair(node, remarks, reading.findings, relayed)
+    program = workspace / 'devel' / 'lib' / package_name / node.name if relayed else node
     if relayed:
         program.parent.mkdir(parents=True)
         program.write_text(RELAY.format(sys.executable, str(node)), encoding='utf-8')
@@ -94,7 +93,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
-    types = build({called if folder == source else name: folder
+    types = build({package_name if folder == source else name: folder
                    for name, folder in packages.items()}, made, environment, remarks, sandbox)
     for module in reading.unused:
         place = made
@@ -107,21 +106,21 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
                        'marking machine: left out.')
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
-    return Launch(ALWAYS + sandbox.command([]), sandbox.environment(environment), types,
-                  sandbox.isolates, str(program), called, str(copy), str(node))
+    return Launch(NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
+                  sandbox.isolates, str(program), package_name, str(copy), str(node))
 
 
 def _stand_in(name, folder, remarks):
-    """The folder of a package that has only the message that the course gives."""
+    """Make the folder of a package that has only the COURSE_MESSAGE, and return it."""
     (folder / MESSAGES).mkdir(parents=True)
-    shutil.copy(os.path.join(rospkg.RosPack().get_path(OWN_PACKAGE), MESSAGES, GIVEN + '.msg'),
-                str(folder / MESSAGES))
-    remarks.append(f'The package {name} was not handed in: the message {GIVEN} of the skeleton '
-                   'stands in for its own.')
+    own = rospkg.RosPack().get_path(OWN_PACKAGE)
+    shutil.copy(os.path.join(own, MESSAGES, COURSE_MESSAGE + '.msg'), str(folder / MESSAGES))
+    remarks.append(f'The package {name} was not handed in: the message {COURSE_MESSAGE} of the '
+                   'skeleton stands in for its own.')
     return folder
 
 
-def _name(reading, source, packages, remarks):
+def _usable_name(reading, source, packages, remarks):
     """Returns a usable name of the package. A new name is written into a package.xml."""
     if reading.name and reading.name != OWN_PACKAGE:
         return reading.name
@@ -129,12 +128,13 @@ def _name(reading, source, packages, remarks):
                    f'The package is called {reading.name}, as this one: it got another name.')
     # its node may import messages by the folder's name
     name = source.name if source.name in packages else 'submission'
-    (source / MANIFEST).write_text(SUBSTITUTE.format(name), encoding='utf-8')
+    (source / MANIFEST).write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
     return name
 
 
-def _repair(node, remarks, look_at, relayed):
-    """Repair a node's file. `relayed`: its first line and its exec bit do not matter."""
+def _repair(node, remarks, findings, relayed):
+    """Repair a node's file. If catkin starts it by a relay, its first line and its exec bit do not
+    matter."""
     code, repairs = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
@@ -143,7 +143,7 @@ def _repair(node, remarks, look_at, relayed):
         code = code.replace(b'\r\n', b'\n')
         repairs.append('has Windows line endings: changed')
     first = code.partition(b'\n')[0]
-    python = NAMES_PYTHON.match(first)
+    python = PYTHON_LINE.match(first)
     if not code.strip():
         repairs.append('is empty')
     elif b'\0' in code:
@@ -151,8 +151,8 @@ def _repair(node, remarks, look_at, relayed):
     elif not (relayed or code.startswith(b'#!')):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
     elif python and not relayed and not shutil.which(os.fsdecode(python.group(1))):
-        look_at.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
-                       'lacks: on another one it may run.')
+        findings.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
+                        'lacks: on another one it may run.')
     if not relayed and not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
     remarks += [f'{node.name} {each}.' for each in repairs]
@@ -160,11 +160,11 @@ def _repair(node, remarks, look_at, relayed):
     node.chmod(0o755)
 
 
-def elsewhere(printed: str, copy: Path) -> List[str]:
-    """Sentences for the instructor on errors that a node printed, and that it may not have on
-    another machine; `copy`: of the submission, whose own modules are the same on each."""
+def version_errors(printed: str, copy: Path) -> List[str]:
+    """Returns sentences for the instructor on errors that a node printed, and that it may not have
+    on another machine. The submission's own modules, in `copy`, are the same on each machine."""
     return [f'It ended with "{line}". With the versions of another machine, such as Noetic, it may '
-            'run.' for line, module in dict.fromkeys(ELSEWHERE.findall(printed))
+            'run.' for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
             if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
 
 
@@ -172,10 +172,10 @@ def elsewhere(printed: str, copy: Path) -> List[str]:
 
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
           sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
-    """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the
-    examples of their types, see message_examples.py; None if they define none.
+    """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the examples
+    of their types, see message_examples.py; None if they define no type.
 
-    `environment`: for the sandbox that reads the messages. Sentences are added to `remarks`.
+    The messages are read in `sandbox` with this `environment`. Sentences are added to `remarks`.
     """
     files: List[List[str]] = []
     for name, package in packages.items():
@@ -193,20 +193,22 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
     for package_name, kind, name, text in done['modules']:
         if not (package_name in packages and kind in (MESSAGES, SERVICES)
-                and MODULE.fullmatch(name)):
+                and MODULE_FILE.fullmatch(name)):
             raise ValueError(f'a module is called {[package_name, kind, name]!r}')
         place = folder / package_name / kind
         place.mkdir(parents=True, exist_ok=True)
         (place / name).write_text(text, encoding='utf-8')
         (folder / package_name / '__init__.py').touch()
-    # without the folders in which genmsg has searched: they are the marking machine's
-    remarks += ['{} cannot be built: {}.'.format('/'.join(name.split(os.sep)[::2]), re.split(
-        ' on search path | with paths ', ' '.join(problem.split()))[0].rstrip('.'))
-        for name, problem in sorted(done['problems'].items())]
+    for path, problem in sorted(done['problems'].items()):
+        package_name, _, file = path.split(os.sep)
+        # genmsg also names the folders that it searched, which are the marking machine's
+        why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
+        remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
     return done
 
 
 def _definitions(name, package, remarks):
+    """Yields package, 'msg' or 'srv', name and text of each message and service of a package."""
     files = interface_files(package)
     if files[ACTIONS]:
         remarks.append(f'{name} has actions: they were not built.')
@@ -222,10 +224,11 @@ def _definitions(name, package, remarks):
 
 
 def _examples_of(definitions, environment, sandbox):
+    """Returns the object that message_examples.py prints about these definitions."""
     # its answer comes in a file, since a program in a sandbox cannot write a large one
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
-            sandbox.own_network(sandbox.command(LIMITED_PYTHON + [DESCRIBE])),
+            sandbox.own_network(sandbox.command(LIMITED_PYTHON + [MAKE_MODULES])),
             input=json.dumps({'search': system_messages(), 'definitions': definitions}),
             stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, check=True, cwd='/',
             env=sandbox.environment(environment), universal_newlines=True)

@@ -137,14 +137,6 @@ class Observation:
         return float(np.diff(self.truth[:, 0]).max(initial=0.0))
 
     @property
-    def unfair(self) -> str:
-        """A sentence if the machine was too busy to judge the node fairly, else ''."""
-        if self.longest_gap <= LONGEST_FAIR_GAP:
-            return ''
-        return ('The machine held the robot up for {:.2f} s (up to {:g} s are fair): the marks may '
-                'be unfair.'.format(self.longest_gap, LONGEST_FAIR_GAP))
-
-    @property
     def unpublished_topic(self) -> str:
         """A clause on the topics that nobody publishes, to which the node subscribes in place of a
         sensor's topic; '' if there are none."""

@@ -20,7 +20,7 @@ from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_recording import ROBOT, VARIABLES, NodeOutput
 from tb3_labs.marking.trial.ros_types import Types
-from tb3_labs.marking.intake.launch import OWN_FOLDERS, Launch
+from tb3_labs.marking.intake.sandbox import OWN_FOLDERS, Launch
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import rospkg
 import rospy
 
-from tb3_labs.marking.intake.launch import OWN_PACKAGE, Launch
+from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, Launch
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO, Dict, List, Optional
 
 import genpy
 
-from tb3_labs.marking.intake.message_examples import FORMS, example_of
+from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.names import is_name
 
 #: The packages of the services that the handout, the skeletons and the sheets call. A student's
@@ -61,9 +61,9 @@ class Example(genpy.Message):
         self._data = bytearray(self._example)
 
     def put(self, name: str, *value: Any) -> None:
-        """Replace the value of a field, or the stamp of a header. FORMS has the possible types."""
+        """Replace the value of a field, or the stamp of a header. Its type is in FIELD_FORMATS."""
         of, place = {field: rest for field, *rest in self.fields}[name]
-        struct.pack_into(FORMS[of], self._data, place, *value)
+        struct.pack_into(FIELD_FORMATS[of], self._data, place, *value)
 
     def serialize(self, buff: BinaryIO) -> None:
         """Write the message into a stream, as genpy's messages do."""
