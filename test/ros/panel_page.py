@@ -109,7 +109,7 @@ class PanelPage:
         with self._changed:
             if not self._changed.wait_for(condition, seconds):
                 raise RuntimeError('waited {:.0f} s in vain for {}; refused: {}, last picture: {}'.format(
-                    seconds, what, self.notes, self.latest.get('picture')))
+                    seconds, what, sorted(set(self.notes)), self.latest.get('picture')))
 
     def wait_for(self, seconds=20.0, **values):
         """Wait for a picture with these values."""
