@@ -51,9 +51,10 @@ class PanelCase(NodeCase):
     def excuse(self, _begun):
         """The reason why a test was void, or ''. `pages()` of the case are the pages of the present
         test, each with its `longest_silence` [s]."""
-        notes = [note for page in self.pages() for note in page.notes]
+        refusals = [note for page in self.pages() for note in page.notes]
+        print('the panel refused:', refusals)
+        for refusal in refusals:
+            if 'stopped meanwhile' in refusal or 'came late' in refusal:
+                return 'the panel took a page for lost, or a message for late: ' + refusal
         silence = max((page.longest_silence for page in self.pages()), default=0.0)
-        print('the pages said:', notes)
-        lost = any('stopped meanwhile' in note or 'came late' in note for note in notes)
-        return 'a page was late by {:.2f} s, or the panel'.format(silence) if (
-            lost or silence >= PUNCTUAL) else ''
+        return 'a page was late by {:.2f} s'.format(silence) if silence >= PUNCTUAL else ''

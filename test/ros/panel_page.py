@@ -108,8 +108,8 @@ class PanelPage:
         """Wait until `condition()` holds; RuntimeError after `seconds`."""
         with self._changed:
             if not self._changed.wait_for(condition, seconds):
-                raise RuntimeError('waited {:.0f} s in vain for {}; last: {}, notes: {}'.format(
-                    seconds, what, self.latest.get('picture'), self.notes))
+                raise RuntimeError('waited {:.0f} s in vain for {}; refused: {}, last picture: {}'.format(
+                    seconds, what, sorted(set(self.notes)), self.latest.get('picture')))
 
     def wait_for(self, seconds=20.0, **values):
         """Wait for a picture with these values."""
