@@ -32,7 +32,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of, read_points
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
-from tb3_labs.marking.intake.sandbox import Launch
+from tb3_labs.marking.intake.node_start import NodeStart
 from tb3_labs.ros.node import end, leave
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
@@ -77,7 +77,7 @@ def print_line(line):
 
 def is_of_class():
     """Has mark.py prepared the node and its environment?"""
-    return Launch.from_environment().environment is not None
+    return NodeStart.from_environment().environment is not None
 
 
 def owner_text(package, executable):

@@ -17,7 +17,8 @@ from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking import mark_class
-from tb3_labs.marking.intake.sandbox import LARGEST_FILE, TASKS, USERS, OtherUser, protection_problem
+from tb3_labs.marking.intake.node_start import LARGEST_FILE
+from tb3_labs.marking.intake.sandbox import TASKS, USERS, OtherUser, protection_problem
 from tb3_labs.marking.names import LAB_NODES
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'

@@ -16,9 +16,9 @@ from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
+from tb3_labs.marking.intake.node_start import HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS
 from tb3_labs.marking.intake.sandbox import (
-    ADDRESS_SPACE, HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS, ROOM, TASKS, USERS, NoSandbox, Sandbox,
-    protection_problem)
+    ADDRESS_SPACE, ROOM, TASKS, USERS, NoSandbox, Sandbox, protection_problem)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: A program prints what it sees; its arguments: a folder of its own, and places that are not.

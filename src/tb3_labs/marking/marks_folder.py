@@ -21,7 +21,8 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 import rospkg
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
-from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, UNPROTECTED
+from tb3_labs.marking.intake.node_start import OWN_PACKAGE
+from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, judged
 from tb3_labs.marking.marks_csv import POINTS, WATCHED, MarksTable, cells_of, overview
 from tb3_labs.marking.student_page import results, student_page

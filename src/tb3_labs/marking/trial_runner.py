@@ -21,8 +21,8 @@ import rospkg
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
-from tb3_labs.marking.intake.sandbox import (
-    IDENTITY, MODULES, OWN_PACKAGE, PREFIXES, NoSandbox, OtherUser, Sandbox)
+from tb3_labs.marking.intake.node_start import IDENTITY, OWN_PACKAGE
+from tb3_labs.marking.intake.sandbox import MODULES, PREFIXES, NoSandbox, OtherUser, Sandbox
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.marking.marks import LABS, Marks

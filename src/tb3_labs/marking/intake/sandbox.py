@@ -19,40 +19,31 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Dict, Iterable, List, Mapping
 
 import rospkg
 
-#: This package, of which a submission's program sees only a part.
-OWN_PACKAGE = 'tb3_labs'
-#: The environment variable of the identity. Each try of a submission has its own value.
-IDENTITY = 'TB3_LABS_SUBMISSION'
-#: The environment variable with the path of the file that holds a Launch.
-LAUNCH_FILE = 'TB3_LABS_LAUNCH'
+from tb3_labs.marking.intake.node_start import (
+    FILES_LIMITED, HOME, IDENTITY, OWN_FOLDERS, OWN_PACKAGE)
+
 #: Variables that list the folders of workspaces, and of Python's modules.
 PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
 #: A sandbox gets the variables of the instructor's environment whose names begin with these.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH',
                       'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
-#: The folders in a sandbox that are the program's own, each of at most ROOM bytes.
-HOME = '/home/student'
+#: Each of OWN_FOLDERS has at most ROOM bytes.
 LOGS = HOME + '/.ros/log'
-OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
 ROOM = 100 * 10 ** 6
 #: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: The parts of this package for a student's program: messages, services, and files to find them.
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
-#: Limits: the largest file and the address space of one process [bytes], the number of threads and
-#: processes together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
-LARGEST_FILE, ADDRESS_SPACE, TASKS = 50 * 10 ** 6, 6 * 10 ** 9, 500
-#: The command that limits a program without a sandbox; master, robot and check; a sandbox's node.
-FILES_LIMITED = ['prlimit', f'--fsize={LARGEST_FILE}']
+#: Limits: the address space of one process [bytes], and the number of threads and processes
+#: together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
+ADDRESS_SPACE, TASKS = 6 * 10 ** 9, 500
+#: The command that limits master, robot and check, and the node of a sandbox.
 LIMITED = FILES_LIMITED + [f'--as={ADDRESS_SPACE}']
-#: The command that starts a node. It dies with the process that tries it out. If the processor is
-#: busy, the robot comes before the node.
-NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)
 #: SIZED is the first version of bubblewrap that limits the size of a folder. COUNTED is the first
@@ -64,32 +55,6 @@ READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 #: The protection that is left without sandboxes.
 UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
-
-
-class Launch(NamedTuple):
-    """The start of a node: `prefix`, then its own command. mark.py writes a Launch into a file. The
-    check, another process, reads it and starts the node."""
-
-    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED
-    environment: Optional[Dict[str, str]] = None        # None: the environment of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see message_examples.py
-    isolated: bool = False      # is the node in a Sandbox?
-    program: str = ''           # the path of the program; '': rosrun finds it
-    package: str = ''           # the name of its package
-    copy: str = ''              # the folder of the submission
-    text: str = ''              # the path of the node's file in `copy`
-
-    @classmethod
-    def from_environment(cls) -> 'Launch':
-        """Returns the Launch that mark.py wrote; a check without mark.py has no sandbox."""
-        if LAUNCH_FILE not in os.environ:
-            return cls()
-        return cls(*json.loads(Path(os.environ[LAUNCH_FILE]).read_text()))
-
-    def write(self, path: Path) -> Dict[str, str]:
-        """Write the Launch into a file. Returns the variable by which a process finds it."""
-        path.write_text(json.dumps(self))
-        return {LAUNCH_FILE: str(path)}
 
 
 # -- the kinds of protection

@@ -28,7 +28,8 @@ from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
     modules_of)
 from tb3_labs.marking.intake.read_submission import COURSE_MESSAGE, ParsedSubmission
-from tb3_labs.marking.intake.sandbox import MODULES, NODE_PREFIX, OWN_PACKAGE, Launch, NoSandbox
+from tb3_labs.marking.intake.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
+from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
@@ -60,9 +61,8 @@ COPY = 'src'
 
 
 def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
-            sandbox: NoSandbox = NoSandbox()) -> Launch:
-    """Make the workspace of a submission that was read into its folder COPY. Returns the Launch of
-    the node.
+            sandbox: NoSandbox = NoSandbox()) -> NodeStart:
+    """Make the workspace of a submission that was read into its folder COPY. Returns its NodeStart.
 
     The node's environment is `environment`, with the folders of the workspace added. `reading` gets
     the remarks. Messages and services are made in `sandbox`.
@@ -106,8 +106,9 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
                        'marking machine: left out.')
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
-    return Launch(NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
-                  sandbox.isolates, str(program), package_name, str(copy), str(node))
+    return NodeStart(
+        NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
+        sandbox.isolates, str(program), package_name, str(copy), str(node))
 
 
 def _stand_in(name, folder, remarks):

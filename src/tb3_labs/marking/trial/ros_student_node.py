@@ -20,7 +20,7 @@ from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_recording import ROBOT, VARIABLES, NodeOutput
 from tb3_labs.marking.trial.ros_types import Types
-from tb3_labs.marking.intake.sandbox import OWN_FOLDERS, Launch
+from tb3_labs.marking.intake.node_start import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 
@@ -38,14 +38,14 @@ class StudentNode:
     def __init__(self, node, sensors, recording):
         """`node` is package/file. `sensors` are the topics that it needs; a node that subscribes to
         the first one is ready. `recording` is the Recording of the trial."""
-        self._sensors, self._recording, self._launch = sensors, recording, Launch.from_environment()
-        self._needed = []
-        self._what = [self._launch.program] if self._launch.program else [
+        self._sensors, self._recording, self._needed = sensors, recording, []
+        self._prepared = NodeStart.from_environment()
+        self._command = [self._prepared.program] if self._prepared.program else [
             'rosrun', *node.split('/', 1)]
         self._process = self._watch = self._output = None
         #: Was any run ready? None before the first run.
         self._was_ready, self._interrupted = None, False
-        self.graph = Graph(Types(self._launch.types))
+        self.graph = Graph(Types(self._prepared.types))
 
     @property
     def alive(self):
@@ -56,7 +56,7 @@ class StudentNode:
     def status(self):
         """The exit status of the process; None while it runs, -N if signal N ended it."""
         status = self._process.status
-        isolated = self._launch.isolated and status is not None and status > BY_SIGNAL
+        isolated = self._prepared.isolated and status is not None and status > BY_SIGNAL
         return BY_SIGNAL - status if isolated else status
 
     def start(self, *arguments, listens=()):
@@ -71,13 +71,13 @@ class StudentNode:
         self._interrupted = False
         self._recording.event('start', needed=needed[0].strip('/'))
         self._output = NodeOutput(self._recording)
-        environment = dict(self._launch.environment or watched(os.environ))
+        environment = dict(self._prepared.environment or watched(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # of this trial
-        self._process = Program([*self._launch.prefix, *self._what, *arguments], environment,
+        self._process = Program([*self._prepared.prefix, *self._command, *arguments], environment,
                                 self._output.add)
-        if self._launch.program:        # of a submission
+        if self._prepared.program:        # of a submission
             self._watch = ResourceWatch(
-                self._process.pid, OWN_FOLDERS if self._launch.isolated else (), os.getppid())
+                self._process.pid, OWN_FOLDERS if self._prepared.isolated else (), os.getppid())
         is_ready = self._is_ready_in_time(needed, known)
         self._was_ready = self._was_ready or is_ready
         if not is_ready:

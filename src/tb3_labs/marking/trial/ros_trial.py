@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import rospkg
 import rospy
 
-from tb3_labs.marking.intake.sandbox import OWN_PACKAGE, Launch
+from tb3_labs.marking.intake.node_start import OWN_PACKAGE, NodeStart
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
 from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
@@ -73,7 +73,7 @@ class Trial:
         own, *others = [
             [known.get_path(name)] if name != OWN_PACKAGE and name in known.list() else []
             for name in dict.fromkeys((self._name.split('/')[0], *packages))]
-        copy = Launch.from_environment().copy
+        copy = NodeStart.from_environment().copy
         found = text_of([copy] if copy else sum(others, own))
         return dict(found, up=text_of(own)['up'] or found['up'])
 
@@ -81,7 +81,7 @@ class Trial:
         """Record what lint finds in the node's file, unless the package has two files of this
         name."""
         package, name = self._name.split('/')
-        text = Launch.from_environment().text
+        text = NodeStart.from_environment().text
         files = {Path(text)} if text else {
             path.resolve() for depth in range(DEPTH)
             for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
