@@ -309,7 +309,7 @@ def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame
             [60.0, [0.0, 0.0, 0.0], 'it was refused']])
     shown = with_stimuli(replace(run, resets=first), seen)
     assert shown.resets.arrival.tolist() == [first.arrival[0], 50.0]
-    assert shown.resets.points.tolist() == [[0.0, 0.0], [0.2, 0.3]]
+    assert (shown.resets.x.tolist(), shown.resets.y.tolist()) == ([0.0, 0.2], [0.0, 0.3])
     assert len(shown.control) == len(run.control)
     assert not len(shown.variables.between(60.0, 70.0)) and len(shown.variables.between(70.0, 71.0))
 

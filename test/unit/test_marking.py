@@ -18,7 +18,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import archives, sandbox, submissions
+from tb3_labs.marking.intake import archives, node_start, sandbox, submissions
 from tb3_labs.marking.labs.criteria import TOOK, Criterion, judge
 from tb3_labs.marking.student_page import as_run, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, judged, points_of
@@ -125,7 +125,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             '{:g} MB in th'.format(processes.MOST_DISK / 1e6),      # their folders
             'with more than {:g} MB'.format(processes.MOST_OTHER_MEMORY / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                sandbox.ADDRESS_SPACE / 1e9, sandbox.LARGEST_FILE / 1e6)):
+                sandbox.ADDRESS_SPACE / 1e9, node_start.LARGEST_FILE / 1e6)):
         assert said in words
 
 
