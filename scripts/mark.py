@@ -5,8 +5,8 @@ Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
 SUBMISSIONS is a folder with a folder or a zip file for each student, or the zip file of a learning
 platform. MARKS is a folder that gets marks.csv, overview.html, and for each student a page and a
-results.json. A submission that has been marked there, and has not changed, is not tried again. The
-instructors' page on marking has more.
+results.json. A marked submission is not tried again until it changes. The instructors' page on
+marking has more.
 """
 import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
 
@@ -19,7 +19,7 @@ from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.mark_class import mark_class, print_problem
 from tb3_labs.terminal import run_tool
 
-#: Signals that end the marking: of Ctrl+C, of the command kill, of a terminal that is closed.
+#: Signals that end the marking. They come from Ctrl+C, the command kill, or a closed terminal.
 END_SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 INTERRUPTED = threading.Event()
 
@@ -73,10 +73,10 @@ def main(words):
 
 
 def interrupt(*_):
-    """Interrupt the marking once; later signals must not interrupt its end."""
-    for number in END_SIGNALS:      # before set(): a second set() within it would wait for ever
+    """Interrupt the marking once. Later signals must not interrupt the end of the marking."""
+    for number in END_SIGNALS:      # a second set() within set() would wait for ever
         signal.signal(number, lambda *_: None)
-    INTERRUPTED.set()       # Python may lose the exception: in some places it ignores exceptions
+    INTERRUPTED.set()       # Python ignores an exception in some places, and never the Event
     raise KeyboardInterrupt
 
 

@@ -3,8 +3,8 @@
 
     python3 doc/instructor/make_autograder.py turn.zip --lab turn
 
-Options of mark.py follow the name of the zip file. It gets setup.sh, run_autograder, these options,
-and the students' archive of the last commit, which has no solution.
+The options of mark.py follow the name of the zip file. The zip file gets setup.sh, run_autograder,
+the options, and the students' archive of the last commit, which has no solution.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import pathlib

@@ -15,35 +15,41 @@ from tb3_labs.marking.marks import LABS, points_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 POINTS = ROOT / 'launch' / 'checks' / 'points.yaml'
-#: The comment before the table of a lab or the list of its extra criteria, and that table or list.
-#: If a sheet has no list for a lab, the extra criteria are in the table.
+#: A table of a lab, or a list of a lab's extra criteria, with the comment before the table or list.
+#: If a sheet has no list for a lab, the table has the extra criteria.
 MADE_PART = re.compile(r'(<!-- (\w+)( extras)?: made by make_graded\.py -->\n\n)((?:[|*].*\n)*)')
 HEAD = '| criterion | what is asked | limits | points |\n|---|---|---|---|\n'
 
 
 def extras(lab):
     """Returns the list of the criteria beyond the handout, in Markdown."""
-    return ''.join(f'* `{c.label}`: {c.meaning}{c.limits and ", " + c.limits}\n'
-                   for c in LABS[lab].criteria if c.extra)
+    lines = []
+    for criterion in LABS[lab].criteria:
+        if criterion.extra:
+            limits = f', {criterion.limits}' if criterion.limits else ''
+            lines.append(f'* `{criterion.label}`: {criterion.meaning}{limits}\n')
+    return ''.join(lines)
 
 
 def table(lab, with_extras=True):
-    """Returns the table of a lab, in Markdown: the handout's criteria, then the extra criteria."""
+    """Returns the table of a lab in Markdown. The criteria of the handout come first."""
     criteria = [c for c in LABS[lab].criteria if with_extras or not c.extra]
     worth = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
-    rows = [f'| `{c.label}` | {c.meaning} |{c.limits and " " + c.limits} | {worth[c.name]:g} |\n'
-            for c in sorted(criteria, key=lambda c: c.extra)]
+    rows = []
+    for c in sorted(criteria, key=lambda c: c.extra):
+        limits = f' {c.limits}' if c.limits else ''
+        rows.append(f'| `{c.label}` | {c.meaning} |{limits} | {worth[c.name]:g} |\n')
     total = sum(worth[c.name] for c in criteria if not c.extra)
     return HEAD + ''.join(rows) + f'| | | full marks | {total:g} |\n'
 
 
 def with_tables(sheet):
-    """Returns the text of a sheet with its tables and lists made anew."""
+    """Returns the text of a sheet with new tables and lists."""
     listed = {found.group(2) for found in MADE_PART.finditer(sheet) if found.group(3)}
 
     def made(found):
         comment, lab, is_list, _ = found.groups()
-        return comment + (extras(lab) if is_list else table(lab, lab not in listed))
+        return comment + (extras(lab) if is_list else table(lab, with_extras=lab not in listed))
     return MADE_PART.sub(made, sheet)
 
 

@@ -3,7 +3,7 @@
     python3 doc/instructor/make_parameters.py
 
 The default, unit, bounds and meaning of a setting stand in the node's configuration, a dataclass of
-`tb3_labs.config.setting`. A new node is one more line in `NODES`.
+`tb3_labs.config.setting`. A new node is a new line in `NODES`.
 `test/unit/test_parameters.py` compares the files with this command.
 """
 import importlib.util
@@ -29,7 +29,7 @@ NODES = (
      ('SimulatorConfig', 'FakeTurtlebot3Config')),
     ('panel', 'panel.py', 'panel.launch', ('PanelConfig',)),
 )
-#: Configurations that dynamic_reconfigure changes -> their fields that it cannot change.
+#: configuration that dynamic_reconfigure changes -> fields that dynamic_reconfigure cannot change
 LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
 
 
@@ -41,11 +41,11 @@ class ModelConfig(Config):
 
 
 class NodeParameters:
-    """A node with the configurations that it reads, and its element in the launch file."""
+    """The configurations that a node reads, and the element of the launch file that starts it."""
 
     def __init__(self, name, script, launch_file, kinds):
         self.name, self.script, self.launch_file = name, script, launch_file
-        #: The file that reads the settings: the node's ROS side in its room, if it has one.
+        #: The file that reads the settings. This is the ROS side in the node's room, or the script.
         self.source = ROOT / 'src/tb3_labs/nodes' / name / 'ros_node.py'
         if not self.source.exists():
             self.source = ROOT / 'scripts' / script
@@ -56,7 +56,7 @@ class NodeParameters:
         if hasattr(module, 'read_model'):
             self.configs.insert(0, ModelConfig)
         self.launch = ET.parse(str(ROOT / 'launch' / launch_file)).getroot()
-        #: The element that starts it: a node, or an include of launch/nodes.
+        #: The text of the element that starts the node, a node or an include of launch/nodes.
         self.element = next(ET.tostring(item, 'unicode') for item in self.launch if name in (
             item.get('name'), *(part.get('value') for part in item.findall('arg'))))
 
@@ -77,12 +77,12 @@ class NodeParameters:
 
     @property
     def typed(self):
-        """The settings that are typed as words after the node; they are not parameters."""
+        """The settings that a user types as words after the node. They are no parameters."""
         return re.findall(r'_(\w+):=\$\(arg \1\)', self.element)
 
     @property
     def pad(self):
-        """The parameters that the launch file takes from the file of a gamepad's numbers."""
+        """The parameters that the launch file reads from the file of a gamepad's numbers."""
         if 'pad_$(arg pad)' not in self.element:
             return []
         path = ROOT / 'launch' / 'params' / 'pad_handout.yaml'
@@ -95,7 +95,8 @@ def nodes():
 
 
 def annotated_yaml(node):
-    """Returns the text of launch/params/NODE.yaml: each default, its valid values and meaning."""
+    """Returns the text of launch/params/NODE.yaml with default, valid values and meaning of each
+    parameter."""
     lines = [f'# {node.name} ({node.script}): all parameters: default, valid values, meaning. '
              '(live): dynparam sets it.',
              '# Made by `python3 doc/instructor/make_parameters.py`. Copy lines that you change '
