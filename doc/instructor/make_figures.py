@@ -3,8 +3,8 @@
 
     python3 doc/instructor/make_figures.py
 
-The two frames have the numbers of the sheets' worked example;
-`test/unit/test_worked_examples.py` computes them by another way.
+The two frames have the numbers of the sheets' worked example.
+`test/unit/test_worked_examples.py` computes these numbers in another way.
 
 Units: metres, degrees on labels; radians inside.
 """
@@ -28,23 +28,27 @@ from tb3_labs.report.page.figures import BLUE, GREEN, GREY, ORANGE
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DOC = ROOT / 'doc'
-#: The worked example: the pose of B in A, and the robot in A. cos and sin of its angle are 0.6,
-#: 0.8.
+#: The worked example's pose of B in A. The angle has the cosine 0.6 and the sine 0.8.
 A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
+#: The worked example's pose of the robot in A.
 A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
-#: The lab's goal in local, and the distance at which the lab's own law stops [m].
-GOAL, NEAR = LAB_GOAL, DISTANCE_TOLERANCE
-#: Yaw of the IMU minus yaw of the odometry, of a real Burger [deg].
+#: The lab's goal in local.
+GOAL = LAB_GOAL
+#: The lab's own law stops at this distance from the goal [m].
+STOP_DISTANCE = DISTANCE_TOLERANCE
+#: The yaw of the IMU minus the yaw of the odometry, of a real Burger [deg].
 OFFSET_DEG = -34.6
-#: Time between two commands of the lab's law, and the length of a turn's picture [s].
-LOOK, LONGEST_TURN = 0.1, 8.0
-#: state: (fill, hatching).
+#: The time between two commands of the lab's law [s].
+COMMAND_PERIOD = 0.1
+#: The figures of turns show this time [s].
+TURN_DURATION = 8.0
+#: state -> (fill, hatching)
 STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', '')}
 
 
 def new_figure(width, height):
-    """An empty figure of this size [inch]."""
+    """Returns an empty figure of a size [inch]."""
     figure = Figure(figsize=(width, height), constrained_layout=True)
     FigureCanvasSVG(figure)
     return figure
@@ -63,18 +67,19 @@ def plain(axes, x, y):
 
 
 def arrow(axes, begin, end, colour, **looks):
-    """An arrow between two places."""
+    """Draw an arrow between two places."""
     axes.annotate('', end, begin, arrowprops=dict(
         arrowstyle='-|>', color=colour, shrinkA=0, shrinkB=0, **dict(dict(linewidth=1.8), **looks)))
 
 
 def label(axes, place, text, colour, size=11, **looks):
-    """A text, centred at a place."""
+    """Write a text, centred at a place."""
     axes.text(*place, text, color=colour, fontsize=size, ha='center', va='center', **looks)
 
 
 def frame(axes, pose, name, colour, lengths, where=(-0.16, -0.22), gap=0.17):
-    """The axes of a frame, of these lengths, with its name at `where` from its origin."""
+    """Draw the axes x and y of a frame, of two `lengths`. The name stands at `where` from the
+    origin of the frame."""
     for direction, letter, length in (((1.0, 0.0), 'x', lengths[0]), ((0.0, 1.0), 'y', lengths[1])):
         arrow(axes, (pose.x, pose.y), pose.act(np.multiply(direction, length)), colour)
         tip = pose.act(np.multiply(direction, length + gap))
@@ -83,7 +88,7 @@ def frame(axes, pose, name, colour, lengths, where=(-0.16, -0.22), gap=0.17):
 
 
 def angle(axes, pose, begin_deg, end_deg, radius, text, colour):
-    """An arc with its label, from one direction to another, round the place of a pose."""
+    """Draw an arc with a label round the place of a pose, from one direction to another."""
     axes.add_patch(Arc((pose.x, pose.y), 2 * radius, 2 * radius, theta1=begin_deg, theta2=end_deg,
                        color=colour, linewidth=1.4))
     middle = math.radians((begin_deg + end_deg) / 2.0)
@@ -92,7 +97,7 @@ def angle(axes, pose, begin_deg, end_deg, radius, text, colour):
 
 
 def robot(axes, pose, size=0.16):
-    """A disc with a line in its heading."""
+    """Draw a robot as a disc with a line in its heading."""
     axes.add_patch(Circle((pose.x, pose.y), size, facecolor='white', edgecolor=GREY,
                           linewidth=1.6, zorder=4))
     axes.plot(*zip((pose.x, pose.y), pose.act((1.7 * size, 0.0))), color=GREY, linewidth=2.2,
@@ -100,18 +105,18 @@ def robot(axes, pose, size=0.16):
 
 
 def mark_goal(axes):
-    """The lab's goal, and the circle within which the lab's own law stops."""
-    axes.add_patch(Circle((GOAL.x, GOAL.y), NEAR, fill=False, linestyle='--', color=GREEN))
+    """Draw the lab's goal, and the circle within which the lab's own law stops."""
+    axes.add_patch(Circle((GOAL.x, GOAL.y), STOP_DISTANCE, fill=False, linestyle='--', color=GREEN))
     axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=13, zorder=6)
 
 
 def dotted(axes, *places, colour):
-    """A thin dotted line through places."""
+    """Draw a thin dotted line through places."""
     axes.plot(*zip(*places), color=colour, linewidth=1.2, linestyle=(0, (2, 2)))
 
 
 def point_in_both_frames():
-    """One place, its coordinates in A and in B."""
+    """A place, with the place's coordinates in A and in B."""
     figure = new_figure(5.6, 4.4)
     axes = figure.subplots()
     plain(axes, (-0.5, 4.2), (-0.45, 3.8))
@@ -134,7 +139,7 @@ def point_in_both_frames():
 
 
 def heading_in_both_frames():
-    """One robot, its heading in A and in B."""
+    """A robot, with the robot's heading in A and in B."""
     figure = new_figure(4.6, 2.8)
     axes = figure.subplots()
     blank(axes, (-1.7, 2.0), (-0.35, 1.75))
@@ -155,13 +160,13 @@ def heading_in_both_frames():
 
 
 def drive():
-    """A drive by the lab's law, of a robot without delays: [(time [s], pose in local, state,
-    linear [m/s], angular [rad/s])]."""
+    """Returns a drive by the lab's law, of a robot without delays: rows of time [s], pose in local,
+    state, linear [m/s], angular [rad/s]."""
     pose, states, seen = Pose2(), list(DRIVING), []
     while states:
         linear = angular = 0.0
         if states[0] == 'MOVE_FORWARD':
-            linear, is_over = DRIVE_SPEED, pose.distance_to(GOAL) <= NEAR
+            linear, is_over = DRIVE_SPEED, pose.distance_to(GOAL) <= STOP_DISTANCE
         else:
             final = states[0] == 'ROTATE_TO_FINAL'
             error = difference(GOAL.yaw if final else pose.bearing_to(GOAL), pose.yaw)
@@ -170,8 +175,8 @@ def drive():
         if is_over:
             del states[0]
         else:
-            pose = pose @ Pose2(linear * LOOK, 0.0, angular * LOOK)
-            seen.append((len(seen) * LOOK, pose, states[0], linear, angular))
+            pose = pose @ Pose2(linear * COMMAND_PERIOD, 0.0, angular * COMMAND_PERIOD)
+            seen.append((len(seen) * COMMAND_PERIOD, pose, states[0], linear, angular))
     return seen
 
 
@@ -190,7 +195,7 @@ def four_states():
         robot(left, spans[len(spans) // 2][1], 0.05)
         left.text(*look, state, fontsize=8, ha=ha)
         fill, hatch = STATES[state]
-        right.axvspan(spans[0][0] - LOOK, spans[-1][0], facecolor=fill, hatch=hatch,
+        right.axvspan(spans[0][0] - COMMAND_PERIOD, spans[-1][0], facecolor=fill, hatch=hatch,
                       edgecolor='#bbbbbb', linewidth=0.0)
         right.text((spans[0][0] + spans[-1][0]) / 2.0, 1.1, state.replace('_', '\n'), ha='center',
                    va='top', fontsize=7.5)
@@ -204,7 +209,7 @@ def four_states():
 
 
 def offset_of_the_imu():
-    """A goal that is never reached: the displacement was turned by the wrong yaw."""
+    """A drive that never reaches its goal, since the node turns displacements by a wrong yaw."""
     figure = new_figure(5.6, 4.2)
     axes = figure.subplots()
     plain(axes, (-1.75, 0.6), (-0.25, 1.6))
@@ -224,7 +229,7 @@ def offset_of_the_imu():
 
 
 def a_reset():
-    """The two frames on the floor, before and after a reset where the robot stands."""
+    """The two frames on the floor before and after a reset."""
     figure = new_figure(8.0, 3.6)
     here = Pose2(GOAL.x, GOAL.y, math.radians(60.0))
     left, right = figure.subplots(1, 2)
@@ -242,7 +247,7 @@ def a_reset():
 
 
 def error_on_the_circle():
-    """The short way round: a turn from 350 to 80 degrees, and the command by the error."""
+    """A turn the short way from 350 to 80 degrees, and the command as a function of the error."""
     figure = new_figure(8.0, 3.3)
     left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
     blank(left, (-1.55, 1.55), (-1.4, 1.4))
@@ -290,27 +295,27 @@ def axes_of_the_robot():
 
 
 def turn(wrapped):
-    """The heading [deg] at each command of a left turn from 330 degrees by the handout's law, with
-    its error `wrapped` or not."""
+    """Returns the heading [deg] at each command of a left turn from 330 degrees by the handout's
+    law. The law uses the error `wrapped` to +-180 degrees, or not."""
     turned, goal = [330.0], 330.0 + TURN_DEG
-    for _ in range(int(LONGEST_TURN / LOOK)):
+    for _ in range(int(TURN_DURATION / COMMAND_PERIOD)):
         error = goal - turned[-1] % 360.0
         error = difference_degrees(error, 0.0) if wrapped else error
         command = min(max(K_HDG * abs(error), MIN_ANG_Z), MAX_ANG_Z) * np.sign(error)
         turned.append(turned[-1] + (
-            math.degrees(command) * LOOK if abs(error) >= HDG_TOL else 0.0))
+            math.degrees(command) * COMMAND_PERIOD if abs(error) >= HDG_TOL else 0.0))
     return turned
 
 
 def two_turns():
-    """A good turn, and one that does not end: the heading over time, not wrapped."""
+    """The heading over time, not wrapped, in a good turn and in a turn that does not end."""
     figure = new_figure(5.1, 2.8)
     titles = ('A good turn: it ends\nwithin the green band',
               'A bad turn: it goes on\nthrough the band')
     for axes, wrapped, title in zip(figure.subplots(1, 2), (True, False), titles):
         goal, turned = 330.0 + TURN_DEG, turn(wrapped)
         axes.axhspan(goal - HDG_TOL, goal + HDG_TOL, facecolor='#d3e8d3', linewidth=0.0)
-        axes.plot([k * LOOK for k in range(len(turned))], turned, color=BLUE)
+        axes.plot([k * COMMAND_PERIOD for k in range(len(turned))], turned, color=BLUE)
         axes.set_title(title, fontsize=9)
         axes.tick_params(labelsize=7)
         axes.grid(color='#e4e4e4', linewidth=0.6)
