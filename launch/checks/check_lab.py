@@ -3,18 +3,18 @@
 total.
 
 The stimuli, the verdicts and the points come to the terminal while rostest waits for the end. A
-criterion beyond the handout that is not met is not a test, unless `~strict` says so.
+missed criterion beyond the handout fails no test, unless `~strict` is true.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
     ~pkg        package of the node
     ~type       file of the node, as rosrun finds it
-    ~node       for a node of this package: finished, or plain for plain_TYPE
+    ~node       for a node of this package: finished, or plain for the file plain_TYPE
     ~points     YAML file with the points of each criterion
     ~parts      parts of the lab, with commas; empty for all parts
     ~record     path of the trial's bag; empty if the bag is not kept
-    ~pad        option of the lab gamepad: numbers of the pad, launch/params/pad_NAME.yaml
-    ~strict     whether a criterion beyond the handout may fail the test
+    ~pad        option of the lab gamepad: NAME of launch/params/pad_NAME.yaml
+    ~strict     may a criterion beyond the handout fail a test?
 """
 import os
 import re
@@ -29,21 +29,22 @@ import rospy
 import rosunit
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
-from tb3_labs.marking.marks import LABS, Marks, judged, points_of, read_points
+from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, read_points
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.marking.intake.node_start import NodeStart
 from tb3_labs.ros.node import end, leave
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
-#: rostest gives the path for the results by this option.
+#: By this option rostest names the file for the results.
 XML_OPTION = '--gtest_output=xml:'
-#: A node's file lies at one of these depths of its package.
+#: A node's file lies at one of these depths in the folder of its package.
 DEPTHS = '*', '*/*', '*/*/*'
 
 
 def marks_of_node():
-    """Try the node, and return its Marks; None if mark.py started this trial and judges the bag."""
+    """Try the node. Returns the node's Marks; None if mark.py started this trial. Then mark.py
+    judges the bag."""
     name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
     node = rospy.get_param('~node', FINISHED)
@@ -53,7 +54,7 @@ def marks_of_node():
         raise ValueError(f'there is no lab {name!r}: {", ".join(LABS)}')
     lab = LABS[name]
     parts = lab.read_parts(parts)
-    for hidden in ('lab', 'points', 'parts', 'record'):      # from the node
+    for hidden in ('lab', 'points', 'parts', 'record'):      # the node must not read these
         rospy.delete_param('~' + hidden)
     worth = points_of(name, read_points(points))
     option = None
@@ -67,7 +68,9 @@ def marks_of_node():
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
         record_trial(name, package, executable, parts, path, option, print_line)
-        return None if is_of_class() else judged(Marks(''), read_trial(path), name, worth, parts)
+        if is_of_class():
+            return None
+        return marks_after_trial(Marks(''), read_trial(path), name, worth, parts)
 
 
 def print_line(line):
@@ -81,7 +84,7 @@ def is_of_class():
 
 
 def owner_text(package, executable):
-    """Returns words on the file that is judged; ``ValueError`` if rosrun cannot start the file."""
+    """Returns words on the judged file. ``ValueError`` if rosrun cannot start the file."""
     if is_of_class():
         return ''
     hint = '. For yours: pkg:=PACKAGE type:=FILE' if package == OWN_PACKAGE else ''
@@ -103,7 +106,7 @@ def place_of(package, executable):
     except rospkg.ResourceNotFound:
         raise ValueError(f'there is no package {package} in this terminal; build its workspace, '
                          'and type: source devel/setup.bash') from None
-    # only rosrun itself knows the order of workspaces, relays and links
+    # only rosrun itself knows the order in which it searches workspaces, relays and links
     rosrun = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, universal_newlines=True)
@@ -132,7 +135,7 @@ class Check(unittest.TestCase):
         self._name, self._failure = name, failure
 
     def runTest(self):
-        """unittest wants this method; `run` has the result."""
+        """unittest requires this method, which is never called."""
 
     def id(self):
         return 'check_lab.Check.' + self._name
@@ -148,7 +151,7 @@ class Check(unittest.TestCase):
 
 
 def checks_of(marks, strict):
-    """Returns a Check for each criterion, and one for the total."""
+    """Returns a Check for each criterion, and a Check for the total."""
     checks = [Check('test_' + verdict.criterion.label,
                     '' if verdict.outcome is Outcome.MET else verdict.line.strip())
               for verdict in marks.verdicts
@@ -157,13 +160,13 @@ def checks_of(marks, strict):
 
 
 def lines_of(verdicts):
-    """Returns a line for each verdict, and one line for all criteria that could not be tried."""
+    """Returns a line for each verdict. All criteria that could not be tried share one line."""
     untried = [verdict for verdict in verdicts if verdict.observed == NOT_TRIED]
     lines = [verdict.line for verdict in verdicts if verdict not in untried]
     if untried and not untried[0].criterion.extra:
         lines.append('  {:11}  {:8}  the other criteria could not be tried: {}'.format(
-            Outcome.MISSED.value.upper(), '0 of {:g}'.format(sum(one.worth for one in untried)),
-            ', '.join(one.criterion.name for one in untried)))
+            Outcome.MISSED.value.upper(), '0 of {:g}'.format(sum(each.worth for each in untried)),
+            ', '.join(each.criterion.name for each in untried)))
     return lines
 
 
@@ -185,7 +188,7 @@ def report(checks):
 
 
 def main():
-    """Try the node, judge it, report as a rostest, and return the exit status."""
+    """Try and judge the node, and report the results to rostest. Returns the exit status."""
     rospy.init_node('check')
     try:
         marks = marks_of_node()

@@ -71,8 +71,8 @@ def record_of(folder, row):
 def told(seen, lab):
     """(points lost, what the check says first, what the report says)"""
     from tb3_labs.marking.labs.criteria import Outcome
-    from tb3_labs.marking.marks import Marks, judged, points_of, read_points
-    marks = judged(Marks(''), seen, lab, points_of(lab, read_points(None)))
+    from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
+    marks = marks_after_trial(Marks(''), seen, lab, points_of(lab, read_points(None)))
     missed = [verdict.sentence for verdict in marks.graded if verdict.outcome is not Outcome.MET]
     lost = marks.worth - marks.points
     said = missed[:1] + [marks.hint] if lost else marks.remarks
@@ -83,7 +83,7 @@ def reported(seen):
     """The report's sentence on the recording, which does not have the letters."""
     from tb3_labs.report.page.moments import broken_links, printed_faults
     from tb3_labs.report.run_data import Values
-    run = seen.run
+    run = seen.recording
     words = [printed_faults(run), *broken_links(replace(run, letters=Values.none()))]
     return ' '.join(unescape(re.sub('<[^>]*>', '', each)) for each in words)
 

@@ -156,7 +156,7 @@ class HostileTest(unittest.TestCase):
         page = cls.marks / 'mallory.html'
         cls.page = page.read_text(encoding='utf-8').replace('&#x27;', "'") if page.exists() else ''
         cls.printed = ''.join(run.printed for run in read_trial(
-            cls.marks / 'logs' / 'mallory.bag').runs)
+            cls.marks / 'logs' / 'mallory.bag').processes)
         table = cls.marks / 'marks.csv'
         text = table.read_text(encoding='utf-8') if table.exists() else ''
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}

@@ -44,7 +44,7 @@ def _additions(recording, seen, log):
     def message(at, topic, made):
         return at, lambda: recording.add(topic, made, BEGIN + at)
     yield event(0.0, 'trial', lab=seen.lab, node=seen.node)
-    for run in seen.runs:
+    for run in seen.processes:
         yield event(run.begin, 'start', needed=run.needed)
         facts = {name: getattr(run, name) for name in (
             'unheard', 'nodes', 'listens', 'publishes', 'unconnected', 'ended_by_itself', 'status')}

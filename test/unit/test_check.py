@@ -8,9 +8,9 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import rosunit
 
-from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
-from tb3_labs.marking.trial.observation import Observation, Run
+from tb3_labs.marking.trial.observation import NodeProcess, Observation
 from tb3_labs.watch.chains import Place
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
@@ -41,8 +41,8 @@ def test_a_verdict_is_one_line(made, line):
 
 
 def test_what_could_not_be_tried_is_one_line():
-    seen = Observation('turn', 'lab2/n.py', runs=[Run(0.0, end=1.0, ended_by_itself=True, printed='x')])
-    marks = Marks('', verdicts=judge(LABS['turn'].criteria, seen, points_of('turn', read_points(None))))
+    seen = Observation('turn', 'lab2/n.py', processes=[NodeProcess(0.0, end=1.0, ended_by_itself=True, printed='x')])
+    marks = Marks('', verdicts=verdicts_of(LABS['turn'].criteria, seen, points_of('turn', read_points(None))))
     graded = lines_of(marks.graded)
     assert len(graded) == 2 and "it ended at once: 'x'" in graded[0]
     assert '0 of 29   the other criteria could not be tried: left, right' in graded[1]

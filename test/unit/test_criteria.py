@@ -12,10 +12,10 @@ from pages import ROOT
 from test_marking import observation, recording, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import gamepad, move2goal
-from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, judge
+from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, verdicts_of
 from tb3_labs.marking.trial.remarks import remarks_on
 from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
+from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.marking.text.source_analysis import analyse, text_of
 from tb3_labs.marking.labs.ros_turn import mouse_fields
 from tb3_labs.marking.labs.turn import TURN_STIMULI, MOUSE_PLACES
@@ -134,13 +134,13 @@ def observed(lab, **parts):
             mine += [[begin + row[0], *row[1:]] for row in rows]
         seen.stimuli.append(Stimulus(name, begin, begin + LASTS, said['printed'], said['lines'],
                                      said['died'], said['facts']))
-    seen.run = recording(commands, truth)
+    seen.recording = recording(commands, truth)
     return seen
 
 
 def verdicts(lab, seen, parts=()):
     criteria = LABS[lab].criteria
-    return judge(criteria, seen, {criterion.name: 1.0 for criterion in criteria}, parts)
+    return verdicts_of(criteria, seen, {criterion.name: 1.0 for criterion in criteria}, parts)
 
 
 def missed(lab, seen):
@@ -312,21 +312,21 @@ def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
     assert 'within_limits' in missed('move2goal', observed('move2goal', **none))
 
 
-@pytest.mark.parametrize('runs, misses_start, words', [
-    ([], True, 'never started'), ([Run(0.0)], True, 'never listened'),
-    ([Run(0.0, needed='imu')], True, 'never came to rospy.init_node()'),
-    ([Run(0.0, needed='imu', nodes=['/n'], listens=['/odom'])], True, 'listened to /odom'),
-    ([Run(0.0, end=1.0, ended_by_itself=True, status=0, printed='Bye')], True, 'nothing kept the node'),
-    ([Run(0.0, end=1.0, ended_by_itself=True, status=1, printed=CRASH)], True,
+@pytest.mark.parametrize('processes, misses_start, words', [
+    ([], True, 'never started'), ([NodeProcess(0.0)], True, 'never listened'),
+    ([NodeProcess(0.0, needed='imu')], True, 'never came to rospy.init_node()'),
+    ([NodeProcess(0.0, needed='imu', nodes=['/n'], listens=['/odom'])], True, 'listened to /odom'),
+    ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=0, printed='Bye')], True, 'nothing kept the node'),
+    ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=1, printed=CRASH)], True,
      "at once: \"NameError: name 'x' is not defined (line 7, in f)\""),
-    ([Run(0.0, unheard=['/imu_data'])], True, 'listens to /imu_data, which nobody publishes'),
-    ([Run(0.0, end=1.0, ended_by_itself=True, printed='x\nEnd\n\n')], True, "at once: 'End'"),
-    ([Run(0.0, ready=0.5, end=9.0, ended_by_itself=True)], False, 'printed nothing'),
-    ([Run(0.0), Run(1.0, ready=1.5)], True, 'the time was up'),
-    ([Run(0.0, ready=0.5), Run(1.0, ready=1.5)], False, 'the time was up')])
+    ([NodeProcess(0.0, unheard=['/imu_data'])], True, 'listens to /imu_data, which nobody publishes'),
+    ([NodeProcess(0.0, end=1.0, ended_by_itself=True, printed='x\nEnd\n\n')], True, "at once: 'End'"),
+    ([NodeProcess(0.0, ready=0.5, end=9.0, ended_by_itself=True)], False, 'printed nothing'),
+    ([NodeProcess(0.0), NodeProcess(1.0, ready=1.5)], True, 'the time was up'),
+    ([NodeProcess(0.0, ready=0.5), NodeProcess(1.0, ready=1.5)], False, 'the time was up')])
 @pytest.mark.parametrize('lab', LABS)
-def test_a_node_of_which_nothing_was_seen_misses_all_but_its_start(lab, runs, misses_start, words):
-    judged = verdicts(lab, Observation(lab, 'lab/node.py', runs=runs))
+def test_a_node_of_which_nothing_was_seen_misses_all_but_its_start(lab, processes, misses_start, words):
+    judged = verdicts(lab, Observation(lab, 'lab/node.py', processes=processes))
     met = {v.criterion.name for v in judged if v.outcome is Outcome.MET}
     assert met == (set() if misses_start else {'starts'})
     first, *others = [v.observed for v in judged if v.points == 0.0]
@@ -365,7 +365,7 @@ def test_the_mouse_and_the_sticks_are_where_their_stimulus_says():
     ways = {'up': (1.0, 0.0), 'down': (-1.0, 0.0), 'left': (0.0, 1.0), 'right': (0.0, -1.0),
             'go': (0.0, 0.0)}
     mouse = {name: (y, -x) for name, (x, y) in MOUSE_PLACES.items() if 'middle' not in name}
-    for name, place in [*mouse.items(), *gamepad.PLACES.items()]:
+    for name, place in [*mouse.items(), *gamepad.STICK_POSITIONS.items()]:
         requested = [ways[word] for word in re.sub(r'\w+ stick|,', '', name).split() if word in ways]
         part = max(map(abs, place)) or 1.0
         assert (place[0] / part, place[1] / part) == tuple(map(sum, zip(*requested)))
@@ -577,25 +577,25 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
     ('', {}, [], [[11.0, 'nan m/s and 0 rad/s']] * 3, '3 of its commands were not finite numbers, such as nan')])
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
-    seen.runs[0].publishes, seen.runs[0].printed = publishes, printed
-    seen.run, seen.not_finite = recording(commands), odd
+    seen.processes[0].publishes, seen.processes[0].printed = publishes, printed
+    seen.recording, seen.not_finite = recording(commands), odd
     assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
     assert words in missed_of('turn', 'left', seen)
 
 
 def test_a_speed_that_no_wheel_follows_is_told():
     at, zero = np.arange(10.0, 18.0), np.zeros(8)
-    seen = observed('gamepad', **{gamepad.UP: scene(*((t, 0.0, 0.0) for t in np.arange(8.0)))})
+    seen = observed('gamepad', **{gamepad.LEFT_STICK_UP: scene(*((t, 0.0, 0.0) for t in np.arange(8.0)))})
     assert missed_of('gamepad', 'drives', seen) == \
         'with the left stick up nothing was commanded: 8 commands came on cmd_vel, all of them zero'
-    seen.run = made(commands=Twists(at, at, zero, zero, zero + 0.22, zero, zero, zero))
+    seen.recording = made(commands=Twists(at, at, zero, zero, zero + 0.22, zero, zero, zero))
     assert missed_of('gamepad', 'drives', seen) == 'with the left stick up neither linear.x nor angular.z ' \
         'was commanded: linear.y was 0.22 in its commands on cmd_vel'
 
 
 def test_nothing_is_said_that_the_truth_contradicts():
     seen = observed('turn', l=turn(424.0, moved=False))
-    seen.run = replace(seen.run, commands=Twists.none())
+    seen.recording = replace(seen.recording, commands=Twists.none())
     seen.not_finite = [[11.0, 'nan m/s and 1.5 rad/s']]
     seen.omitted = {'commands that are not finite numbers': 1}
     assert 'after l it turned 424.0 degrees to the left: 1 of its commands' in missed_of('turn', 'left', seen)

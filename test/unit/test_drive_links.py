@@ -13,7 +13,7 @@ from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.labs.move2goal import CRITERIA
 from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
-from tb3_labs.marking.trial.observation import Observation, Run, Stimulus
+from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.report.run_data import Values, Variables
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
@@ -303,7 +303,7 @@ def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame
     run = played()
     first = run.resets.take(slice(0, 1))
     seen = Observation(
-        'move2goal', 'lab7_tf/move2goal_tf.py', run, runs=[Run(0.0), Run(70.0)],
+        'move2goal', 'lab7_tf/move2goal_tf.py', run, processes=[NodeProcess(0.0), NodeProcess(70.0)],
         stimuli=[Stimulus('second drive', 61.0, 65.0)], calls=[
             [first.arrival[0] + 0.05, [0.0, 0.0, 0.0], ''], [50.0, [0.2, 0.3, 1.0], ''],
             [60.0, [0.0, 0.0, 0.0], 'it was refused']])

@@ -5,7 +5,7 @@ import pytest
 
 from test_criteria import observed, turn
 from tb3_labs.marking.text.lint import LARGEST_TEXT, MOST_FAULTS, assigned, faults, read
-from tb3_labs.marking.marks import LABS, Marks, judged
+from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
 
 NODE = '''import rospy
 class Controller:
@@ -106,10 +106,10 @@ def test_faults_are_told_with_lost_points_and_an_exception_is_told_once():
     worth = {criterion.name: 1.0 for criterion in LABS['turn'].criteria}
     seen = observed('turn', l=turn(90.0))
     seen.faults = faults_seen
-    marks = judged(Marks('ann'), seen, 'turn', worth, ['turns'])
+    marks = marks_after_trial(Marks('ann'), seen, 'turn', worth, ['turns'])
     assert marks.remarks[:2] == faults_seen and not marks.is_full
-    seen.runs[0].ready, seen.runs[0].ended_by_itself = None, True
-    seen.runs[0].printed = "Traceback (most recent call last):\nNameError: name 'x' is not defined\n"
-    assert faults_seen[1:] == judged(Marks('ann'), seen, 'turn', worth, ['turns']).remarks[:1]
+    seen.processes[0].ready, seen.processes[0].ended_by_itself = None, True
+    seen.processes[0].printed = "Traceback (most recent call last):\nNameError: name 'x' is not defined\n"
+    assert faults_seen[1:] == marks_after_trial(Marks('ann'), seen, 'turn', worth, ['turns']).remarks[:1]
     with patch.object(Marks, 'is_full', True):
-        assert judged(Marks('ann'), seen, 'turn', worth, ['turns']).remarks == []
+        assert marks_after_trial(Marks('ann'), seen, 'turn', worth, ['turns']).remarks == []

@@ -19,11 +19,11 @@ from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, move2goal, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import archives, node_start, sandbox, submissions
-from tb3_labs.marking.labs.criteria import TOOK, Criterion, judge
-from tb3_labs.marking.student_page import as_run, student_page, timeline_of
-from tb3_labs.marking.marks import LABS, Marks, judged, points_of
+from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, verdicts_of
+from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
+from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
-from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, Observation, Run, Stimulus
+from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, NodeProcess, Observation, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.labs.ros_gamepad import NUMBER_OF_AXES, NUMBER_OF_BUTTONS
 from tb3_labs.marking.trial.ros_stimuli import changed
@@ -49,7 +49,8 @@ def recording(commands=(), truth=()):
 
 def observation(lab='turn', commands=(), truth=(), **parts):
     """The observation of a node that ran all the time."""
-    return Observation(lab, 'lab2/node.py', recording(commands, truth), runs=[Run(0.0, ready=0.5)], **parts)
+    return Observation(lab, 'lab2/node.py', recording(commands, truth),
+                       processes=[NodeProcess(0.0, ready=0.5)], **parts)
 
 
 def turned(degrees, typed='l', moved=True, rested=True, forward=0.0, rate=1.5):
@@ -115,7 +116,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     sheet = (ROOT / 'doc' / 'instructor' / 'marking.md').read_text(encoding='utf-8')
     words, turns = ' '.join(sheet.split()), turn.TURN_STIMULI.values()
     for said in (
-            'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDS.values()),
+            'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDING_HEADINGS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
             '{:g} MB and {} files'.format(archives.MOST_BYTES / 1e6, archives.MOST_FILES),
@@ -135,7 +136,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
     """Python 3.13 does not end while input() waits. A node that was turning did not wait."""
-    node = SimpleNamespace(alive=True, interrupt=lambda limit: False, note=lambda: None,
+    node = SimpleNamespace(alive=True, interrupt=lambda limit: False, record_state=lambda: None,
                            flush=lambda: None, status=0, stop=lambda: None)
     node.type = lambda line: setattr(node, 'alive', not (waits and line == ''))
     events = []
@@ -144,7 +145,7 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
         node=node, part='', _print_line=lambda said: None, recorder=SimpleNamespace(now=1.0),
         recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
     trial.ctrl_c(was_moving=was_moving)
-    assert (events[-1]['facts'][TOOK] is not None) is took
+    assert (events[-1]['facts'][EXIT_SECONDS] is not None) is took
 
 
 def test_settings_that_the_marker_did_not_change():
@@ -194,13 +195,13 @@ def handed_in(student, **more):
 def marks_of(student, seen):
     """The Marks by the bag of an Observation."""
     with tempfile.TemporaryDirectory() as folder:
-        return judged(handed_in(student), recorded(folder + '/trial.bag', seen), 'turn',
-                      points_of('turn', TABLE))
+        return marks_after_trial(handed_in(student), recorded(folder + '/trial.bag', seen), 'turn',
+                                 points_of('turn', TABLE))
 
 
 def trial_run(seen):
     """The run of an Observation, as a page shows it."""
-    return as_run(marks_of('', seen).observation)
+    return recording_for_timeline(marks_of('', seen).observation)
 
 
 class Strict(HTMLParser):
@@ -229,7 +230,7 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
-    lost = [mark for mark in timeline_of(as_run(marks.observation), marks)['marks']
+    lost = [mark for mark in timeline_of(recording_for_timeline(marks.observation), marks)['marks']
             if mark['kind'] == 'lost']
     assert lost and all(mark['begin'] == pytest.approx(0.4, abs=0.01) for mark in lost)
     assert '<a href="#t=0.4">Watch it</a>' in student_page(marks, 'IMU lab')
@@ -246,9 +247,9 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     seen = turned(90.0)
     seen.stimuli[0].end = 0.9
     seen.stimuli.append(stimulus('x', 1.0, 1.5))
-    seen.runs.append(Run(1.5))
+    seen.processes.append(NodeProcess(1.5))
     seen = marks_of('', seen).observation
-    data = timeline_of(as_run(seen), Marks('', observation=seen))
+    data = timeline_of(recording_for_timeline(seen), Marks('', observation=seen))
     time, heading = numbers(data['heading'])
     true = seen.truth
     assert np.interp(true[:, 0], time, heading) == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
@@ -272,7 +273,7 @@ def test_the_drives_of_a_mark_are_in_their_drive_states():
                  stimulus('second', 1.6, 1.9, facts={'goal': [4.0, 5.0, 0.0],
                                                      'local_T_world': frames[1]})])
     seen = marks_of('', seen).observation
-    data = timeline_of(as_run(seen), Marks('', observation=seen))
+    data = timeline_of(recording_for_timeline(seen), Marks('', observation=seen))
     time, x, y, yaw = numbers(data['local'])
     assert time == pytest.approx([0.0, 0.2, 0.4, 1.6, 1.8])
     assert x == pytest.approx([0.0, 0.1, 0.2, 0.0, 0.2], abs=0.002)
@@ -291,8 +292,8 @@ def test_the_table_of_marks():
                 Criterion('more', '', 'more', here, lambda seen: '', extra=True),
                 Criterion('free', '', 'free', here, lambda seen: '', extra=True),
                 Criterion('freer', '', 'freer', here, lambda seen: 'no', extra=True)]
-    verdicts = judge(criteria, observation(),
-                     {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
+    verdicts = verdicts_of(criteria, observation(),
+                           {'one': 1.5, 'two': 2, 'more': 0.5, 'free': 0, 'freer': 0})
     text = MarksTable().renew([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',
@@ -305,7 +306,7 @@ def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
     """A link that fails costs nothing, and the instructor reads why."""
     monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
     seen = turned(45.0)
-    given = judged(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
+    given = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
     assert given.link is None and given.verdicts and [
         finding for finding in given.findings if 'inside' in finding] == [
             'The marker could not look inside the node (IndexError: list index out of range).']

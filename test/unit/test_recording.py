@@ -15,10 +15,10 @@ from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Header, String
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.marks import Marks, judged, points_of, read_points
+from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
 from tb3_labs.marking.trial.from_bag import MOST_PRINTED, read_trial
 from tb3_labs.marking.trial import ros_recording
-from tb3_labs.marking.trial.ros_recording import CHUNK, PRINTED_A_SECOND, NodeOutput, Recording
+from tb3_labs.marking.trial.ros_recording import CHUNK_SIZE, PRINTED_A_SECOND, NodeOutput, Recording
 from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
 
 BEGIN = 1.7e9
@@ -87,14 +87,14 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert len(scene.commands) in (16, 17, 18)
     whole = seen.truth[-1][3] - seen.truth[0][3]
     assert math.degrees(whole) == pytest.approx(200.0, abs=1e-6)     # continuous
-    [run] = seen.runs
+    [run] = seen.processes
     assert run.ready is not None and run.end is None and run.listens == ['/imu']
     assert run.printed == 'Input l or rl\ndone\nand this comes after it'
     assert not seen.has('r') and seen.missing == {
         'mouse up': 'it does not listen to mouse_info'}
     assert (seen.remarks, seen.findings) == (['Once.'], ['For the instructor.'])
     assert [words for _, words in seen.not_finite] == ['nan m/s and 0 rad/s']
-    marks = judged(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
+    marks = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
     assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.worth
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:     # others can read it, too
         assert bag.get_type_and_topic_info().topics['/ground_truth'].message_count == 41
@@ -136,7 +136,7 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
     seen = read_trial(tmp_path / 'trial.bag')
     scene = seen.scene('a')
     assert scene.printed.endswith('the last words\n') and scene.lines == 5001
-    recorded = sum(map(len, seen.run.printed.words))
+    recorded = sum(map(len, seen.recording.printed.words))
     assert recorded <= PRINTED_A_SECOND * 7 and len(scene.printed) <= MOST_PRINTED
 
 
@@ -150,14 +150,14 @@ def test_a_bag_that_is_not_of_a_trial_is_refused(tmp_path):
 
 
 def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
-    monkeypatch.setattr(ros_recording, 'FULL', 20000)
+    monkeypatch.setattr(ros_recording, 'FULL_SIZE', 20000)
     recording, noise = Recording(tmp_path / 'trial.bag'), random.Random(7)
     recording.event('trial', lab='imu', node='ice6/imu_sub.py')
     for k in range(1000):
         recording.add('joy', Joy(axes=[noise.random() for _ in range(400)]), BEGIN + k * 0.01)
         robot(recording, BEGIN + k * 0.01, 0.0)
     recording.close()
-    assert (tmp_path / 'trial.bag').stat().st_size < 20000 + 3 * CHUNK
+    assert (tmp_path / 'trial.bag').stat().st_size < 20000 + 3 * CHUNK_SIZE
     assert len(read_trial(tmp_path / 'trial.bag').truth) == 1000
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
         assert bag.get_message_count('/joy') < 1000

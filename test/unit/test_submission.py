@@ -477,7 +477,7 @@ def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_
     for name, folder in (('CMAKE_PREFIX_PATH', ''), ('ROS_PACKAGE_PATH', '/share'), (
             'PYTHONPATH', '/lib/python3/dist-packages'), ('LD_LIBRARY_PATH', '/lib')):
         assert made.pop(name) == '{0}{2}:{1}{2}'.format(own, ros, folder)
-    assert made.pop('PATH').split(':')[1:] == [own + '/bin', ros + '/bin', *trial_runner.SYSTEM.split(':')]
+    assert made.pop('PATH').split(':')[1:] == [own + '/bin', ros + '/bin', *trial_runner.SYSTEM_PATH.split(':')]
     assert made == {'HOME': '/home/ann', 'LANG': 'de_DE.UTF-8'}
     assert sorted(str(path.relative_to(own)) for path in (tmp_path / 'own').rglob('*')
                   if path.is_symlink()) == ['lib/python3/dist-packages/tb3_labs/msg',

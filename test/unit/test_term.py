@@ -63,8 +63,8 @@ def written(tmp_path):
     folder = folder_of(tmp_path)
     bobby, crash = turned(81.0), observation()
     bobby.stimuli[0].printed = '<script>alert("x")</script> & so on\n'
-    crash.runs[0].ready, crash.runs[0].printed = None, "ImportError: no 'lab2'"
-    crash.runs[0].ended_by_itself = True
+    crash.processes[0].ready, crash.processes[0].printed = None, "ImportError: no 'lab2'"
+    crash.processes[0].ended_by_itself = True
     write(folder, 'Ann', turned(90.0))
     write(folder, '<xx>=Bobby', bobby, findings=['It did <that>.'], seconds=41.4)
     write(folder, 'Cy', crash)
@@ -305,14 +305,14 @@ def test_what_a_trial_runs_decides_whether_it_is_kept(tmp_path, monkeypatch):
         (tmp_path / name).write_text('2')
         assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
         marked_once(tmp_path / 'marks')
-    scripts = 'seconds = LOST_AFTER + turn_lab.TURN_STIMULI[HDG_TOL]'
+    scripts = 'seconds = LOST_STOP_TIME + turn_lab.TURN_STIMULI[HDG_TOL]'
     values = {name.split()[1]: value for name, value in marks_folder.values_in(scripts).items()}
-    assert values['LOST_AFTER'] == criteria.LOST_AFTER and 'l across 180' in values['TURN_STIMULI']
+    assert values['LOST_STOP_TIME'] == criteria.LOST_STOP_TIME and 'l across 180' in values['TURN_STIMULI']
     assert len(values) < 4
     names = {path.name for path in marks_folder.trial_files('turn')}
     assert {'simulator.py', 'ros_trial.py', 'ros_turn.py'} < names
     assert not {'criteria.py', 'remarks.py', 'from_bag.py', 'student_page.py'} & names
-    monkeypatch.setattr(criteria, 'LOST_AFTER', 1.5)       # how long it is watched
+    monkeypatch.setattr(criteria, 'LOST_STOP_TIME', 1.5)       # how long it is watched
     assert folder_of(tmp_path / 'marks').marks_if_unchanged('Ann', 'digest') is None
 
 
@@ -503,7 +503,7 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, told, remark
 
 def test_full_marks_are_never_unfair():
     held_up = turned(90.0)
-    times = held_up.run.ground_truth.arrival
+    times = held_up.recording.ground_truth.arrival
     times[50:] += 0.5
     marks = marks_of('Ann', held_up)
     assert marks.delayed

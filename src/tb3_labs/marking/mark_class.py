@@ -1,4 +1,4 @@
-"""Marks the submissions of a class, as mark.py's arguments say."""
+"""Marks the submissions of a class by the arguments of mark.py."""
 import os
 import sys
 import tempfile
@@ -22,13 +22,13 @@ from tb3_labs.marking.trial_runner import (
 
 
 def print_line(line: str) -> None:
-    """Print a line of progress; several threads may do so."""
+    """Print a line of progress. Several threads may call this function."""
     sys.stdout.write(printable(line) + '\n')
     sys.stdout.flush()
 
 
 def print_problem(words: str) -> None:
-    """Print why something was not done."""
+    """Print an error."""
     sys.stderr.write(f'mark.py: {printable(words)}\n')
 
 
@@ -36,16 +36,17 @@ class MarkedClass:
     """A class whose submissions are marked."""
 
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
-        """`retry` is True if the submissions that have not changed are tried again, too."""
+        """If `retry`, unchanged submissions are tried again, too."""
         self._runner, self._folder, self._retry = runner, runner.folder, retry
-        self._failed, self._unchanged = False, 0
+        #: Is a submission without points?
+        self._failed = False
+        #: The number of the submissions whose trials were kept.
+        self._unchanged = 0
         self._writing = threading.Lock()
 
     def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
-        """Mark the submissions, `jobs` at a time; write the marks of each as soon as it is marked.
-
-        Returns True if one of them was not judged.
-        """
+        """Mark the submissions, `jobs` at a time. The marks of a submission are written as soon as
+        its trial has ended. Returns True if a submission was not judged."""
         tasks = []
         with ThreadPoolExecutor(jobs) as pool:
             try:
@@ -65,7 +66,7 @@ class MarkedClass:
         for task in tasks:
             problem = None if task.cancelled() else task.exception()
             if problem is not None:
-                print_problem(reason(problem))      # its marks cannot be written
+                print_problem(reason(problem))      # the marks cannot be written
                 self._failed = True
         if self._unchanged:
             print_line(f'{self._unchanged} of {len(submissions)} had been tried and have not '
@@ -80,13 +81,13 @@ class MarkedClass:
         except NotJudged as problem:
             print_line(f'{name}: {NOT_JUDGED}')
             self._write(new_marks(submission, unjudged=str(problem)), '')
-        except Exception as problem:    # any error: the other submissions are still marked
+        except Exception as problem:    # an error with one submission must not end the marking
             print_problem(f'{name}: {NOT_JUDGED}: {failure(problem)}')
             self._write(new_marks(submission, unjudged=failure(problem)), '')
 
     def _try(self, submission, name):
-        """Try one submission, unless it was tried before and has not changed. It is tried once more
-        if the machine held up the robot."""
+        """Try a submission, unless it was tried before and has not changed. If the machine held up
+        the robot, the submission is tried a second time."""
         begun = time.monotonic()
         for is_first in (True, False):
             with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
@@ -106,7 +107,7 @@ class MarkedClass:
         print_line(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):
-        """Returns True, and prints the points, if nothing has changed since an earlier trial."""
+        """Print the points and return True if the marks of an earlier trial can be kept."""
         with self._writing:
             marks = self._folder.marks_if_unchanged(submission.student, digest)
             if marks is None:
@@ -117,7 +118,7 @@ class MarkedClass:
         return True
 
     def _write(self, found, digest):
-        """Write the page of a submission that has this `digest`. Returns its Marks."""
+        """Record a submission with its `digest`, and write its page. Returns the Marks."""
         with self._writing:
             marks = self._folder.write(found, digest)
             self._failed = self._failed or not marks.is_known
@@ -132,10 +133,10 @@ def as_text(marks: Marks) -> str:
 # -- the command
 
 def mark_class(arguments, interrupted: threading.Event) -> int:
-    """Mark a class as the arguments of mark.py say. Returns the exit status.
+    """Mark a class by the arguments of mark.py. Returns the exit status.
 
-    Once `interrupted` is set, all trials are ended. This process gets the environment of a separate
-    ROS.
+    Once `interrupted` is set, all trials are ended. The environment of this process is replaced by
+    the environment of a separate ROS.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         environment = marking_environment(Path(work) / 'ros', os.environ)
@@ -154,8 +155,9 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
                     rescores=arguments.points is not None)
                 failed = MarkedClass(TrialRunner(folder, interrupted),
                                      bool(arguments.only)).mark_all(found, arguments.jobs)
-                with ThreadPoolExecutor(1) as pool:     # an interruption comes after its end
-                    page, notes = pool.submit(folder.write_overview, not is_sandbox).result()
+                with ThreadPoolExecutor(1) as pool:     # an interruption waits for the end
+                    page, notes = pool.submit(
+                        folder.write_overview, unprotected=not is_sandbox).result()
         except (OSError, ValueError, NotJudged) as problem:
             print_problem(reason(problem))
             return 2
@@ -169,7 +171,8 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
 
 
 def _read_option(arguments):
-    """Returns the value of the lab's option. ``ValueError`` if it is invalid, or another lab's."""
+    """Returns the value of the lab's option. ``ValueError`` if the value is invalid, or if the
+    option belongs to another lab."""
     chosen = ''
     for name, lab in LABS.items():
         value = lab.option and getattr(arguments, lab.option.name)
@@ -184,7 +187,7 @@ def _read_option(arguments):
 def _submissions(arguments, work):
     """Returns the Submissions to mark. A class's zip file is unpacked below `work`."""
     marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
-    if source.is_dir() and source in (marks, *marks.parents):   # they would be marked, too
+    if source.is_dir() and source in (marks, *marks.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
                          'a folder beside them')
     source = arguments.submissions.absolute()
@@ -202,9 +205,9 @@ def _submissions(arguments, work):
 
 
 def _choose_protection(arguments, work):
-    """Returns True if the submissions' programs run in sandboxes.
+    """Returns True if the programs of the submissions run in sandboxes.
 
-    Raises ``ValueError`` if they cannot be protected as the arguments say.
+    Raises ``ValueError`` if the arguments ask for a protection that does not work here.
     """
     is_needed = arguments.container or not arguments.unprotected
     problem = protection_problem(Sandbox([])) if is_needed else ''
@@ -218,7 +221,7 @@ def _choose_protection(arguments, work):
                          f'{UNPROTECTED}')
     else:
         return True
-    work.chmod(0o711)       # an OtherUser reads ROS's prefix in it
+    work.chmod(0o711)       # an OtherUser reads the prefix of ROS in this folder
     if os.geteuid() == 0:
         problem = protection_problem(OtherUser())
         if problem:

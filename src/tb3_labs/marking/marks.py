@@ -1,13 +1,13 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-The points stand in a table that an instructor edits. It has a section for each lab with the points
-of its criteria. The section `extra` has the criteria beyond the handout:
+The points stand in a table that an instructor edits. The table has a section for each lab. In this
+section, a section `extra` has the points of the criteria beyond the handout:
 
     turn:
       left: 3
       extra: {within_1_deg: 0}
 
-Marks follow from the submission, the recorded trial, these points, and a person's decisions.
+Marks follow from the submission, the recorded trial, the points, and a person's decision.
 """
 import math
 from dataclasses import dataclass, field, replace
@@ -19,39 +19,40 @@ import yaml
 
 from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
-from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, judge
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
-from tb3_labs.marking.trial.observation import LONGEST, LONGEST_FAIR_GAP, NO_RUN, Observation
+from tb3_labs.marking.trial.observation import LONGEST, LONGEST_FAIR_GAP, NO_RECORDING, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
 from tb3_labs.watch.chains import Link, first_broken
 
-#: At most this many remarks and as many findings are written for one student.
+#: Marks have at most this many remarks, and at most this many findings.
 MOST_SENTENCES = 100
-#: The words for marks that could not be given.
+#: These words stand in place of the points of a submission that was not judged.
 NOT_JUDGED = 'not judged'
 #: The section of a lab's points for criteria beyond the handout.
 EXTRA = 'extra'
 
 
 class Option(NamedTuple):
-    """A setting of the trials of a lab: `--NAME` of mark.py, `NAME:=` of the lab's check."""
+    """A setting of the trials of a lab. mark.py has an option `--NAME` for the setting, and the
+    lab's check an argument `NAME:=`."""
 
     name: str
     default: str
     help: str
-    read: Callable[[str], Any]                  # ValueError with the valid words
-    as_text: Callable[[str], str]               # a sentence for the student
-    parameters: Callable[[Any], Dict[str, Any]]     # for nodes that read them: name -> value
+    read: Callable[[str], Any]          # raises ValueError with the valid words
+    as_text: Callable[[str], str]       # returns a sentence for the student
+    parameters: Callable[[Any], Dict[str, Any]]     # returns ROS parameters: name -> value
 
 
 class Lab(NamedTuple):
-    """The requirements of a lab."""
+    """A lab that can be marked."""
 
     title: str
     criteria: List[Criterion]
-    #: Returns sentences on mistakes that cost no points, in the parts that were tried.
+    #: Returns sentences on mistakes that cost no points, in the tried parts.
     remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda observation, parts: []
     option: Optional[Option] = None
 
@@ -60,7 +61,7 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts in a list with commas. ``ValueError`` if the lab lacks one of them."""
+        """Returns the parts in a text with commas. ``ValueError`` if the lab lacks a part."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         if not set(parts) <= set(self.parts):
             raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
@@ -74,7 +75,7 @@ LABS = {
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
                    move2goal.remarks_on_parts),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, option=Option(
-        'pad', gamepad.HANDOUT, 'numbers of the gamepad that is played, '
+        'pad', gamepad.HANDOUT_PAD, 'numbers of the gamepad that is played, '
         'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_text,
         lambda pad: {GAMEPAD: pad}))}
 
@@ -82,26 +83,26 @@ LABS = {
 class Decision(NamedTuple):
     """The points that a person gives to a submission, and the reason."""
 
-    points: Optional[float]     # None: the marker's points stay
+    points: Optional[float]     # None if the marker's points stay
     reason: str = ''
 
 
 @dataclass
 class Marks:
-    """One submission: what was handed in, and once it is judged, what it is worth."""
+    """A submission before its trial, or a submission with its verdicts and its points."""
 
     student: str
     node: str = ''                   # package/file
-    number: str = ''                 # of the student on the learning platform
-    late: bool = False               # does the platform say so?
-    remarks: List[str] = field(default_factory=list)      # sentences
+    number: str = ''                 # the student's number on the learning platform
+    late: bool = False               # did the learning platform call the submission late?
+    remarks: List[str] = field(default_factory=list)      # sentences for the student
     findings: List[str] = field(default_factory=list)     # sentences for the instructor alone
-    unjudged: str = ''               # why it could not be judged, a sentence; '' if it was
-    seconds: float = 0.0             # the time that the trial took [s]
-    #: Beginnings of paths on the marking machine, which no page shows.
+    unjudged: str = ''               # a sentence on why there are no verdicts; '' if judged
+    seconds: float = 0.0             # the duration of the trial [s]
+    #: Beginnings of paths on the marking machine. No page shows these.
     places: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
-    observation: Optional[Observation] = None  # None: nothing could be observed
+    observation: Optional[Observation] = None       # None without a trial
     decision: Optional[Decision] = None
     link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken link, if points are lost
 
@@ -112,18 +113,18 @@ class Marks:
 
     @property
     def is_known(self) -> bool:
-        """Are its points known? If not, they are not 0."""
+        """Are the points known? Unknown points are not 0 points."""
         return not self.unjudged or self.decided is not None
 
     @property
     def is_full(self) -> bool:
-        """Does it meet all criteria of the handout?"""
+        """Does the node meet all criteria of the handout?"""
         return not self.unjudged and all(
             verdict.outcome is Outcome.MET for verdict in self.graded)
 
     @property
     def delayed(self) -> str:
-        """A sentence if points are lost and the machine was too busy to judge fairly; else ''."""
+        """A sentence if points are lost and the machine was too busy for a fair trial; else ''."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= LONGEST_FAIR_GAP or self.is_full:
             return ''
@@ -132,19 +133,19 @@ class Marks:
 
     @property
     def mistake(self) -> str:
-        """The first broken link as a sentence, with the lines of the node's file; or ''."""
+        """A sentence on the first broken link, with the lines of the node's file; else ''."""
         if not (self.link and self.observation):
             return ''
         return sentence(self.link[1], self.observation.assigned)
 
     @property
     def hint(self) -> str:
-        """The mistake, and the place in a sheet that explains it; or ''."""
+        """The mistake, and the place in a lab sheet that explains the mistake; else ''."""
         return f'{self.mistake} See {self.link[0].place}.' if self.link else ''
 
     @property
     def sentences(self) -> List[str]:
-        """The reason why it was not judged, if it was not, and all remarks."""
+        """All remarks. In an unjudged submission the reason comes first."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
@@ -158,7 +159,7 @@ class Marks:
 
     @property
     def why_no_points(self) -> str:
-        """The reason if it was not judged, or has no points; else ''."""
+        """The reason why the submission has no points, or was not judged; else ''."""
         if self.unjudged or self.points:
             return self.unjudged
         reasons = [verdict.observed for verdict in self.graded if verdict.observed]
@@ -166,12 +167,12 @@ class Marks:
 
     @property
     def points(self) -> float:
-        """The points that a person gave, else the marker's."""
+        """The points that a person gave; without a person's points, the marker's points."""
         return self.earned if self.decided is None else self.decided
 
     @property
     def earned(self) -> float:
-        """The marker's points, with extra criteria."""
+        """The marker's points, including those of the extra criteria."""
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
@@ -190,16 +191,17 @@ class Marks:
         return [verdict for verdict in self.verdicts if verdict.criterion.extra]
 
 
-def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
-           worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
-    """Returns the Marks of a submission. `observation` is None if there was no trial. `worth` has
-    the points of each criterion. `parts` has the parts that were tried; [] means all parts."""
+def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab: str,
+                      worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
+    """Returns the Marks of a submission with verdicts and points. `observation` is None without a
+    trial. `worth` has the points of each criterion. `parts` are the tried parts of the lab; []
+    means all parts."""
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
-    marks.verdicts = judge(LABS[lab].criteria, observation, worth, parts)
+    marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
     verdict_text = ' '.join(each.observed for each in marks.verdicts)
     faults = [] if marks.is_full else faults_in(observation, verdict_text)
     marks.remarks = (faults + marks.remarks + remarks_on(observation, verdict_text)
@@ -207,10 +209,10 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
     marks.findings = list(marks.findings)
     try:
         if marks.is_full:
-            marks.remarks += chains.remarks(observation.run, lab)
+            marks.remarks += chains.remarks(observation.recording, lab)
         else:
             marks.link = _broken_link(observation, marks.graded)
-    except Exception as problem:        # a node's variables may hold anything
+    except Exception as problem:        # a node's variables may have any value
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')
     marks.findings += observation.findings
@@ -225,40 +227,43 @@ def judged(handed_in: Marks, observation: Optional[Observation], lab: str,
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link in the parts of the lab that lost points; None if it is not
-    known.
+    """Returns the first broken link in the parts of the lab that lost points; None without a broken
+    link.
 
-    None is returned, too, if the mistake itself is known: an exception, or a sensor's topic that
-    nobody publishes. Parts in which no point can be lost are left out: they ask for more than the
-    handout.
+    If the mistake is known already, None is returned. Such mistakes are an exception, a sensor's
+    topic that nobody publishes, and a command that is not finite. A part without a criterion of the
+    handout is left out, since it asks for more than the handout.
     """
-    if observation.run is NO_RUN or observation.unpublished_topic or observation.not_finite or (
-            tracebacks_before_the_end(observation)):
+    is_mistake_known = (observation.unpublished_topic or observation.not_finite
+                        or tracebacks_before_the_end(observation))
+    if observation.recording is NO_RECORDING or is_mistake_known:
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
     tried = {part for verdict in verdicts
              for part in (verdict.criterion.part, verdict.criterion.also)}
-    run, begins = observation.run, [begin for _, begin in observation.parts]
+    recording, begins = observation.recording, [begin for _, begin in observation.parts]
     for (part, begin), end in zip(observation.parts, begins[1:] + [math.inf]):
         if part not in tried:
-            time = run.variables.arrival
-            run = replace(run, variables=run.variables.take((time < begin) | (time >= end)))
-    return first_broken(NodeRun(run), chains.CHAINS[observation.lab], missed)
+            time = recording.variables.arrival
+            variables = recording.variables.take((time < begin) | (time >= end))
+            recording = replace(recording, variables=variables)
+    return first_broken(NodeRun(recording), chains.CHAINS[observation.lab], missed)
 
 
 def _clean(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, each short and printable: they may quote a submission."""
+    """Returns the first sentences, cut and printable. A sentence may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
 # -- points
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
-    """Returns name of a criterion -> its points; `table`: from yaml.safe_load().
+    """Returns name of a criterion -> points of the criterion. `table` is the content of a file of
+    points.
 
-    Raises ``ValueError`` if it has no section for the lab, if a criterion is missing or unknown, or
-    if points are not finite, or below 0.
+    Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing or
+    unknown, or if points are not finite or below 0.
     """
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
@@ -282,9 +287,9 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def read_points(path: Optional[Path]) -> Any:
-    """Returns the table in a file of points; this package's file if `path` is None.
+    """Returns the table in a file of points, by default in the file of this package.
 
-    Raises ``ValueError`` with the reason if it cannot be read.
+    Raises ``ValueError`` with the reason if the file cannot be read.
     """
     if path is None:
         path = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch/checks/points.yaml'

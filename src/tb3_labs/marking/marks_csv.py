@@ -1,13 +1,13 @@
 """The table of a class, marks.csv, and the page with the same content, overview.html.
 
 Columns: student, points, of (full marks), the points for each criterion, node, remarks, id (of the
-student on the learning platform), late, decided, reason; then the columns that a person has added.
-A criterion beyond the handout has 'extra_' before its name; if it is worth nothing, its cell has
-'yes' or 'no'. If a submission could not be judged, its points are empty. A text from a submission
-is never written as a formula.
+student on the learning platform), late, decided, reason, and the columns that a person has added.
+The name of a criterion beyond the handout begins with 'extra_'. If such a criterion is worth no
+points, its cells have 'yes' or 'no'. A submission that was not judged has empty points. A text from
+a submission is never written as a formula.
 
-A person decides by points in the column `decided`, and may write a `reason`. If a person edits the
-marker's own points or remarks, these are the decision and the reason.
+A person writes points into the column `decided`, and may write a `reason`. If a person edits the
+marker's points or remarks, the edited cells are the decision and the reason.
 """
 import csv
 import io
@@ -21,19 +21,23 @@ from tb3_labs.marking.marks import NOT_JUDGED, Decision, Marks
 from tb3_labs.marking.student_page import symbol
 from tb3_labs.report.page.document import Markup, document, safe, table
 
-#: The first columns; the columns in which a person may write a decision.
-FIRST = STUDENT, POINTS, OF = ['student', 'points', 'of']
-WATCHED = DECIDED, POINTS, REASON, REMARKS = 'decided', 'points', 'reason', 'remarks'
-#: No cell of a spreadsheet is longer; a person's own text may be.
+STUDENT, POINTS, OF = 'student', 'points', 'of'
+DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
+FIRST_COLUMNS = [STUDENT, POINTS, OF]
+#: In these columns a person may write a decision. The next run compares their cells with the
+#: marker's own cells.
+DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
+#: A spreadsheet's cell has at most this many characters.
 LONGEST_CELL = 32767
 csv.field_size_limit(2 ** 31 - 1)
 
 
 class MarksTable:
-    """The table of the last run; its text is '' in the first run."""
+    """The table that the last run of mark.py wrote."""
 
     def __init__(self, text: str = '') -> None:
-        """Raises ``ValueError`` if the text is not such a table."""
+        """`text` is the text of marks.csv, '' in the first run. ``ValueError`` if the text is not a
+        table of marks."""
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
@@ -42,16 +46,16 @@ class MarksTable:
                                                 delimiter=delimiter)))
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
-        rows = rows or [FIRST]
-        if not set(FIRST) <= set(rows[0]):
-            raise ValueError('it lacks one of the columns ' + ', '.join(FIRST))
+        rows = rows or [FIRST_COLUMNS]
+        if not set(FIRST_COLUMNS) <= set(rows[0]):
+            raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
         width = max(map(len, rows))
         self._heads, *self._rows = [row + [''] * (width - len(row)) for row in rows]
         self._student = self._heads.index(STUDENT)      # a person may have moved the columns
 
     def decisions(self, written: Mapping[str, Mapping[str, str]]) -> Dict[str, Decision]:
-        """Returns a person's decisions: student in the table -> Decision. `written` has the text
-        that the marker wrote into the WATCHED cells of each student.
+        """Returns the decisions of a person: student in the table -> Decision. `written` maps a
+        student to the marker's own cells: one of DECISION_COLUMNS -> text.
 
         Raises ``ValueError`` with student and cell if a cell has no valid points.
         """
@@ -68,8 +72,8 @@ class MarksTable:
         return found
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
-        """Returns the text of the table with these marks. It keeps the columns that a person added,
-        and the rows of other students, also if several have one name."""
+        """Returns the text of the table with new marks. The columns that a person added stay. The
+        rows of students without new marks stay, too, even if several rows have one name."""
         heads = list(cells_of(all_marks[0]))
         places = [self._heads.index(head) if head in self._heads else None for head in heads]
         added = [place for place in range(len(self._heads)) if place not in places]
@@ -91,7 +95,7 @@ class MarksTable:
 
 
 def cells_of(marks: Marks) -> Dict[str, str]:
-    """Returns the marker's cells of a row: column -> text."""
+    """Returns the marker's cells in the row of a student: column -> text."""
     cells = {STUDENT: safe(marks.student), POINTS: f'{marks.points:g}' if marks.is_known else '',
              OF: f'{marks.worth:g}'}
     for verdict in marks.graded + marks.extra:
@@ -111,7 +115,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
 
 
 def _is_same(cell: str, written: str) -> bool:
-    """Does a cell still hold the written value? A spreadsheet may write 14 as 14.0 or 14,0."""
+    """Has a cell still the written value? A spreadsheet may write 14 as 14.0 or 14,0."""
     try:
         return float(cell.replace(',', '.')) == float(written)
     except ValueError:
@@ -119,11 +123,11 @@ def _is_same(cell: str, written: str) -> bool:
 
 
 def _number(student: str, name: str, cell: str) -> Optional[float]:
-    """Returns the points in a cell; None if it is empty."""
+    """Returns the points in the cell `name` of a student; None if the cell is empty."""
     if not cell:
         return None
     try:
-        number = float(cell.replace(',', '.'))      # as a spreadsheet of another language has it
+        number = float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
         number = math.nan
     if not (math.isfinite(number) and number >= 0.0):
@@ -134,10 +138,11 @@ def _number(student: str, name: str, cell: str) -> Optional[float]:
 
 # -- the page of all students
 
-#: The heading of a wide column, which has sentences.
-WHY = 'why no points'
-#: A column for each criterion: their names are upright, the page is in landscape.
-WIDE = '''
+#: The heading of a wide column with sentences.
+WHY_NO_POINTS = 'why no points'
+#: The style of a page with a column for each criterion. The names of the criteria are upright, and
+#: the page is in landscape.
+LANDSCAPE_STYLE = '''
 @page { size: A4 landscape; }
 body { max-width: 269mm; }
 th, td { padding: 1px 2px; text-align: center; }
@@ -149,11 +154,11 @@ tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: nor
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """Returns the page of all students, HTML. `lab` is the lab's title; the `notes` are for the
-    instructor alone."""
+    """Returns the page of all students, HTML. `lab` is the title of the lab. The `notes` are
+    sentences for the instructor alone."""
     some = all_marks[0]
     names = [escape(v.criterion.name.replace('_', ' ')) for v in some.graded + some.extra]
-    heads = ['student', 'points', WHY,
+    heads = ['student', 'points', WHY_NO_POINTS,
              *(Markup(f'<span class="upright">{name}</span>') for name in names), REMARKS]
     rows = []
     for marks in all_marks:
@@ -174,7 +179,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         summary += f'. Median {totals[len(totals) // 2]:g} of {some.worth:g} points'
     summary += f'. The last {len(some.extra)} criteria are beyond the handout.'
     return document(f'{lab}: overview', own + [
-        f'<p>{summary}</p>', table(heads, rows, words=(WHY, REMARKS))], WIDE)
+        f'<p>{summary}</p>', table(heads, rows, words=(WHY_NO_POINTS, REMARKS))], LANDSCAPE_STYLE)
 
 
 def _folded(sentences):

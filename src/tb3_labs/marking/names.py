@@ -1,4 +1,4 @@
-"""Names: of the labs, of the nodes of the handouts, and of a student's packages and types."""
+"""The names of the labs and of the handouts' nodes, and rules for names in submissions."""
 import keyword
 import re
 from os.path import commonprefix
@@ -6,18 +6,18 @@ from typing import NamedTuple, Tuple
 
 #: The names of the labs.
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
-#: A name of a package, a type or a field that ROS allows. `\\w` would allow more letters.
+#: A name of a package, a type or a field that ROS allows. ROS allows fewer letters than `\\w`.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
 class NodeNames(NamedTuple):
-    """The names by which the node of a lab is found."""
+    """The names by which the marking finds the node of a lab."""
 
     packages: Tuple[str, ...]   # usual names of the student's package
     files: Tuple[str, ...]      # usual names of the node's file, first the name in this package
-    class_name: str             # the handout's name of the class
-    node_name: str              # the handout's name of the node
-    sensors: Tuple[str, ...]    # topics that a node needs; it is ready if it listens to the first
+    class_name: str             # the name of the class in the handout
+    node_name: str              # the name of the node in the handout
+    sensors: Tuple[str, ...]    # needed topics; a node that listens to the first topic is ready
 
 
 LAB_NODES = {
@@ -31,15 +31,15 @@ LAB_NODES = {
 
 
 def is_name(text: str) -> bool:
-    """Does ROS allow this as the name of a package, a type or a field, and Python too?"""
+    """Do ROS and Python allow `text` as the name of a package, a type or a field?"""
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
 def is_typo_of(name: str, near: str) -> bool:
-    """Does `name` differ from `near` by one letter, or by two letters that changed places? Names
-    with different digits (cv, cv2) are different modules."""
-    same = sum(len(commonprefix(pair)) for pair in ([name, near], [name[::-1], near[::-1]]))
-    longest = max(len(name), len(near))
-    return (name[0] == near[0] and abs(len(name) - len(near)) < 2
+    """Does `name` differ from `near` by one letter after the first, or by two letters that changed
+    places? Names that differ in digits alone (cv, cv2) are different modules."""
+    begin = len(commonprefix([name, near]))
+    end = len(commonprefix([name[::-1], near[::-1]]))
+    return (begin > 0 and abs(len(name) - len(near)) < 2
             and re.sub(r'\d', '', name) != re.sub(r'\d', '', near)
-            and same >= longest - 1 - (sorted(name) == sorted(near)))
+            and max(len(name), len(near)) <= begin + end + 1 + (sorted(name) == sorted(near)))

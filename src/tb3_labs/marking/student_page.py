@@ -1,10 +1,10 @@
 """The page of one student, and the results.json with the same content for Gradescope.
 
-The page needs no other file. It has the verdicts, and the timeline of the recorded trial.
+The page has the verdicts, and the timeline of the recorded trial. The page needs no other file.
 
-In results.json each test has a score, and the whole score is their sum. The student sees all of it
-as soon as the marking has ended. The file of a submission that was not judged has the score 0 and
-the reason: without a file Gradescope would report a fault of the autograder.
+In results.json each test has a score, and the whole score is the sum of these scores. A student
+sees the results as soon as the marking has ended. An unjudged submission gets a file with the score
+0 and the reason. Without a file Gradescope would report a fault of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
@@ -26,23 +26,24 @@ from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows the last SHOWN_LINES lines of each run, each with at most LINE_LENGTH characters.
-SHOWN_LINES, LINE_LENGTH = 15, 300
+#: A page shows the end of the output of each process.
+SHOWN_LINES = 15
+LINE_LENGTH = 300       # characters
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
-#: The heading of the wide column, which has sentences.
-SEEN = 'what was seen, and where to look'
-#: A place in a lab sheet, as criteria and hints name it: sheet, heading, step.
-PLACE = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
+#: The heading of the wide column with sentences.
+SEEN_HEADING = 'what was seen, and where to look'
+#: The words for a place in a lab sheet in criteria and hints. Groups: sheet, heading, step.
+PLACE_PATTERN = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-#: When a student sees the tests in Gradescope: also 'after_due_date', 'after_published', 'hidden'.
+#: Gradescope shows the tests at once. It also knows 'after_due_date', 'after_published', 'hidden'.
 VISIBILITY = 'visible'
-#: A link to a moment of the timeline, which Gradescope does not show.
-WATCH = re.compile(' <a href="#t=[^>]*>Watch it</a>')
+#: A link to a moment of the timeline. Gradescope shows no timeline.
+TIMELINE_LINK = re.compile(' <a href="#t=[^>]*>Watch it</a>')
 
-STUDENTS = '''
+PAGE_STYLE = '''
 td.words { min-width: 20em; }
 pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
       overflow-wrap: anywhere; }
@@ -52,18 +53,18 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 def student_page(marks: Marks, lab: str) -> str:
     """Returns a student's page, HTML. `lab` is the title of the lab."""
     places = Places()
-    parts, observed = _head(marks, places), marks.observation
-    has_timeline = observed is not None and len(observed.truth) > 0
+    parts, observation = _head(marks, places), marks.observation
+    has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
         parts.append(_verdicts(marks.graded, has_timeline, places))
         if marks.extra:
             parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline, places)]
-    if observed is not None:
+    if observation is not None:
         if has_timeline:
-            parts += [section(timeline_of(as_run(observed), marks)),
+            parts += [section(timeline_of(recording_for_timeline(observation), marks)),
                       hints(marks.link, marks.mistake, places.linked)]
-        parts += _printed(observed)
-    return document(f'{lab}: {marks.student}', parts + places.parts, STUDENTS)
+        parts += _last_lines(observation)
+    return document(f'{lab}: {marks.student}', parts + places.parts, PAGE_STYLE)
 
 
 def _head(marks, places):
@@ -81,7 +82,7 @@ class Places:
 
     def linked(self, sentence: str) -> Markup:
         """Returns the HTML of a sentence. Each place in it becomes a link."""
-        return Markup(PLACE.sub(self._link, escape(sentence, quote=False)))
+        return Markup(PLACE_PATTERN.sub(self._link, escape(sentence, quote=False)))
 
     def _link(self, found: Any) -> str:
         name = found.group()
@@ -100,7 +101,8 @@ class Places:
 
 
 def _text_at(sheet: str, heading: str, step: str) -> str:
-    """Returns the text below a heading of a sheet, or of one step there; '' without the sheet."""
+    """Returns the text below a heading of a sheet, or the text of a step below the heading; '' if
+    the sheet is missing."""
     path = PACKAGE / 'doc' / sheet
     if not path.is_file():      # an installed package has no pages
         return ''
@@ -112,35 +114,38 @@ def _text_at(sheet: str, heading: str, step: str) -> str:
     return text.strip()
 
 
-def timeline_of(run: RunData, marks: Marks) -> Dict[str, Any]:
-    """Returns the timeline of the run of these marks: the robot, the commands, the stimuli, and the
-    moments of criteria that were not met."""
-    observed = marks.observation or Observation('', '')
+def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
+    """Returns the timeline of a recording, with the robot, the commands, the stimuli, and the
+    moments of the criteria that were not met."""
+    observation = marks.observation or Observation('', '')
     moments = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
-                    stimulus.name, stimulus.end) for stimulus in observed.stimuli]
+                    stimulus.name, stimulus.end) for stimulus in observation.stimuli]
     moments += [mark('hand', begin, "the check's own movement of the robot", end)
-                for begin, end in observed.own_moves]
-    moments += [mark('start', start.begin, 'the node is started') for start in observed.runs]
+                for begin, end in observation.own_moves]
+    moments += [mark('start', process.begin, 'the node is started')
+                for process in observation.processes]
     moments += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
                 for verdict in marks.verdicts
                 if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
-    return timeline(run, MODELS[DEFAULT_MODEL], moments)
+    return timeline(recording, MODELS[DEFAULT_MODEL], moments)
 
 
-def as_run(observed: Observation) -> RunData:
-    """Returns the recording of a trial for the timeline. Its poses in ``local`` are the true poses.
-    Its resets are the poses at which a drive began."""
-    run = observed.run
-    true = run.ground_truth
-    drives = [stimulus for stimulus in observed.stimuli if GOAL_POSE in stimulus.facts]
+def recording_for_timeline(observation: Observation) -> RunData:
+    """Returns the recording of a trial for the timeline. Its poses in ``local`` are the true poses,
+    and its resets are the poses at which the drives began."""
+    recording = observation.recording
+    true = recording.ground_truth
+    drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
     frames = [Pose2(*drive.facts[LOCAL_T_WORLD]) for drive in drives]
     ends = [drive.begin for drive in drives[1:]] + [math.inf]
     resets = [(drive.begin, frame @ true.at(drive.begin))
               for drive, frame in zip(drives, frames)]
+    local_pose = true
+    if drives:
+        local_pose = Poses.joined([true.between(drive.begin, end).seen_from(frame)
+                                   for drive, end, frame in zip(drives, ends, frames)])
     return replace(
-        run, name=observed.node, local_pose=Poses.joined(
-            [true.between(drive.begin, end).seen_from(frame)
-             for drive, end, frame in zip(drives, ends, frames)]) if drives else true,
+        recording, name=observation.node, local_pose=local_pose,
         resets=samples_from_rows(Poses, [[at, pose.x, pose.y, pose.yaw] for at, pose in resets]),
         frames=Poses.none())
 
@@ -148,14 +153,15 @@ def as_run(observed: Observation) -> RunData:
 def _verdicts(verdicts, has_timeline, places):
     rows, above = [], set()
     for v in verdicts:
-        sentence = places.linked((replace(v, observed='the same') if v.observed in above
-                                  else v).sentence)
+        shown = replace(v, observed='the same') if v.observed in above else v
+        sentence = places.linked(shown.sentence)
         above |= {v.observed} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
             sentence = Markup(f'{sentence} <a href="#t={v.moment:.1f}">Watch it</a>')
         points = f'{v.points:g} / {v.worth:g}' if v.worth else ''
         rows.append([v.criterion.meaning, symbol(v), points, sentence])
-    return table(['what is asked', '', 'points', SEEN], rows, words=(SEEN,), is_plain=True)
+    heads = ['what is asked', '', 'points', SEEN_HEADING]
+    return table(heads, rows, words=(SEEN_HEADING,), is_plain=True)
 
 
 def symbol(verdict: Verdict) -> Markup:
@@ -167,13 +173,13 @@ def symbol(verdict: Verdict) -> Markup:
                   f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
 
 
-def _printed(observation):
+def _last_lines(observation):
     parts = ['<h2>What the node printed last</h2>']
-    for number, run in enumerate(observation.runs, 1):
-        lines = [line for line in run.printed.splitlines() if line.strip()]
+    for number, process in enumerate(observation.processes, 1):
+        lines = [line for line in process.printed.splitlines() if line.strip()]
         text = escape('\n'.join(line[:LINE_LENGTH] for line in lines[-SHOWN_LINES:]))
-        parts.append(f'<p>Start {number} of {len(observation.runs)}'
-                     + ('' if run.ready is not None else ', never ready')
+        parts.append(f'<p>Start {number} of {len(observation.processes)}'
+                     + ('' if process.ready is not None else ', never ready')
                      + f'</p><pre>{text or "(nothing)"}</pre>')
     return parts
 
@@ -181,13 +187,13 @@ def _printed(observation):
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the object for json.dump(). It has a test for each criterion; its output has the rest
-    of the page."""
+    """Returns the object for json.dump(). The object has a test for each criterion. Its output has
+    the rest of the page."""
     places = Places()
     parts = _head(marks, places) + [
-        WATCH.sub('', hints(marks.link, marks.mistake, places.linked))]
+        TIMELINE_LINK.sub('', hints(marks.link, marks.mistake, places.linked))]
     if marks.observation is not None:
-        parts += _printed(marks.observation)
+        parts += _last_lines(marks.observation)
     return {
         'score': round(float(marks.points), 2) if marks.is_known else 0.0,
         'execution_time': int(round(marks.seconds)),

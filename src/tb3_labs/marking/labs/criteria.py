@@ -1,8 +1,8 @@
-"""A criterion, the verdict on a node by a criterion, and the criteria that several labs share.
+"""The criterion, the verdict on a node by a criterion, and the criteria that several labs share.
 
 The function `judge` of a criterion gets an Observation, and returns a Reason. Students read the
-Reason with the `meaning` of the criterion (the requirement) and with `where` (a place in a lab
-sheet). None of the three texts contains the solution.
+Reason, the `meaning` of the criterion (the requirement) and `where` (a place in a lab sheet). No
+text that students read contains the solution.
 """
 from dataclasses import dataclass
 from enum import Enum
@@ -13,13 +13,13 @@ import numpy as np
 from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
-    NOT_THEIRS, STOPPED_BY, exceptions_in, other_fields, reason_of, why_idle, why_missing)
+    CLOSED_TOPIC, STOPPED_BY, exceptions_in, other_fields, reason_of, why_idle, why_missing)
 from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
 
-#: A clause on the node's behaviour, by which a criterion is not met; '' if the criterion is met.
+#: A clause that says why a node does not meet a criterion. It is '' if the node meets it.
 Reason = str
-#: The Reason of a second criterion that could not be tried for the same reason.
+#: The Reason of a criterion that could not be tried, if an earlier verdict has the same clause.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -38,19 +38,20 @@ BEYOND = Place(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 @dataclass(frozen=True)
 class Criterion:
-    """One thing that a node should do."""
+    """A requirement on a node, and the function that judges it."""
 
     name: str
     part: str                # the part of the lab that tries it
     meaning: str             # the requirement
-    where: Place             # the place that explains it
+    where: Place             # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
-    extra: bool = False      # is it beyond the handout?
-    limits: str = ''         # the numbers that `meaning` does not have
-    also: str = ''           # another part that it needs
+    extra: bool = False      # is the criterion beyond the handout?
+    limits: str = ''         # the limits that `meaning` leaves out
+    also: str = ''           # a second part of the lab that the criterion needs
 
     def is_tried(self, parts: Sequence[str]) -> bool:
-        """Is it judged if these parts are tried? An empty list means all parts."""
+        """Can the criterion be judged after a trial of these parts? An empty list means all parts.
+        """
         return not parts or {self.part, self.also or self.part} <= set(parts)
 
     @property
@@ -65,9 +66,9 @@ class Verdict:
 
     criterion: Criterion
     outcome: Outcome
-    observed: str            # '' if it is met
-    worth: float             # points for a criterion that is met
-    moment: Optional[float] = None      # the start of the stimulus that was judged [s]
+    observed: Reason
+    worth: float             # the points that the criterion gives if it is met
+    moment: Optional[float] = None      # the begin of the judged stimulus [s]
 
     @property
     def points(self) -> float:
@@ -76,27 +77,27 @@ class Verdict:
 
     @property
     def sentence(self) -> str:
-        """The observation and its place in the sheet; '' if the criterion is met."""
+        """The Reason and the place in the sheet; '' if the criterion is met."""
         if self.outcome is Outcome.MET or self.observed == NOT_TRIED:
             return self.observed
         return f'{self.observed}; see {self.criterion.where}'
 
     @property
     def line(self) -> str:
-        """The verdict in one line: outcome, points, requirement, sentence."""
+        """One line with outcome, points, requirement and sentence."""
         points = 'extra' if self.criterion.extra and not self.worth else \
             f'{self.points:g} of {self.worth:g}'
         words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value.upper()    # capitals are found among many lines
+        outcome = self.outcome.value.upper()    # a reader finds capitals among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
         return f'  {outcome:11}  {points:8}  {words}'
 
 
-def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
-          parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns a Verdict for each criterion of these parts, [] for all parts. `worth` maps the name
-    of a criterion to its points."""
+def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
+                parts: Sequence[str] = ()) -> List[Verdict]:
+    """Returns a Verdict for each criterion of these parts. An empty list means all parts. `worth`
+    maps the name of a criterion to its points."""
     verdicts: List[Verdict] = []
     quoted: Set[str] = set()
     for criterion in criteria:
@@ -110,14 +111,15 @@ def judge(criteria: Iterable[Criterion], observation: Observation, worth: Mappin
             outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
             clause = _quoted_once(reason_of(reason, observation), quoted)
             if isinstance(reason, NotTried) and any(clause == each.observed for each in verdicts):
-                clause = NOT_TRIED    # a node that fails at its start gets its reason once
+                clause = NOT_TRIED
         verdicts.append(Verdict(criterion, outcome, clause, worth[criterion.name],
                                 observation.moment))
     return verdicts
 
 
 def _quoted_once(clause: Reason, quoted: Set[str]) -> Reason:
-    """Returns the clause, without its exception if the set `quoted` has it; adds it otherwise."""
+    """Returns the clause. An exception in the set `quoted` is replaced by "the same exception". A
+    new exception is added to the set."""
     words, stopped, error = clause.partition(STOPPED_BY + ', ')
     if not stopped or error not in quoted:
         quoted.add(error)
@@ -127,76 +129,81 @@ def _quoted_once(clause: Reason, quoted: Set[str]) -> Reason:
 
 # ----- criteria of several labs: start and Ctrl+C -----
 
-#: Keys of the facts of a Ctrl+C. TOOK: the time until the node had ended [s], None if the node had
-#: to be killed. SIGNAL: the number of the signal that ended the node, 0 if it ended by itself.
-TOOK, SIGNAL = 'took', 'signal'
-#: A node must run, and listen to its topic, within this time [s].
+#: Keys of the facts of a Ctrl+C.
+EXIT_SECONDS = 'took'       # the time until the node ended [s]; None if the node was killed
+EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 if the node ended by itself
+#: A node must run, and must have subscribed to its topic, within this time after its start [s].
 START_TIME = 15.0
-#: A node must end within this time after Ctrl+C [s]; rospy itself needs up to 2 s.
-ENDING = 5.0
-#: A stop "at once", such as the zero velocity at Ctrl+C, must come within this time [s].
-AT_ONCE = 0.5
-#: A node must stop the robot within this time after a sensor or an input fell silent [s].
-LOST_AFTER = 1.0
-#: A limit [s] in words.
+#: A node must end within this time after Ctrl+C [s]. rospy itself needs up to 2 s.
+EXIT_TIME = 5.0
+#: If a criterion asks for a stop "at once", the zero velocity must come within this time [s].
+STOP_TIME = 0.5
+#: After the last message of a sensor or an input device a node must stop the robot within this
+#: time [s].
+LOST_STOP_TIME = 1.0
+#: Returns the words for a limit [s].
 within = 'within {:g} s'.format
-IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(AT_ONCE)
+IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(STOP_TIME)
 
 
-def starts(observed: Observation) -> Reason:
-    """Judges whether the node ran, and subscribed to the robot's topic."""
-    return why_missing(observed) if not observed.runs or observed.runs[0].ready is None else ''
+def starts(observation: Observation) -> Reason:
+    """Judges whether the node's first process subscribed to the robot's topic."""
+    first = observation.processes[0] if observation.processes else None
+    return why_missing(observation) if first is None or first.ready is None else ''
 
 
 def ends_cleanly(part: str, where: Place) -> Criterion:
     """Returns the criterion that the node ends by itself at Ctrl+C, without a traceback."""
     return Criterion(
-        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where,
-        lambda observed: next(filter(None, map(_clean_exit, observed.scenes(CTRL_C, True))), ''),
-        limits=f'{within(ENDING)}; "{NOT_THEIRS}", which rospy raises, does not count')
+        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where, _clean_exit,
+        limits=f'{within(EXIT_TIME)}; "{CLOSED_TOPIC}", which rospy raises, does not count')
 
 
-def _clean_exit(scene: Scene) -> Reason:
-    if scene.facts[TOOK] is None:
-        return f'it was still running {ENDING:g} s after Ctrl+C and had to be killed'
-    errors = exceptions_in(scene)
-    if errors:
-        return 'it ended with a traceback' + (errors[-1] and f': {errors[-1]!r}')
-    if scene.facts[SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM
-        return f'it was ended by signal {scene.facts[SIGNAL]}'
+def _clean_exit(observation: Observation) -> Reason:
+    for scene in observation.scenes(CTRL_C, may_die=True):
+        if scene.facts[EXIT_SECONDS] is None:
+            return f'it was still running {EXIT_TIME:g} s after Ctrl+C and had to be killed'
+        errors = exceptions_in(scene)
+        if errors:
+            last = f': {errors[-1]!r}' if errors[-1] else ''
+            return 'it ended with a traceback' + last
+        if scene.facts[EXIT_SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM
+            return f'it was ended by signal {scene.facts[EXIT_SIGNAL]}'
     return ''
 
 
-def stops_robot(observed: Observation) -> Reason:
-    """Judges whether the node sent a zero velocity at one Ctrl+C or more."""
-    scenes = [scene for scene in observed.scenes(CTRL_C, may_die=True) if scene.facts[WAS_MOVING]]
+def stops_robot(observation: Observation) -> Reason:
+    """Judges whether the node sent a zero velocity at one Ctrl+C at least."""
+    scenes = [scene for scene in observation.scenes(CTRL_C, may_die=True)
+              if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
-        soon, _ = scene.split(AT_ONCE)
+        soon, _ = scene.split(STOP_TIME)
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
-    observed.scene(scenes[-1].name, may_die=True)
+    observation.scene(scenes[-1].name, may_die=True)
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
-def prints(observed: Observation, words: str) -> Reason:
-    """Judges whether the node printed these words at Ctrl+C."""
-    scene = observed.scene(CTRL_C[0], may_die=True)
+def prints(observation: Observation, words: str) -> Reason:
+    """Judges whether the node printed `words` at Ctrl+C."""
+    scene = observation.scene(CTRL_C[0], may_die=True)
     return '' if words in scene.printed else f'"{words}" was not printed at Ctrl+C'
 
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: The part in which a sensor or an input falls silent.
+#: The part of a lab in which a sensor or an input device falls silent.
 LOST = 'lost'
-#: A robot stops by itself half a second after its last command. That is not a stop by its node.
+#: The Reason if a node stops sending without a zero velocity. The robot then stops by itself, half
+#: a second after the last command.
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
-def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
+def not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    begin of the scene, which is the `event`."""
+    begin of the scene. A Reason calls this begin `event`."""
     soon, late = scene.split(limit)
     if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
@@ -204,14 +211,15 @@ def not_stopped(scene: Scene, event: str, limit: float = AT_ONCE) -> Reason:
 
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
-    """Returns the criterion beyond the handout that the node stops the robot after `what` fell
-    silent."""
-    def judge_stop(observed: Observation) -> Reason:
-        scene = observed.scene(stimulus)
-        return not_stopped(scene, what + ' fell silent', LOST_AFTER) if scene.facts[
-            WAS_MOVING] else f'the robot was not moving when {what} fell silent'
+    """Returns the criterion beyond the handout that the node stops the robot after the device
+    `what` fell silent."""
+    def judge_stop(observation: Observation) -> Reason:
+        scene = observation.scene(stimulus)
+        if not scene.facts[WAS_MOVING]:
+            return f'the robot was not moving when {what} fell silent'
+        return not_stopped(scene, what + ' fell silent', LOST_STOP_TIME)
     return Criterion(name, LOST, f'{meaning} after {what} fell silent', where, judge_stop,
-                     extra=True, limits=within(LOST_AFTER))
+                     extra=True, limits=within(LOST_STOP_TIME))
 
 
 # ----- criteria of several labs: driving by a stick or a mouse -----
@@ -220,36 +228,38 @@ def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Pl
 Bounds = Tuple[float, float]
 #: The columns of a command.
 LINEAR, ANGULAR = 1, 2
-#: The other speed, linear or angular, must be smaller than this [m/s] or [rad/s].
-NEAR = 0.05
-NOTHING, ANY = (-NEAR, NEAR), (-np.inf, np.inf)
-#: Rounding may exceed a limit by this [m/s] or [rad/s].
+#: A stick that asks for one speed, linear or angular, must leave the other speed below this [m/s]
+#: or [rad/s].
+OTHER_SPEED = 0.05
+#: The Bounds of a speed that should be zero.
+STANDING = (-OTHER_SPEED, OTHER_SPEED)
+#: The Bounds of a speed that a criterion does not judge.
+ANY_SPEED = (-np.inf, np.inf)
+#: A command may exceed a limit by this, since a node rounds its numbers [m/s] or [rad/s].
 ROUNDING = 0.005
 
 
-def steers(observed: Observation, name: str, linear: Bounds = NOTHING, angular: Bounds = NOTHING,
-           of_moving: bool = False) -> Reason:
-    """Judges whether the last command of the stimulus `name` is within the closed bounds [m/s] and
-    [rad/s]; if `of_moving`, the last command that is not zero."""
-    scene = observed.scene(name)
+def steers(observation: Observation, name: str, linear: Bounds = STANDING,
+           angular: Bounds = STANDING, of_moving: bool = False) -> Reason:
+    """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
+    [m/s] and `angular` [rad/s]. If `of_moving`, the last command that is not zero is judged."""
+    scene = observation.scene(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
-        return 'with the {} {} commanded: {}'.format(
-            name, 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was',
-            why_idle(scene))
-    if all(low <= speed <= high for speed, (low, high) in zip(
-            commands[-1, 1:], (linear, angular))):
+        silent = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
+        return f'with the {name} {silent} commanded: {why_idle(scene)}'
+    linear_speed, angular_speed = commands[-1, 1:]
+    if linear[0] <= linear_speed <= linear[1] and angular[0] <= angular_speed <= angular[1]:
         return ''
     asked = [form.format(*bounds) for bounds, form in (
         (linear, '{:.2f} to {:.2f} m/s'), (angular, '{:.2f} to {:.2f} rad/s'))
-        if bounds not in (NOTHING, ANY)]
-    if NOTHING in (linear, angular):
+        if bounds not in (STANDING, ANY_SPEED)]
+    if STANDING in (linear, angular):
         asked.append('nothing else')
-    linear_speed, angular_speed = commands[-1, 1:]
     return 'with the {} it commanded {:.2f} m/s and {:.2f} rad/s, where {} were asked for'.format(
         name, linear_speed, angular_speed, ' and '.join(asked))
 
 
 def times(factor: float, bounds: Bounds) -> Bounds:
-    """Returns the bounds times `factor`; a negative factor mirrors them."""
+    """Returns the Bounds times `factor`. A negative factor mirrors them at zero."""
     return min(factor * bounds[0], factor * bounds[1]), max(factor * bounds[0], factor * bounds[1])

@@ -1,5 +1,5 @@
-"""The stimuli and the criteria of the Transformation lab: drives to a goal in a local frame, and
-the reset of this frame."""
+"""The stimuli and the criteria of the Transformation lab. The node drives to a goal in a local
+frame, and resets this frame."""
 import math
 import re
 from functools import partial
@@ -23,60 +23,67 @@ from tb3_labs.watch.chains import (
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
-#: The stimuli of each part.
+#: The stimuli of the part DRIVE.
 WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
+#: The stimuli of the part RESET.
 RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
 RESET_IN_DRIVE = 'reset in a drive'
+#: The stimuli of the other parts.
 CONTROL_TAKEN = 'control taken'
 RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
-#: Keys of a reset's facts. PROBLEM: the reason why the reset failed, '' if it succeeded. NAME: the
-#: name of the service, '' if it is SET_POSE, which the sheet and the gamepad call. STRAIGHT: did
-#: the node drive forward before the reset? The marker had turned the robot to its goal.
-PROBLEM, NAME, STRAIGHT = 'problem', 'name', 'straight'
+#: Keys of the facts of a reset.
+RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' if the reset succeeded
+WRONG_NAME = 'name'             # the name of the service, if this is not SET_POSE; else ''
+DROVE_STRAIGHT = 'straight'     # did the node drive forward, turned to its goal by the marker?
 
-#: The node is observed for this time before it has control, and at the goal [s].
-WATCHED = 1.5
-#: The node must send no command from this time after its arrival on [s].
-LAST_COMMAND = 0.5
-#: A reset answers within ANSWER_TIME [s]. Its line is printed within TAKES_EFFECT [s] after the
-#: answer.
-ANSWER_TIME, TAKES_EFFECT = 3.0, 0.5
-#: The marker turns the robot by this angle before the reset [deg].
-TURNED = 100.0
-#: At a reset in a drive the robot faces its goal. Within IN_DRIVE [s] the node then turns by more
-#: than LEAST_TURN [deg], to the goal of the new frame.
-IN_DRIVE, LEAST_TURN = 3.0, 20.0
+#: The marker observes the node for this time before the node has control, and at the goal [s].
+OBSERVATION_TIME = 1.5
+#: After its arrival the node may send commands for this time [s].
+SILENT_AFTER = 0.5
+#: The reset service answers within this time [s].
+ANSWER_TIME = 3.0
+#: After the answer the node prints its line on the reset within this time [s].
+PRINT_TIME = 0.5
+#: The marker turns the robot by this angle between the first drive and the reset [deg].
+ANGLE_BEFORE_RESET = 100.0
+#: After a reset in a drive the node turns the robot to the goal of the new frame.
+TURN_TIME_IN_DRIVE = 3.0    # the turn takes at most this time [s]
+LEAST_TURN = 20.0           # the turn is larger than this [deg]
 REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
 #: The goal as a fact of a drive: x, y [m], heading [rad].
 GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
-ANGLE = math.degrees(ANGLE_TOLERANCE)
-#: A stopped robot may coast by this [m], [deg].
-MORE_DISTANCE, MORE_ANGLE = 0.02, 2.0
-#: The tolerances of the criterion beyond the handout [m], [deg].
-EXACT_DISTANCE, EXACT_ANGLE = 0.02, 1.0
-#: A drive begins within REACTION [s] after control was given, and takes at most DRIVE_TIME [s].
-REACTION, DRIVE_TIME = 4.0, 50.0
+TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
+#: After a stop command the robot may coast by this.
+COAST_DISTANCE = 0.02       # [m]
+COAST_DEG = 2.0
+#: The tolerances of the criterion beyond the handout.
+EXACT_DISTANCE = 0.02       # [m]
+EXACT_DEG = 1.0
+#: A drive begins within this time after the node got control [s].
+REACTION_TIME = 4.0
+#: A drive takes at most this time [s].
+DRIVE_TIME = 50.0
 #: A drive goes at most this far from its start [m].
-ASTRAY = 3.0
-#: The goal's heading, and the limits of place and heading, in words.
-FACES = f'faces {GOAL_YAW_DEG:g} degrees'
+FARTHEST = 3.0
+#: The requirement on the heading, and the limits of place and heading, in words.
+FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = 'within {:g} m, and {:g} for stopping; begun within {:g} s, over within {:g} s, ' \
     'never {:g} m away'.format(
-        DISTANCE_TOLERANCE, MORE_DISTANCE, REACTION, DRIVE_TIME, ASTRAY)
+        DISTANCE_TOLERANCE, COAST_DISTANCE, REACTION_TIME, DRIVE_TIME, FARTHEST)
 HEADING_LIMITS = 'within {:g} rad ({:.1f} degrees), and {:g} degrees for stopping'.format(
-    ANGLE_TOLERANCE, ANGLE, MORE_ANGLE)
+    ANGLE_TOLERANCE, TOLERANCE_DEG, COAST_DEG)
 
 ANALYSIS = Place(TRANSFORMATION_SHEET, '6. Analysis')
-#: The step that names the mistakes of a drive after a reset.
-TURNED_STEP = THE_RESET.at_step(2)
-TWO_ZEROS = THE_LOCAL_POSE.at_step(4)
+#: The step of the sheet that names the mistakes of a drive after a reset.
+SECOND_DRIVE_STEP = THE_RESET.at_step(2)
+TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
 
 
-def _place(observation: Observation, name: str,
-           tolerance: float = DISTANCE_TOLERANCE + MORE_DISTANCE) -> Reason:
+def _ends_at_place(observation: Observation, name: str,
+                   tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
     """Judges whether the drive `name` ended at most `tolerance` [m] from the goal."""
     scene = _driven(observation, name)
     away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
@@ -85,30 +92,35 @@ def _place(observation: Observation, name: str,
     return '' if away <= tolerance else f'it stopped {away:.2f} m from the goal'
 
 
-def _heading(observation: Observation, name: str, tolerance: float = ANGLE + MORE_ANGLE) -> Reason:
+def _ends_at_heading(observation: Observation, name: str,
+                     tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
     """Judges whether the drive `name` ended at most `tolerance` [deg] from the goal's heading."""
     scene = _driven(observation, name)
     if not scene.facts[RESTED]:
         return _unended(scene)
     faced, goal = wrap(_end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
-    return '' if abs(math.degrees(difference(faced, goal))) <= tolerance else \
-        f'at the end it faced {math.degrees(faced):.1f} degrees instead of {math.degrees(goal):.0f}'
+    if abs(math.degrees(difference(faced, goal))) <= tolerance:
+        return ''
+    return (f'at the end it faced {math.degrees(faced):.1f} degrees instead of '
+            f'{math.degrees(goal):.0f}')
 
 
 def _unended(scene: Scene) -> str:
-    """Returns a clause on the limit of time or distance that ended a drive."""
-    astray = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3]) > ASTRAY
-    return 'it was still moving after {:.0f} s, {}'.format(scene.end - scene.begin, (
-        'more than {:g} m from its start'.format(ASTRAY) if astray else 'the limit'))
+    """Returns a clause on the limit, of time or of distance, at which the marker ended a drive."""
+    distance = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3])
+    limit = f'more than {FARTHEST:g} m from its start' if distance > FARTHEST else 'the limit'
+    return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
 
 def _driven(observation: Observation, name: str) -> Scene:
-    """Returns the Scene of a drive; NotObserved if the node did not move the robot."""
+    """Returns the Scene of a drive. ``NotObserved`` if the node did not move the robot."""
     scene = observation.scene(name)
     if not scene.facts[MOVED]:
-        hears = '/' + CTRL_RELINQ in scene.run.listens or not scene.run.listens
-        raise NotObserved('it got control, but did not move the robot: {}'.format(
-            why_idle(scene) if hears else 'it does not listen to {}'.format(CTRL_RELINQ)))
+        listens = scene.process.listens
+        why = f'it does not listen to {CTRL_RELINQ}'
+        if '/' + CTRL_RELINQ in listens or not listens:
+            why = why_idle(scene)
+        raise NotObserved(f'it got control, but did not move the robot: {why}')
     return scene
 
 
@@ -129,8 +141,10 @@ def _silent_at_goal(observation: Observation) -> Reason:
         return 'it never arrived'
     if drive.commands[-1, 1:].any():
         return NO_ZERO.format('its arrival')
-    _, late = observation.scene(AT_GOAL).split(LAST_COMMAND)
-    return 'it went on sending commands on cmd_vel after it had arrived' if len(late) else ''
+    _, late = observation.scene(AT_GOAL).split(SILENT_AFTER)
+    if len(late):
+        return 'it went on sending commands on cmd_vel after it had arrived'
+    return ''
 
 
 def _within_limits(observation: Observation) -> Reason:
@@ -140,38 +154,46 @@ def _within_limits(observation: Observation) -> Reason:
         return 'it commanded nothing'
     turn, forward = observation.greatest_speed(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
     if forward > MAX_SPEED + ROUNDING:
-        observation.greatest_speed(commands, LINEAR)
-    return '' if forward <= MAX_SPEED + ROUNDING and turn <= MAX_TURN + ROUNDING else \
-        f'it commanded up to {forward:.2f} m/s and {turn:.1f} rad/s'
+        observation.greatest_speed(commands, LINEAR)    # sets the moment of the verdict
+    elif turn <= MAX_TURN + ROUNDING:
+        return ''
+    return f'it commanded up to {forward:.2f} m/s and {turn:.1f} rad/s'
 
 
 def _reset(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
-    problem = observation.scene(name).facts[PROBLEM]
+    problem = observation.scene(name).facts[RESET_PROBLEM]
     if 'returned None' in problem:
         problem += ' (does its callback return a response?)'
-    return problem and 'the reset failed: ' + problem
+    return 'the reset failed: ' + problem if problem else ''
 
 
 def _resets(observation: Observation) -> Reason:
-    """Judges the name of the reset, and its effect at rest and in a drive."""
-    name = observation.scene(RESET_TO_ORIGIN).facts[NAME]
-    if _reset(observation) or name:
-        return _reset(observation) or f'its reset is called {name}, not /{SET_POSE}'
+    """Judges the name of the reset service, and the effect of a reset at rest and in a drive."""
+    name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
+    missed = _reset(observation)
+    if missed or name:
+        return missed or f'its reset is called {name}, not /{SET_POSE}'
     scene = observation.scene(RESET_IN_DRIVE)
-    if scene.facts[WAS_MOVING] and not scene.facts[STRAIGHT]:
+    if scene.facts[WAS_MOVING] and not scene.facts[DROVE_STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
-    return _reset(observation, RESET_IN_DRIVE) or (
-        'after a reset in the middle of a drive it did not turn to the goal of the new frame, but '
-        f'by {scene.turned_deg:.0f} degrees in {IN_DRIVE:g} s'
-        if scene.facts[WAS_MOVING] and abs(scene.turned_deg) < LEAST_TURN else '')
+    missed = _reset(observation, RESET_IN_DRIVE)
+    if missed or not scene.facts[WAS_MOVING] or abs(scene.turned_deg) >= LEAST_TURN:
+        return missed
+    return ('after a reset in the middle of a drive it did not turn to the goal of the new frame, '
+            f'but by {scene.turned_deg:.0f} degrees in {TURN_TIME_IN_DRIVE:g} s')
 
 
 def _waits(observation: Observation) -> Reason:
-    scenes = (observation.scene(name, may_die=name == RESET_TO_ORIGIN) for name in (
-        WITHOUT_CONTROL, RESET_TO_ORIGIN) if name == WITHOUT_CONTROL or observation.has(name))
-    return 'it moved the robot without having control: does control_loop look at has_control, ' \
-        'which True on ctrl_relinq sets and False clears?' if any(
-            len(scene.moving) and not scene.facts.get(WAS_MOVING) for scene in scenes) else ''
+    """Judges whether the robot rested while the node had no control: first at the node's start,
+    then at a reset."""
+    moved = len(observation.scene(WITHOUT_CONTROL).moving)
+    if not moved and observation.has(RESET_TO_ORIGIN):
+        scene = observation.scene(RESET_TO_ORIGIN, may_die=True)
+        moved = len(scene.moving) and not scene.facts.get(WAS_MOVING)
+    if not moved:
+        return ''
+    return ('it moved the robot without having control: does control_loop look at has_control, '
+            'which True on ctrl_relinq sets and False clears?')
 
 
 def _control_taken(observation: Observation) -> Reason:
@@ -182,50 +204,57 @@ def _control_taken(observation: Observation) -> Reason:
 
 
 def _exact(observation: Observation, name: str) -> Reason:
-    return _place(observation, name, EXACT_DISTANCE) or _heading(observation, name, EXACT_ANGLE)
+    return (_ends_at_place(observation, name, EXACT_DISTANCE)
+            or _ends_at_heading(observation, name, EXACT_DEG))
 
 
 def _arrives(observation: Observation, name: str) -> Reason:
-    return _place(observation, name) or _heading(observation, name)
+    return _ends_at_place(observation, name) or _ends_at_heading(observation, name)
+
+
+def _says_reset(observation: Observation) -> Reason:
+    printed = observation.scene(RESET_TO_ORIGIN).printed
+    if PRINTED_POSE_SET.lower() in printed.lower():
+        return ''
+    return f'no line "{PRINTED_POSE_SET} to x=..., y=..., yaw=..." was printed'
 
 
 def remarks_on_parts(observation: Observation, parts: Sequence[str]) -> List[str]:
-    """Returns a sentence if the part OFFSET was not tried, and [] otherwise: in the other parts a
-    node is right that takes the yaw of the IMU for that of the odometry."""
-    return [] if not parts or OFFSET in parts else [
-        'Odometry and IMU had the same zero here, a real robot has two: add offset to the parts; '
-        'see {}.'.format(TWO_ZEROS)]
+    """Returns a sentence if the part OFFSET was not tried, else []. A node may take the yaw of the
+    IMU for the yaw of the odometry, and only the part OFFSET shows this mistake."""
+    if not parts or OFFSET in parts:
+        return []
+    return ['Odometry and IMU had the same zero here, a real robot has two: add offset to the '
+            f'parts; see {TWO_ZEROS_STEP}.']
 
 
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', FOUR_STATES, starts, limits=IN_TIME),
     Criterion('waits', DRIVE, 'does not move before it has control', FOUR_STATES,
-              _waits, limits=f'for {WATCHED:g} s, and after a reset'),
+              _waits, limits=f'for {OBSERVATION_TIME:g} s, and after a reset'),
     Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', FOUR_STATES,
-              partial(_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
-    Criterion('goal_heading', DRIVE, FACES + ' there', FOUR_STATES,
-              partial(_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
+              partial(_ends_at_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
+    Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', FOUR_STATES,
+              partial(_ends_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', FOUR_STATES,
               _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its '
-              'arrival on'.format(LAST_COMMAND)),
+              'arrival on'.format(SILENT_AFTER)),
     Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
         MAX_SPEED, MAX_TURN), FOUR_STATES, _within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
         SET_POSE), THE_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
-              'degrees within {:g} s'.format(ANSWER_TIME, LEAST_TURN, IN_DRIVE)),
+              'degrees within {:g} s'.format(ANSWER_TIME, LEAST_TURN, TURN_TIME_IN_DRIVE)),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              THE_RESET, lambda observation: '' if PRINTED_POSE_SET.lower() in observation.scene(
-                  RESET_TO_ORIGIN).printed.lower() else
-              f'no line "{PRINTED_POSE_SET} to x=..., y=..., yaw=..." was printed',
-              limits=f'within {TAKES_EFFECT:g} s after the answer'),
+              THE_RESET, _says_reset, limits=f'within {PRINT_TIME:g} s after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
-              'reset'.format(TURNED), TURNED_STEP,
-              lambda observation: _reset(observation) or _place(observation, SECOND_DRIVE),
+              'reset'.format(ANGLE_BEFORE_RESET), SECOND_DRIVE_STEP,
+              lambda observation: _reset(observation) or _ends_at_place(observation, SECOND_DRIVE),
               limits='as goal_place'),
-    Criterion('second_heading', RESET, FACES + ' of the new frame', TURNED_STEP,
-              lambda observation: _reset(observation) or _heading(observation, SECOND_DRIVE),
+    Criterion('second_heading', RESET, FACES_GOAL + ' of the new frame', SECOND_DRIVE_STEP,
+              lambda observation: (
+                  _reset(observation) or _ends_at_heading(observation, SECOND_DRIVE)),
               limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
               FOUR_STATES, _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
@@ -233,7 +262,7 @@ CRITERIA = [
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
-        EXACT_DISTANCE, EXACT_ANGLE), ANALYSIS,
+        EXACT_DISTANCE, EXACT_DEG), ANALYSIS,
               lambda observation: _exact(observation, FIRST_DRIVE)
               or _exact(observation, SECOND_DRIVE),
               extra=True, also=DRIVE),
@@ -242,7 +271,7 @@ CRITERIA = [
               or _arrives(observation, DECLARED_DRIVE),
               extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
-              TWO_ZEROS, partial(_arrives, name=OFFSET_DRIVE), extra=True,
+              TWO_ZEROS_STEP, partial(_arrives, name=OFFSET_DRIVE), extra=True,
               limits='as goal_place and goal_heading'),
     stops_when_lost('lost_odometry', 'stops the robot', 'the odometry', ODOMETRY_SILENT, BEYOND),
 ]

@@ -1,7 +1,7 @@
-"""The scripts for a gamepad node: the marker plays the pad, and offers the reset.
+"""The scripts for a gamepad node. The marker plays the gamepad, and offers the reset services.
 
-ResetServices uses private parts of rospy, by the source of rospy 1.15.15 (Debian 12). No other
-program needs them.
+ResetServices uses private parts of rospy 1.15.15 (Debian 12). No other program here uses these
+parts.
 """
 import math
 import time
@@ -17,22 +17,24 @@ from std_msgs.msg import Bool, Empty
 from tb3_labs.handout import CTRL_RELINQ, JOY, SET_POSE
 from tb3_labs.marking.labs import gamepad as lab
 from tb3_labs.marking.labs.criteria import LOST
-from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
-from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, Repeater
+from tb3_labs.marking.labs.ros_move2goal import RESET_NAMES, fields_of
+from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, Repeater
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
-#: The pad has this number of axes and of buttons.
+#: The marker's gamepad has this number of axes and of buttons.
 NUMBER_OF_AXES, NUMBER_OF_BUTTONS = 8, 11
-#: A button is pressed for PRESS [s]; Y is held for HOLD [s].
-PRESS, HOLD = 0.15, 0.6
+#: The marker presses a button for this time [s].
+PRESS_TIME = 0.15
+#: The marker presses Y for this time [s]. A node must not call the reset again meanwhile.
+Y_PRESS_TIME = 0.6
 
 
 class HeldPad(Repeater):
-    """The gamepad of the marker; at first its sticks are in their middle."""
+    """The gamepad of the marker. At first the sticks are in the middle."""
 
     def __init__(self, numbers):
-        """`numbers`: name -> number of its axes and buttons."""
+        """`numbers` maps the name of an axis or a button to its number."""
         super().__init__(JOY, Joy)
         self.numbers = SimpleNamespace(**numbers)
         self._buttons = [0] * NUMBER_OF_BUTTONS
@@ -46,8 +48,8 @@ class HeldPad(Repeater):
         self._axes[self.numbers.angular_axis] = left
         self._publish()
 
-    def others(self, seconds=0.3):
-        """Push each axis without a function for this time [s]."""
+    def push_other_axes(self, seconds=0.3):
+        """Push each axis without a function for `seconds` [s]."""
         used = self.numbers.linear_axis, self.numbers.angular_axis
         for number in sorted(set(range(NUMBER_OF_AXES)) - set(used)):
             self._axes[number] = 1.0
@@ -55,9 +57,9 @@ class HeldPad(Repeater):
             time.sleep(seconds)
             self.sticks()
 
-    def press(self, button, seconds=PRESS):
-        """Press a button for this time [s], and release it."""
-        for down, held in ((1, seconds), (0, PRESS)):
+    def press(self, button, seconds=PRESS_TIME):
+        """Press a button for `seconds` [s], and release the button."""
+        for down, held in ((1, seconds), (0, PRESS_TIME)):
             self._buttons[button] = down
             self._publish()
             time.sleep(held)
@@ -67,25 +69,25 @@ class HeldPad(Repeater):
 
 
 def _stick_up(trial, pad, name):
-    trial.watch(name, lab.HELD, lambda: pad.sticks(1.0))
+    trial.watch(name, lab.STICK_TIME, lambda: pad.sticks(1.0))
     pad.sticks()
-    time.sleep(UNDER_WAY)
+    time.sleep(DELIVERY_TIME)
 
 
 def sticks(trial):
-    """Hold the sticks at several places."""
+    """Hold the sticks at each of the STICK_POSITIONS."""
     with ResetServices(trial):
         trial.node.start()
         with HeldPad(trial.option) as pad:
-            for name, place in lab.PLACES.items():
-                trial.watch(name, lab.HELD, lambda: pad.sticks(*place))
+            for name, place in lab.STICK_POSITIONS.items():
+                trial.watch(name, lab.STICK_TIME, lambda: pad.sticks(*place))
             with trial.stimulus(lab.OTHER_AXES):
-                pad.others()
+                pad.push_other_axes()
 
 
 def buttons(trial):
-    """Press A, push a stick, press B, push a stick, press Y; then send Ctrl+C while a stick drives.
-    """
+    """Press A, push a stick, press B, push a stick, and press Y. Then send Ctrl+C while a stick
+    drives the robot."""
     with ResetServices(trial) as services:
         calls = services.calls
         if not trial.node.alive:
@@ -93,20 +95,20 @@ def buttons(trial):
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(lab.RESET_BUTTON) as record:
-                for names in ((SET_POSE,), NAMES):    # at first only the right name is offered
+                for names in ((SET_POSE,), RESET_NAMES):    # first the right name alone
                     if calls:
                         break
                     services.offer(names)
-                    pad.press(pad.numbers.reset_button, HOLD)
-                    wait_until(lambda: calls, lab.RESET_TIME - HOLD)
-                    time.sleep(UNDER_WAY)
+                    pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
+                    wait_until(lambda: calls, lab.RESET_TIME - Y_PRESS_TIME)
+                    time.sleep(DELIVERY_TIME)
                 requests = [request for _, request in calls]
                 record.facts.update({
-                    lab.CALLS: len(calls), lab.NAME: calls[0][0] if calls else '',
-                    lab.ORIGIN: all(map(is_origin, requests)),
-                    lab.UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{received} See {lab.Y_STEP}.'
-                         for received in trial.text()['remarks'])
+                    lab.CALLS: len(calls), lab.SERVICE_NAME: calls[0][0] if calls else '',
+                    lab.IS_ORIGIN: all(map(is_origin, requests)),
+                    lab.IS_UNIT: all(map(is_unit, requests))})
+            trial.remark(f'{remark} See {lab.Y_STEP}.'
+                         for remark in trial.findings_in_text()['remarks'])
             if not all(map(has_covariance, requests)):
                 trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
             trial.ctrl_c_in_motion(lambda: _start_driving(trial, pad))
@@ -127,7 +129,7 @@ def _hand_over(trial, pad):
     with trial.stimulus(lab.HAND_OVER) as record:
         pad.press(pad.numbers.relinquish_button)
         wait_until(lambda: True in received, lab.PUBLISH_TIME)
-        time.sleep(UNDER_WAY)
+        time.sleep(DELIVERY_TIME)
         latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
         record.facts[lab.LATCHED] = wait_until(lambda: late, lab.PUBLISH_TIME)
         record.facts[lab.RELINQUISHED] = received[-1] if received else None
@@ -139,12 +141,12 @@ def _hand_over(trial, pad):
         wait_until(lambda: received and not received[-1], lab.PUBLISH_TIME)
         record.facts[lab.RELINQUISHED] = received[-1] if received else None
     listener.unregister()
-    time.sleep(UNDER_WAY)
+    time.sleep(DELIVERY_TIME)
     _stick_up(trial, pad, lab.UP_TAKEN_BACK)
 
 
 def no_service(trial):
-    """Press Y while nobody offers a reset, and push a stick right after it."""
+    """Press Y while no reset service exists. Push a stick as soon as Y is released."""
     trial.node.start()
     with HeldPad(trial.option) as pad, trial.stimulus(lab.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
@@ -153,7 +155,7 @@ def no_service(trial):
 
 
 def lost(trial):
-    """Let the pad fall silent while it drives."""
+    """Let the gamepad fall silent while it drives the robot."""
     with HeldPad(trial.option) as pad:
         trial.falls_silent(lab.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
@@ -164,49 +166,48 @@ PARTS = {lab.STICKS: sticks, lab.BUTTONS: buttons, lab.NO_SERVICE: no_service, L
 # -- a reset service of any type
 
 def is_origin(request):
-    """Does a request declare the pose (0, 0, 0), or no pose?"""
+    """Does a request declare the pose (0, 0, 0) or no pose at all?"""
     return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
                if kind in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
-    """Is each quaternion of a request of length 1?"""
+    """Has each quaternion of a request the length 1?"""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
                for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
-    """Is a number of each covariance of a request not zero?"""
+    """Has each covariance of a request a number that is not zero?"""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
 class _AnySum(str):
-    """A checksum that rospy takes for equal to each client's."""
+    """A checksum that equals the checksum of each client, as rospy compares them."""
 
     def __ne__(self, other):
         return False
 
 
-#: The class of a service of any type, for rospy.
+#: For rospy: the class of a service of any type.
 ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
                            _response_class=AnyMsg)
 
 
 class ResetServices:
-    """Reset services with the names NAMES, until the end of a ``with`` block. They accept calls of
-    any type, and answer with success. `calls` has (name, request) of each call; an Empty stands for
-    a request of an unknown type.
+    """Reset services with the names RESET_NAMES, until the end of a ``with`` block. The services
+    accept calls of any type, and answer with success. `calls` has the name and the request of each
+    call. A request of an unknown type is recorded as an Empty.
 
-    The client's checksum shows the type. The fields of a student's own type are not read.
-    A call of a student's own type fails if rospy no longer compares a client's checksum with
-    `_md5sum`, or no longer hands over the header and the bytes of an AnyMsg.
-    launch/checks/check_gamepad.test and test/ros/mark.test would show this.
+    The client's checksum shows the type. The fields of a student's own type are not read. If a
+    version of rospy compares the checksums in another way, or does not hand over the header and the
+    bytes of an AnyMsg, launch/checks/check_gamepad.test and test/ros/mark.test fail.
     """
 
     def __init__(self, trial):
         self.calls, self._types, self._services = [], trial.node.graph.types.by_sum(), {}
         self._recording = trial.recording
-        self.offer(NAMES)
+        self.offer(RESET_NAMES)
 
     def __enter__(self):
         return self
@@ -215,7 +216,7 @@ class ResetServices:
         self.offer(())
 
     def offer(self, names):
-        """Offer services of these names; end all others."""
+        """Offer the services `names`, and end all other reset services."""
         for name in set(self._services) - set(names):
             self._services.pop(name).shutdown()
         for name in set(names) - set(self._services):

@@ -1,4 +1,5 @@
-"""The stimuli and the criteria of the IMU lab: turns by keyboard, driving by mouse."""
+"""The stimuli and the criteria of the IMU lab. The keyboard turns the robot, the mouse drives it.
+"""
 import re
 from functools import partial
 from typing import Iterable, List, NamedTuple, Sequence
@@ -8,9 +9,9 @@ import numpy as np
 from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, AT_ONCE, IMU_EXTRAS, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE,
-    Criterion, Reason, ends_cleanly, not_stopped, prints, starts, steers, stops_robot,
-    stops_when_lost, times, within)
+    ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOP_TIME,
+    STOPS_AT_ONCE, Criterion, Reason, ends_cleanly, not_stopped, prints, starts, steers,
+    stops_robot, stops_when_lost, times, within)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
@@ -20,47 +21,49 @@ TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
 #: The stimuli in which a device falls silent: the IMU in a turn, the mouse in a drive.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
-#: Places in the sheet. Step 4 (START) also names the mistakes of the heading.
-AT_MOUSE, START, LAW, TO_RIGHT, AT_CTRL_C = (
+#: Steps of the sheet. START_STEP also names the mistakes of the heading.
+MOUSE_STEP, START_STEP, LAW_STEP, RIGHT_STEP, CTRL_C_STEP = (
     TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
 
 
 class TurnStimulus(NamedTuple):
-    """One turn: the typed letter, the requested angle, the heading at its begin [deg], and the
-    slip: the share of the wheels' travel that is lost."""
+    """A turn that the marker asks for."""
 
-    typed: str
-    requested_deg: float
-    begins_deg: float
-    slip: float = 0.0
+    typed: str              # the letter
+    requested_deg: float    # the requested angle, left positive
+    begins_deg: float       # the heading at the begin of the turn
+    slip: float = 0.0       # the share of the wheels' travel that slips
 
 
-#: The slip of a carpet. A node that turns for a fixed time turns too little on it.
-SLIPPERY = 0.3
+#: The slip on a carpet. There a node that turns for a fixed time turns too little.
+CARPET_SLIP = 0.3
 #: stimulus -> TurnStimulus
 TURN_STIMULI = {
     LEFT: TurnStimulus(LEFT, TURN_DEG, 40.0),
     'l across 180': TurnStimulus(LEFT, TURN_DEG, 130.0),
-    'r across 180': TurnStimulus(RIGHT, -TURN_DEG, 220.0, SLIPPERY),
-    RIGHT: TurnStimulus(RIGHT, -TURN_DEG, 130.0, SLIPPERY),
-    'r across 0': TurnStimulus(RIGHT, -TURN_DEG, 40.0, SLIPPERY),
-    'l across 0': TurnStimulus(LEFT, TURN_DEG, -50.0, SLIPPERY),
+    'r across 180': TurnStimulus(RIGHT, -TURN_DEG, 220.0, CARPET_SLIP),
+    RIGHT: TurnStimulus(RIGHT, -TURN_DEG, 130.0, CARPET_SLIP),
+    'r across 0': TurnStimulus(RIGHT, -TURN_DEG, 40.0, CARPET_SLIP),
+    'l across 0': TurnStimulus(LEFT, TURN_DEG, -50.0, CARPET_SLIP),
 }
-#: The turns in which the heading jumps, from 180 to -180 or from 360 to 0 degrees.
-ACROSS = [name for name in TURN_STIMULI if 'across' in name]
-#: The stimulus of an invalid input, and this input.
-NONSENSE, TYPED_NONSENSE = 'nonsense', 'x'
-#: A stopped robot may coast by this angle [deg].
-AFTER_STOP = 1.0
-#: A turn begins within TURN_REACTION after its letter was typed, and ends within TURN_TIME [s].
-TURN_REACTION, TURN_TIME = 3.0, 8.0
-#: A node that sends a zero for each message of a mouse at rest turns more slowly beside the mouse,
-#: since these zeros come between the commands of the turn. Such a turn may take longer [s].
-BESIDE_TIME = 2.0 * TURN_TIME
-#: An answer to an invalid input comes within ANSWER [s], in at most LEGIBLE lines.
-ANSWER, LEGIBLE = 1.0, 1000
-#: The tolerance of the criterion beyond the handout [deg].
-EXACT = 1.0
+#: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
+TURNS_ACROSS = [name for name in TURN_STIMULI if 'across' in name]
+NONSENSE = 'nonsense'       # the stimulus of an invalid input
+TYPED_NONSENSE = 'x'        # the invalid input
+#: After a stop command the robot may coast by this angle [deg].
+COAST_DEG = 1.0
+#: A turn begins within this time after its letter was typed [s].
+TURN_REACTION = 3.0
+#: A turn ends within this time after its begin [s].
+TURN_TIME = 8.0
+#: A turn beside an active mouse may take this time [s]. A node may send a zero for each message of
+#: a mouse at rest. The zeros between the commands of the turn make the turn slower.
+BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
+#: The limits of the answer to an invalid input.
+ANSWER_TIME = 1.0           # [s]
+MOST_LEGIBLE_LINES = 1000
+#: The tolerance of a turn in the criterion beyond the handout [deg].
+EXACT_DEG = 1.0
 #: The stimuli of the mouse alone, in their order, and of the mouse beside turns.
 MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
     'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
@@ -70,32 +73,34 @@ BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
 #: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                 HALF_WAY: (0.6, -0.6)}
-NO_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your mouse ' \
-    'client counts y down; none was found.'
-COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The speeds at the edge of the screen [m/s], [rad/s].
-AT_EDGE = (MOUSE_FULL - NEAR, MOUSE_FULL + NEAR)
-#: The speeds at 0.6 of the way to the edge. The range is wide, since the mouse lab does not say how
-#: a speed begins at the dead zone.
-AT_HALF = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: The mouse is held at a place for MOUSE_HELD [s]. If the mouse is moved in a turn, the robot must
-#: drive by the mouse within AT_LAST [s].
-MOUSE_HELD, AT_LAST = 0.8, 4.0
-#: The limits of the mouse, and of the turns, in words.
-DRIVES = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} ' \
-    'to {:.2f} at ({:g}, {:g})'.format(
-        MOUSE_HELD, *AT_EDGE, NEAR, *AT_HALF, *MOUSE_PLACES[HALF_WAY])
+NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
+    'mouse client counts y down; none was found.'
+Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
+#: The bounds of a speed if the mouse is at the edge of the screen [m/s], [rad/s].
+EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
+#: The bounds of a speed if the mouse is at 0.6 of the way to the edge [m/s], [rad/s]. The bounds
+#: are wide, since the mouse lab does not say how the speed grows outside the dead zone.
+HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
+#: The marker holds the mouse at a place for this time [s].
+MOUSE_TIME = 0.8
+#: If the marker moves the mouse in a turn, the robot must drive by the mouse within this time [s].
+MOUSE_REACTION = 4.0
+#: The limits of the mouse and of the turns in words.
+MOUSE_LIMITS = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both ' \
+    '{:.2f} to {:.2f} at ({:g}, {:g})'.format(
+        MOUSE_TIME, *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED, *MOUSE_PLACES[HALF_WAY])
 TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
-    '{:g} s, by a zero velocity'.format(HDG_TOL, AFTER_STOP, TURN_REACTION, TURN_TIME)
-ON_A_CARPET = f'as left, also if the wheels slip by {SLIPPERY:.0%}'
+    '{:g} s, by a zero velocity'.format(HDG_TOL, COAST_DEG, TURN_REACTION, TURN_TIME)
+ON_A_CARPET = f'as left, also if the wheels slip by {CARPET_SLIP:.0%}'
 
 
-def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP,
+def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
            seconds: float = TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
     scene, turn = observation.scene(name), TURN_STIMULI.get(name, TURN_STIMULI[LEFT])
-    after = f'after {turn.typed} ({name[2:]})' if name in ACROSS else f'after {turn.typed}'
-    observed_deg, it_turned = scene.turned_deg, f'it turned {_degrees(scene.turned_deg)}'
+    after = f'after {turn.typed} ({name[2:]})' if name in TURNS_ACROSS else f'after {turn.typed}'
+    observed_deg = scene.turned_deg
+    it_turned = f'it turned {_degrees(observed_deg)}'
     if not scene.facts[MOVED]:
         seen = 'the robot did not turn' if abs(observed_deg) < STILL_DEG else it_turned
         return f'{after} {seen}: {why_idle(scene)}'
@@ -120,12 +125,17 @@ def _degrees(observed_deg):
 
 
 def _turned_each(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
-    """Returns the Reason of the first turn that is wrong, see `turned`; '' if all are right."""
-    return next(filter(None, (turned(observation, name, *tolerance) for name in names)), '')
+    """Returns the Reason of the first wrong turn by `turned`; '' if all turns are right."""
+    for name in names:
+        missed = turned(observation, name, *tolerance)
+        if missed:
+            return missed
+    return ''
 
 
 def _commands_of_turns(observation):
-    """Returns the commands of all turns that were tried; NotObserved if there are none."""
+    """Returns the commands of all turns that were tried. ``NotObserved`` if no turn moved the
+    robot."""
     commands = np.vstack([turn.moving for turn in observation.scenes(list(TURN_STIMULI))])
     if not len(commands):
         raise NotObserved('the robot was never turned')
@@ -143,15 +153,16 @@ def _keeps_speed_limit(observation: Observation) -> Reason:
 
 def _on_the_spot(observation: Observation) -> Reason:
     fastest = observation.greatest_speed(_commands_of_turns(observation), LINEAR)
-    return '' if fastest < ROUNDING else \
-        f'it commanded up to {fastest:.2f} m/s forward while turning'
+    if fastest < ROUNDING:
+        return ''
+    return f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
 def _answers_nonsense(observation: Observation) -> Reason:
     scene = observation.scene(NONSENSE)
     if len(scene.moving):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
-    if scene.lines > LEGIBLE:
+    if scene.lines > MOST_LEGIBLE_LINES:
         return (f'an answer to "{TYPED_NONSENSE}" could not be read: {scene.lines} lines were '
                 f'printed in {scene.end - scene.begin:.1f} s')
     words = set(re.findall(r'[a-z]+', scene.printed.lower()))
@@ -180,39 +191,44 @@ def _stops_when_deactivated(observation: Observation) -> Reason:
 
 def _drives_after_turn(observation: Observation) -> Reason:
     up, scene = sign_of_up(observation), observation.scene(AFTER_TURN)
-    return '' if any_full_speed(scene.commands, up) else \
-        'after a turn the mouse did not move the robot any more'
+    if any_full_speed(scene.commands, up):
+        return ''
+    return 'after a turn the mouse did not move the robot any more'
 
 
 def _drives_in_turn(observation: Observation) -> Reason:
     up, scene = sign_of_up(observation), observation.scene(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
-    return '' if any_full_speed(scene.commands, up) else \
-        'the mouse, moved in the middle of a turn, had not driven the robot as before {:.0f} s ' \
-        'later'.format(scene.end - scene.begin)
+    if any_full_speed(scene.commands, up):
+        return ''
+    return ('the mouse, moved in the middle of a turn, had not driven the robot as before '
+            f'{scene.end - scene.begin:.0f} s later')
 
 
 def sign_of_up(observation: Observation) -> float:
-    """Returns the right sign of the speed for a mouse at the upper edge. It is 1.0 if the direction
-    of y is known from the submission's own mouse client, else that of the first such speed."""
+    """Returns the right sign of the speed for a mouse at the upper edge. If the submission's own
+    mouse client shows the direction of y, the sign is 1.0. Otherwise the first speed that the node
+    commanded for such a mouse has the right sign."""
     speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if observation.has(name)
               for speed in observation.scene(name, may_die=True).moving[:, LINEAR] if speed]
-    return -1.0 if not observation.mouse_up and speeds and speeds[0] < 0.0 else 1.0
+    if not observation.mouse_up and speeds and speeds[0] < 0.0:
+        return -1.0
+    return 1.0
 
 
 def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
-    """Is any of these commands, rows of time, linear, angular, the speed for a mouse at the upper
-    edge, with one of these signs?"""
-    return any(sign * command[LINEAR] > AT_EDGE[0] for command in commands for sign in signs)
+    """Does a command have the speed for a mouse at the upper edge, with one of the `signs`? The
+    commands are rows of time, linear, angular."""
+    return any(sign * command[LINEAR] > EDGE_SPEED[0] for command in commands for sign in signs)
 
 
 def _mouse_drives(observation: Observation) -> Reason:
     up = sign_of_up(observation)
-    return (steers(observation, MOUSE_UP, linear=times(up, AT_EDGE), of_moving=True)
-            or steers(observation, MOUSE_LEFT, angular=AT_EDGE, of_moving=True)
-            or steers(observation, HALF_WAY, times(-up, AT_HALF), times(-1.0, AT_HALF),
-                      of_moving=True))
+    return (steers(observation, MOUSE_UP, linear=times(up, EDGE_SPEED), of_moving=True)
+            or steers(observation, MOUSE_LEFT, angular=EDGE_SPEED, of_moving=True)
+            or steers(observation, HALF_WAY, linear=times(-up, HALF_WAY_SPEED),
+                      angular=times(-1.0, HALF_WAY_SPEED), of_moving=True))
 
 
 def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
@@ -222,52 +238,52 @@ def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> Lis
     remarks = []
     if len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
         remarks.append('After "{}" it printed its prompt alone, and no error. See {}.'.format(
-            TYPED_NONSENSE, TO_RIGHT))
+            TYPED_NONSENSE, RIGHT_STEP))
     if sign_of_up(observation) < 0.0:
-        remarks.append(NO_CLIENT)
+        remarks.append(NO_MOUSE_CLIENT)
     if observation.mouse_up < 0:
-        remarks.append(COUNTS_DOWN)
+        remarks.append(Y_COUNTS_DOWN)
     return remarks
 
 
 CRITERIA = [
-    Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
-    Criterion('left', TURNS, f'l turns {TURN_DEG:g} degrees left', LAW,
+    Criterion('starts', TURNS, 'runs and listens to imu', START_STEP, starts, limits=IN_TIME),
+    Criterion('left', TURNS, f'l turns {TURN_DEG:g} degrees left', LAW_STEP,
               partial(turned, name=LEFT), limits=TURN_LIMITS),
-    Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', TO_RIGHT,
+    Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_STEP,
               partial(turned, name=RIGHT), limits=ON_A_CARPET),
-    Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
-              lambda observation: _turned_each(observation, ACROSS), limits=ON_A_CARPET),
-    Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW,
+    Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
+              lambda observation: _turned_each(observation, TURNS_ACROSS), limits=ON_A_CARPET),
+    Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
               _keeps_speed_limit, limits=f'and {ROUNDING:g} for rounding'),
-    Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW,
+    Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW_STEP,
               _on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', TO_RIGHT, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
-              'the robot rests'.format(ANSWER, LEGIBLE)),
+              'ones', RIGHT_STEP, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
+              'the robot rests'.format(ANSWER_TIME, MOST_LEGIBLE_LINES)),
     Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(MOUSE_FULL), AT_MOUSE, _mouse_drives, limits=DRIVES),
+              'edge'.format(MOUSE_FULL), MOUSE_STEP, _mouse_drives, limits=MOUSE_LIMITS),
     Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
-        MOUSE_DEAD_ZONE), AT_MOUSE, _has_dead_zone,
+        MOUSE_DEAD_ZONE), MOUSE_STEP, _has_dead_zone,
               limits='zero velocity at ({:g}, {:g}) within {:g} s'.format(
-                  *MOUSE_PLACES[NEAR_MIDDLE], AT_ONCE)),
+                  *MOUSE_PLACES[NEAR_MIDDLE], STOP_TIME)),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              AT_MOUSE, _stops_when_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
+              MOUSE_STEP, _stops_when_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              AT_MOUSE, partial(turned, name=TURN_BESIDE, seconds=BESIDE_TIME),
-              limits=f'as left, over within {BESIDE_TIME:g} s'),
-    Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', AT_MOUSE,
+              MOUSE_STEP, partial(turned, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
+              limits=f'as left, over within {BESIDE_MOUSE_TIME:g} s'),
+    Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', MOUSE_STEP,
               _drives_after_turn,
-              limits=f'more than {AT_EDGE[0]:.2f} m/s within {MOUSE_HELD:g} s'),
+              limits=f'more than {EDGE_SPEED[0]:.2f} m/s within {MOUSE_TIME:g} s'),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
-              AT_MOUSE, _drives_in_turn, limits=within(AT_LAST)),
-    Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', AT_CTRL_C,
+              MOUSE_STEP, _drives_in_turn, limits=within(MOUSE_REACTION)),
+    Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', CTRL_C_STEP,
               stops_robot, limits=STOPS_AT_ONCE),
-    Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', AT_CTRL_C,
+    Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', CTRL_C_STEP,
               partial(prints, words=CONTROLLER_GOODBYE)),
-    ends_cleanly(SHUTDOWN, AT_CTRL_C),
-    Criterion('within_1_deg', TURNS, f'all turns are within {EXACT:g} degree', IMU_EXTRAS,
-              lambda observation: _turned_each(observation, TURN_STIMULI, EXACT), extra=True),
+    ends_cleanly(SHUTDOWN, CTRL_C_STEP),
+    Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS,
+              lambda observation: _turned_each(observation, TURN_STIMULI, EXACT_DEG), extra=True),
     stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

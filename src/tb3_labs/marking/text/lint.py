@@ -1,7 +1,7 @@
-"""Finds faults in the text of a node: lines without effect, undefined names, unused functions.
+"""Finds faults in the text of a node, such as lines without effect and undefined names.
 
-A right node may have such faults, so students read them only if their node loses points. In a file
-that is not valid Python no faults are found: Python itself reports its error.
+A right node may have faults. Therefore students read them only if their node loses points. A file
+that is not valid Python has no faults here, since Python itself reports the error.
 """
 import ast
 import json
@@ -14,20 +14,21 @@ from typing import Any, Dict, Iterator, List, Tuple
 from pyflakes import checker, messages
 
 from tb3_labs.marking.names import is_typo_of
-from tb3_labs.marking.text.source_analysis import LARGEST_TEXT, LIMITS, NOT_READ, nodes_of
+from tb3_labs.marking.text.source_analysis import LARGEST_TEXT, PROCESS_LIMITS, NOT_READ, nodes_of
 
-PROGRAM = '''import json, sys
+LINT_PROGRAM = '''import json, sys
 del sys.path[0]
 from tb3_labs.marking.text.lint import assigned, faults
 text = sys.stdin.buffer.read()
 print(json.dumps([faults(text), assigned(text)]))
 '''
-#: At most this many variables, and lines of a variable, are returned.
-MOST_NAMES, MOST_LINES = 200, 6
-#: At most this many faults are returned. A name or a line is cut after QUOTED characters.
-MOST_FAULTS, QUOTED = 4, 60
-#: By these a program may define names that are not in its text.
-DYNAMIC = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
+#: The limits of the results.
+MOST_NAMES = 200    # variables
+MOST_LINES = 6      # lines of a variable
+MOST_FAULTS = 4
+QUOTED = 60         # characters of a quoted name or line
+#: A program with one of these names may use names that are not in its text.
+DYNAMIC_NAMES = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
 #: The line of a fault, and a clause.
@@ -35,27 +36,28 @@ Fault = Tuple[int, str]
 
 
 def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
-    """Returns (sentences on the faults of a program, {variable: lines that assign it}). A process
-    with limits reads the program, which is a stranger's."""
+    """Returns (sentences on the faults of a program, the result of `assigned`). The program is a
+    stranger's. Therefore a process with limits reads the program."""
     if not path.is_file() or path.stat().st_size > LARGEST_TEXT:
         return [], {}
     done = subprocess.run(
-        [*LIMITS, sys.executable, '-c', PROGRAM], input=path.read_bytes(), cwd='/',
+        [*PROCESS_LIMITS, sys.executable, '-c', LINT_PROGRAM], input=path.read_bytes(), cwd='/',
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     found, lines = json.loads(done.stdout.decode()) if done.returncode == 0 else ([], {})
     return [f'Line {line} of {path.name}: {words}.' for line, words in found], lines
 
 
 def assigned(text: bytes) -> Dict[str, List[int]]:
-    """Returns {variable: lines that assign it}; a variable is NAME for NAME and self.NAME, or
-    FIELD.NAME for a field of a field."""
+    """Returns variable -> lines that assign the variable. A variable is called NAME, also for
+    self.NAME. A field of a field is called FIELD.NAME, too."""
     lines: Dict[str, List[int]] = {}
     for node in nodes_of(text):
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
             names = [node.id] if isinstance(node, ast.Name) else []
             if isinstance(node, ast.Attribute):
-                names = [node.attr] + ([f'{node.value.attr}.{node.attr}'] if isinstance(
-                    node.value, ast.Attribute) else [])
+                names = [node.attr]
+                if isinstance(node.value, ast.Attribute):
+                    names.append(f'{node.value.attr}.{node.attr}')
             for name in names:
                 lines.setdefault(name, []).append(node.lineno)
     return {name: sorted(set(at))[:MOST_LINES] for name, at in lines.items()}
@@ -74,18 +76,20 @@ def faults(text: bytes) -> List[Fault]:
 
 
 def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[Fault]:
-    # in a try block such a line may ask whether a name exists
+    # a name alone in a try block may ask whether the name exists
     tried = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Try) for part in node.body}
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and id(node) not in tried and isinstance(
                 node.value, (ast.Name, ast.Attribute, ast.Compare)):
-            yield node.lineno, '"{}" has no effect: {}'.format(
-                lines[node.lineno - 1].strip()[:QUOTED], 'it compares, and nothing is assigned'
-                if isinstance(node.value, ast.Compare) else 'nothing is called')
+            is_comparison = isinstance(node.value, ast.Compare)
+            why = 'it compares, and nothing is assigned' if is_comparison else 'nothing is called'
+            line = lines[node.lineno - 1].strip()[:QUOTED]
+            yield node.lineno, f'"{line}" has no effect: {why}'
 
 
 def _always_true(tree: ast.Module) -> Iterator[Fault]:
-    """Yields conditions such as ``if letter == 'l' or 'left':``."""
+    """Yields each condition with an ``or`` before a text, for example ``letter == 'l' or 'left'``.
+    """
     for node in ast.walk(tree):
         test = getattr(node, 'test', None)
         if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or) and any(
@@ -95,8 +99,8 @@ def _always_true(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _misspelt(tree: ast.Module) -> Iterator[Fault]:
-    """Yields each attribute that is assigned and never read, if an attribute of a similar name is
-    read. An object that works by itself, such as a Subscriber, need not be read."""
+    """Yields each attribute that is assigned and never read, if an attribute with a similar name is
+    read. An object that works by itself, for example a Subscriber, need not be read."""
     working = {
         id(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
         and isinstance(node.value, ast.Call) and node.value.args
@@ -118,9 +122,10 @@ def _misspelt(tree: ast.Module) -> Iterator[Fault]:
 
 
 def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
-    """Yields three kinds of pyflakes' findings, if they change what the program does."""
+    """Yields undefined names, unused variables and functions that are defined twice, if they change
+    the behaviour of the program."""
     nodes = list(ast.walk(tree))
-    dynamic = DYNAMIC & set(_names(tree))
+    dynamic = DYNAMIC_NAMES & set(_names(tree))
     run = {(node.lineno, node.id) for node in nodes if isinstance(node, ast.Name)} - {
         (name.lineno, name.id) for node in nodes for part in (
             getattr(node, 'annotation', None), getattr(node, 'returns', None)) if part
@@ -132,24 +137,24 @@ def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
     everywhere = {target.id for node in tree.body if isinstance(node, ast.Assign)
                   for target in node.targets if isinstance(target, ast.Name)}
     for finding in checker.Checker(tree).messages:
-        name, line = str(
-            finding.message_args[0])[:QUOTED] if finding.message_args else '', finding.lineno
+        line, words = finding.lineno, finding.message_args
+        name = str(words[0])[:QUOTED] if words else ''
         if isinstance(finding, messages.UndefinedName) and (line, name) in run and not dynamic:
             yield line, f"name '{name}' is not defined"
         elif isinstance(finding, messages.UnusedVariable) and name in own | everywhere:
             yield line, '{} is a local variable here, and never used: {} is another one'.format(
                 name, 'self.' + name if name in own else 'the global ' + name)
         elif isinstance(finding, messages.RedefinedWhileUnused):
-            first = finding.message_args[1]
+            first = words[1]
             if {(line, name), (first, name)} <= plain:
                 yield line, f'{name} is defined a second time: that of line {first} is never used'
 
 
 def _unused(tree: ast.Module) -> Iterator[Fault]:
-    """Yields the functions and classes whose names stand nowhere outside of their own text. A
-    function with a decorator, and a method of a class with a base class, may be used elsewhere."""
+    """Yields each function and each class whose name stands nowhere outside of its own text. A
+    function with a decorator may be used elsewhere. A method of a class with a base class, too."""
     used = Counter(_names(tree))
-    if DYNAMIC & set(used):
+    if DYNAMIC_NAMES & set(used):
         return
     methods = [method for node in tree.body if isinstance(node, ast.ClassDef)
                and not node.bases and not node.keywords for method in node.body]
@@ -157,13 +162,12 @@ def _unused(tree: ast.Module) -> Iterator[Fault]:
         if isinstance(node, (*FUNCTIONS, ast.ClassDef)) and not (
                 node.decorator_list or node.name.startswith('__')):
             if used[node.name] == Counter(_names(node))[node.name]:
-                yield node.lineno, '{} {} is never used'.format(
-                    'the class' if isinstance(node, ast.ClassDef) else 'the function',
-                    node.name[:QUOTED])
+                kind = 'class' if isinstance(node, ast.ClassDef) else 'function'
+                yield node.lineno, f'the {kind} {node.name[:QUOTED]} is never used'
 
 
 def _names(tree: ast.AST) -> Iterator[str]:
-    """Yields all names, attributes and strings that a text reads."""
+    """Yields all names and attributes that a program reads, and all its strings."""
     for node in ast.walk(tree):
         if isinstance(getattr(node, 'ctx', None), ast.Load):
             yield getattr(node, 'id', getattr(node, 'attr', ''))

@@ -1,8 +1,10 @@
-"""Finds two things in the text of a submission that no trial shows: the sign of y in its own mouse
-client, and an angle that is given to an orientation in place of a quaternion.
+"""Reads two properties of a submission from its text, since no trial shows them.
 
-The text is a stranger's. So this module is also a program: :func:`text_of` starts it with limits,
-and it prints what :func:`analyse` returns.
+The first property is the sign of y in the submission's own mouse client. The second property is a
+function that assigns an angle to an orientation in place of a quaternion.
+
+The text is a stranger's. Therefore this module is also a program: :func:`text_of` starts the
+program with limits, and the program prints the result of :func:`analyse`.
 """
 import ast
 import json
@@ -10,69 +12,88 @@ import os
 import re
 import subprocess
 import sys
-from typing import Any, Dict, Iterable, List, Optional
+from typing import Any, Dict, Iterable, List, Optional, Set
 
-#: The limits of a program that reads a stranger's text: memory [bytes], processor time [s]. The
-#: largest file that is read [bytes].
-LIMITS, LARGEST_TEXT = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0'], 200000
-#: ast.parse raises these for a text that is not valid Python, or too deep.
+#: The limits of a process that reads a stranger's text: memory [bytes], processor time [s].
+PROCESS_LIMITS = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0']
+#: A larger file is not read [bytes].
+LARGEST_TEXT = 200000
+#: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
-#: The names of y. The names of a mouse's place on the screen, whose y counts down.
+#: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
-PIXEL = re.compile('pos|event|mo[vt]|scroll|click')
-#: The result of these functions grows with each argument.
-GROWING = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
-THETA = 'In {} the angle itself is given to the orientation: a yaw becomes a quaternion by sine ' \
-    'and cosine of its half. Y sends 0, so it costs no points.'
+#: The name of a variable or a function that holds a mouse's place in pixels. There y counts down.
+PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
+#: The result of each of these functions grows with each argument.
+GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
+#: Statements and arguments by which y comes into a variable.
+ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
+ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
+    'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
 
-#: variable -> does it grow (1) or fall (-1) with the pixel's y? 0 if it does not depend on y, None
-#: if it is not known.
-Slopes = Dict[str, Optional[int]]
+#: 1 if a value grows with the pixel's y, -1 if it falls, 0 if it does not depend on y, None if this
+#: is not known.
+Slope = Optional[int]
+#: variable -> the Slope of its value
+Slopes = Dict[str, Slope]
 
 
 def text_of(paths: Iterable[str]) -> Dict[str, Any]:
-    """Returns what the programs in these folders show. `up` is 1 if y counts up in the mouse
-    client, -1 if y counts down, 0 if this is unknown. `remarks` are sentences for the student."""
+    """Returns the findings in the programs below the folders `paths`. `up` is 1 if y counts up in
+    the mouse client, -1 if y counts down, 0 if this is unknown. `remarks` are sentences for the
+    student."""
     done = subprocess.run(
-        [*LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL, cwd='/', universal_newlines=True)
+        [*PROCESS_LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], cwd='/',
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, universal_newlines=True)
     return dict(json.loads(done.stdout)) if done.returncode == 0 else analyse([])
 
 
 def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
-    """Returns what these texts show; see `text_of`."""
-    downs, remarks = set(), []
+    """Returns the findings in `texts`; see `text_of`."""
+    sent, remarks = set(), []
     for text in texts:
         nodes = nodes_of(text)
-        if any(isinstance(part, ast.Constant) and part.value in ('mouse_info', '/mouse_info')
-               for node in nodes if isinstance(node, ast.Call) and _last(node.func) == 'Publisher'
-               for part in (*node.args, *(word.value for word in node.keywords))):
-            downs |= {slope for slope in _slopes_sent(nodes) if slope}
-        remarks += [THETA.format(node.name) for node in nodes if isinstance(
-            node, ast.FunctionDef) and node.args.args and _gives_angle(node)]
-    return {'up': -downs.pop() if len(downs) == 1 else 0, 'remarks': remarks}
+        if _publishes_mouse(nodes):
+            sent |= {slope for slope in _slopes_sent(nodes) if slope}
+        for node in nodes:
+            if isinstance(node, ast.FunctionDef) and node.args.args and _gives_angle(node):
+                remarks.append(ANGLE_AS_ORIENTATION.format(node.name))
+    return {'up': -sent.pop() if len(sent) == 1 else 0, 'remarks': remarks}
 
 
 def nodes_of(text: bytes) -> List[Any]:
-    """Returns the nodes of a program's syntax tree; [] if the program is not valid."""
+    """Returns the nodes of a program's syntax tree; [] if the program is not valid Python."""
     try:
         return list(ast.walk(ast.parse(text)))
     except NOT_READ:
         return []
 
 
+def _publishes_mouse(nodes: List[Any]) -> bool:
+    for node in nodes:
+        if isinstance(node, ast.Call) and _last(node.func) == 'Publisher':
+            arguments = [*node.args, *(word.value for word in node.keywords)]
+            if any(isinstance(each, ast.Constant) and each.value in ('mouse_info', '/mouse_info')
+                   for each in arguments):
+                return True
+    return False
+
+
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Does a function assign its last argument to a field of an orientation, though the name of the
-    argument is not that of a quaternion's number, such as z or q_w?"""
+    """Does a function assign its last argument to a field of an orientation? An argument with the
+    name of a quaternion's number, such as z or q_w, is no angle."""
     angle = function.args.args[-1].arg
-    return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
-        isinstance(node, ast.Assign) and _dotted(node.value) == angle
-        and any('.orientation.' in _dotted(target) for target in node.targets)
-        for node in ast.walk(function))
+    if re.fullmatch('(.*q.*)?[xyzw]', angle):
+        return False
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and _dotted(node.value) == angle:
+            if any('.orientation.' in _dotted(target) for target in node.targets):
+                return True
+    return False
 
 
 def _dotted(node: Any) -> str:
-    """Returns the dotted name of a variable, without `.data`; '' for another expression."""
+    """Returns the name of a variable with its dots, without `.data`; '' for other expressions."""
     if isinstance(node, ast.Attribute):
         return _dotted(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
     return node.id if isinstance(node, ast.Name) else ''
@@ -82,71 +103,96 @@ def _last(node: Any) -> str:
     return _dotted(node).split('.')[-1]
 
 
-def _slopes_sent(nodes: List[ast.AST]) -> List[Optional[int]]:
-    """Returns the slopes of y in the messages of a mouse client; see Slopes."""
-    steps = sorted((node for node in nodes if isinstance(node, (
-        ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword))),
-        key=lambda node: getattr(node, 'lineno', 0) or getattr(node, 'value').lineno)
+def _slopes_sent(nodes: List[ast.AST]) -> List[Slope]:
+    """Returns the Slope of each y that a mouse client assigns to a field of a message."""
+    steps = sorted((node for node in nodes if isinstance(node, ASSIGNMENTS)), key=_line_of)
     slopes: Slopes = {}
-
-    def assign(name: str, slope: Optional[int]) -> None:
-        if slope != 0 or not slopes.get(name):      # a constant only begins or ends the variable
-            slopes[name] = slope
-
     for node in steps + steps:      # the callback that reads the mouse may be the last function
-        if isinstance(node, ast.FunctionDef):
-            slopes.update({word.arg: int(bool(PIXEL.search(node.name))) or None
-                           for word in node.args.args if Y_NAME.fullmatch(word.arg)})
-        elif isinstance(node, ast.keyword):         # MouseController(yPos=...)
-            assign(f'message.{node.arg}', _slope(node.value, slopes))
-        elif isinstance(node, ast.AugAssign):
-            assign(_dotted(node.target), _slope(
-                ast.BinOp(node.target, node.op, node.value), slopes))
-        else:
-            for target in node.targets:
-                second = isinstance(target, ast.Tuple) and target.elts[1:2]     # x, y = position()
-                if second and isinstance(node.value, ast.Tuple):
-                    assign(_dotted(second[0]), _slope(node.value.elts[1], slopes))
-                elif second:        # another pair, such as a size
-                    assign(_dotted(second[0]), _pixel(node.value) or 0)
-                elif not isinstance(target, ast.Tuple):
-                    assign(_dotted(target), _slope(node.value, slopes))
+        _follow(node, slopes)
     sent = {name: slope for name, slope in slopes.items()
             if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read = {_dotted(node) for node in nodes if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    return [sent[name] for name in set(sent) - read or sent]
+    unread = set(sent) - read       # a client does not read the fields of its messages
+    return [sent[name] for name in unread or sent]
 
 
-def _pixel(node: Any) -> Optional[int]:
-    """Returns 1 for an expression that reads a mouse's place on the screen, by its name; else None.
-    """
-    return int(bool(PIXEL.search(_last(node.func if isinstance(node, ast.Call) else node)))) or None
+def _line_of(node: Any) -> int:
+    return getattr(node, 'lineno', 0) or int(node.value.lineno)
 
 
-def _slope(node: Any, slopes: Slopes) -> Optional[int]:
-    """Returns the slope of an expression; see Slopes."""
-    def of(*signed: Any) -> Optional[int]:
-        """Returns the slope of a sum of (sign, part)."""
-        found = {sign * slope if slope else slope for sign, slope in (
-            (sign, _slope(part, slopes)) for sign, part in signed)} - {0}
-        return 0 if not found else found.pop() if len(found) == 1 else None
-    if _dotted(node):
-        is_y = Y_NAME.fullmatch(_last(node))
-        return slopes.get(_dotted(node), _pixel(getattr(node, 'value', None)) if is_y else 0)
+def _follow(node: Any, slopes: Slopes) -> None:
+    """Add the variables that a node of ASSIGNMENTS assigns."""
+    if isinstance(node, ast.FunctionDef):
+        slope = 1 if PIXEL_NAME.search(node.name) else None
+        slopes.update({word.arg: slope for word in node.args.args if Y_NAME.fullmatch(word.arg)})
+    elif isinstance(node, ast.keyword):         # MouseController(yPos=...)
+        _assign(f'message.{node.arg}', _slope(node.value, slopes), slopes)
+    elif isinstance(node, ast.AugAssign):
+        result = ast.BinOp(node.target, node.op, node.value)
+        _assign(_dotted(node.target), _slope(result, slopes), slopes)
+    else:
+        for target in node.targets:
+            if not isinstance(target, ast.Tuple):
+                _assign(_dotted(target), _slope(node.value, slopes), slopes)
+            elif len(target.elts) > 1:          # x, y = position()
+                y = _dotted(target.elts[1])
+                if isinstance(node.value, ast.Tuple):
+                    _assign(y, _slope(node.value.elts[1], slopes), slopes)
+                else:
+                    _assign(y, _pixel(node.value) or 0, slopes)
+
+
+def _assign(name: str, slope: Slope, slopes: Slopes) -> None:
+    if slope != 0 or not slopes.get(name):      # a constant only begins or ends the variable
+        slopes[name] = slope
+
+
+def _pixel(node: Any) -> Slope:
+    """Returns 1 if the name of a variable or a function is a PIXEL_NAME, else None."""
+    named = node.func if isinstance(node, ast.Call) else node
+    return 1 if PIXEL_NAME.search(_last(named)) else None
+
+
+def _slope(node: Any, slopes: Slopes) -> Slope:
+    """Returns the Slope of an expression."""
+    name = _dotted(node)
+    if name and name in slopes:
+        return slopes[name]
+    if name:
+        return _pixel(getattr(node, 'value', None)) if Y_NAME.fullmatch(_last(node)) else 0
     if isinstance(node, ast.Subscript):         # position[1]; in Python 3.8 within an ast.Index
         index = getattr(node.slice, 'value', None)
         return _pixel(node.value) if getattr(index, 'value', index) == 1 else None
     if isinstance(node, ast.UnaryOp):
-        return of((-1 if isinstance(node.op, ast.USub) else 1, node.operand))
-    if isinstance(node, ast.Call):
-        return of(*((1, part) for part in node.args)) if _last(node.func) in GROWING else None
+        sign = -1 if isinstance(node.op, ast.USub) else 1
+        return _slope_of_sum([(sign, node.operand)], slopes)
+    if isinstance(node, ast.Call) and _last(node.func) in GROWING_FUNCTIONS:
+        return _slope_of_sum([(1, part) for part in node.args], slopes)
     if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
-        return of((1, node.left), (-1 if isinstance(node.op, ast.Sub) else 1, node.right))
-    if isinstance(node, ast.BinOp):             # the sizes of a screen are positive
-        left, right = (-1 if isinstance(part, ast.UnaryOp) and not _slope(part, slopes) else 1
-                       for part in (node.left, node.right))
-        return of((right, node.left), (left, node.right))
+        sign = -1 if isinstance(node.op, ast.Sub) else 1
+        return _slope_of_sum([(1, node.left), (sign, node.right)], slopes)
+    if isinstance(node, ast.BinOp):
+        return _slope_of_sum([(_sign(node.right, slopes), node.left),
+                              (_sign(node.left, slopes), node.right)], slopes)
     return 0 if isinstance(node, ast.Constant) else None
+
+
+def _slope_of_sum(terms: List[Any], slopes: Slopes) -> Slope:
+    """Returns the Slope of a sum of `terms`, each (sign, expression)."""
+    found: Set[Slope] = set()
+    for sign, part in terms:
+        slope = _slope(part, slopes)
+        if slope != 0:
+            found.add(None if slope is None else sign * slope)
+    if not found:
+        return 0
+    return found.pop() if len(found) == 1 else None
+
+
+def _sign(factor: Any, slopes: Slopes) -> int:
+    """Returns the sign of a factor without y. Numbers without a sign, such as the size of a screen,
+    are positive."""
+    return -1 if isinstance(factor, ast.UnaryOp) and not _slope(factor, slopes) else 1
 
 
 def _texts(paths: Iterable[str]) -> Iterable[bytes]:

@@ -1,1 +1,1 @@
-"""One prepared node in a trial: what was done to it, what it did, and the bag of both."""
+"""How does a node behave in a trial? Stimuli by the marker, the node's process, and the bag."""

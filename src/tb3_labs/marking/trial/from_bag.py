@@ -1,4 +1,4 @@
-"""Reads the Observation from the bag of a trial, which ros_recording.py wrote."""
+"""Reads an Observation from the bag of a trial. ros_recording.py writes such bags."""
 import json
 import math
 import re
@@ -8,65 +8,68 @@ from typing import Any, Dict, Sequence, Type
 import numpy as np
 
 from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, MOST_FINDINGS, NOT_FINITE, REQUESTED_DEG, Observation, Run, Stimulus)
+    GOAL_POSE, MOST_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
 
-#: A node's line about a reset belongs to the call of a reset that is at most this far away [s].
+#: A node's line about a reset, and the call of this reset, are at most this far apart [s].
 SAME_RESET = 1.0
-#: At most this many characters of a run's output are read from its begin, and as many from its end.
+#: Of a long output this many characters are read from the begin, and this many from the end.
 MOST_PRINTED = 20000
-#: The colours of a text on a terminal.
+#: A code for a colour in a text for a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: kind of event -> the list of the Observation to which its sentence is added
-SENTENCES = {'remark': 'remarks', 'finding': 'findings', 'fault': 'faults'}
+#: kind of event -> the list of the Observation that gets the sentence of the event
+SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings', 'fault': 'faults'}
 
 
 def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
-    """Returns the Observation in the bag of a trial. `places` are beginnings of paths on the
-    marking machine: they are removed from all texts. Raises ``ValueError`` if the bag is not that
-    of a trial."""
+    """Returns the Observation in the bag of a trial. All texts lose the `places`, which are
+    beginnings of paths on the marking machine. ``ValueError`` if the bag has no trial."""
     def cleaned(text: str) -> str:
         for place in places:
             text = text.replace(place, '')
         return text
-    run = read_run(str(path))
-    run = replace(run, log=replace(run.log, texts=np.array(
-        list(map(cleaned, run.log.texts)), dtype=object)))
-    observation = Observation('', '', run)
-    texts = [(at, None, words) for at, words in zip(run.printed.arrival, run.printed.words)]
-    events = [(at, json.loads(cleaned(words)), '') for at, words in zip(
-        run.events.arrival, run.events.words)]
+    recording = read_run(str(path))
+    recording = replace(recording, log=replace(recording.log, texts=np.array(
+        list(map(cleaned, recording.log.texts)), dtype=object)))
+    observation = Observation('', '', recording)
+    printed, written = recording.printed, recording.events
+    texts = [(at, None, words) for at, words in zip(printed.arrival, printed.words)]
+    events = [(at, json.loads(cleaned(words)), '')
+              for at, words in zip(written.arrival, written.words)]
     for at, event, text in sorted(texts + events, key=lambda each: each[0]):
         if event is None:
-            _printed(observation, text, text.count('\n'))
+            _add_output(observation, text, text.count('\n'))
         else:
             _add_event(observation, event.pop('kind'), float(at), event)
     if not observation.lab:
         raise ValueError('the recording has no trial')
     observation.stimuli = [each for each in observation.stimuli if not math.isnan(each.end)]
-    for each in observation.runs + observation.stimuli:
+    for each in observation.processes + observation.stimuli:
         each.printed = COLOUR.sub('', cleaned(each.printed))
-    for start in observation.runs:
+    for start in observation.processes:
         if len(start.printed) > 2 * MOST_PRINTED:
             start.printed = '{}\n...\n{}'.format(
                 start.printed[:MOST_PRINTED], start.printed[-MOST_PRINTED:])
-    observation.run = with_stimuli(run, observation)
+    observation.recording = with_stimuli(recording, observation)
     return observation
 
 
-def with_stimuli(run: RunData, observation: Observation) -> RunData:
-    """Returns the recording of a trial with the marker's actions: starts, stimuli, letters, goals,
-    resets. The time of a reset is that of the node's line, or of the call if there is no line.
-    After a call that failed the node's frame is unknown: the variables from then until the next
-    start are removed."""
-    declared, known = run.resets, np.ones(len(run.variables), bool)
+def with_stimuli(recording: RunData, observation: Observation) -> RunData:
+    """Returns the recording of a trial with the marker's starts, stimuli, letters, goals and resets
+    added. A reset has the time of the node's line about the reset; without such a line, the time of
+    the call.
+
+    After a failed call the node's frame is unknown. Therefore the variables from a failed call to
+    the next start are removed.
+    """
+    declared, known = recording.resets, np.ones(len(recording.variables), bool)
     resets = np.column_stack([declared.arrival, declared.x, declared.y, declared.yaw]).tolist()
     for at, pose, problem in observation.calls:
         if problem:
-            end = min([start.begin for start in observation.runs if start.begin > at],
+            end = min([start.begin for start in observation.processes if start.begin > at],
                       default=math.inf)
-            known &= (run.variables.arrival < at) | (run.variables.arrival > end)
+            known &= (recording.variables.arrival < at) | (recording.variables.arrival > end)
         elif not (np.abs(declared.arrival - at) < SAME_RESET).any():
             resets.append([at, *pose])
     goals = [[each.begin, *each.facts[GOAL_POSE]] for each in observation.stimuli
@@ -74,22 +77,26 @@ def with_stimuli(run: RunData, observation: Observation) -> RunData:
     letters = [row for each in observation.stimuli if REQUESTED_DEG in each.facts
                for row in ([each.begin, np.sign(each.facts[REQUESTED_DEG])], [each.end, 0.0])]
     return replace(
-        run, resets=samples_from_rows(Poses, sorted(resets)), variables=run.variables.take(known),
-        starts=tuple(start.begin for start in observation.runs),
+        recording, variables=recording.variables.take(known),
+        resets=samples_from_rows(Poses, sorted(resets)),
+        starts=tuple(start.begin for start in observation.processes),
         states=samples_from_rows(States, [[each.begin, each.name] for each in observation.stimuli]),
         goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Values, letters))
 
 
 def samples_from_rows(kind: Type[Kind], rows: Sequence[Sequence[Any]]) -> Kind:
-    """Returns the Samples of rows of time and the other fields. The stamps are the arrivals."""
-    columns = list(zip(*rows))
-    return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
-                  for column in columns[:1] + columns)) if rows else kind.none()
+    """Returns the Samples of rows: the time of arrival, then the fields. The stamp of a sample is
+    the time of its arrival."""
+    if not rows:
+        return kind.none()
+    arrival, *columns = [np.array(column, dtype=object if isinstance(column[0], str) else float)
+                         for column in zip(*rows)]
+    return kind(arrival, arrival, *columns)
 
 
-def _printed(observation: Observation, text: str, lines: int) -> None:
-    """Add an output of `lines` lines to the present run, and to the present stimulus."""
-    for each in observation.runs[-1:]:
+def _add_output(observation: Observation, text: str, lines: int) -> None:
+    """Add an output of `lines` lines to the present process and to the present stimulus."""
+    for each in observation.processes[-1:]:
         each.printed += text
     for stimulus in observation.stimuli[-1:]:
         if math.isnan(stimulus.end):
@@ -98,7 +105,7 @@ def _printed(observation: Observation, text: str, lines: int) -> None:
 
 
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
-    """Add an event of a trial to its Observation."""
+    """Add an event of a trial to the Observation of the trial."""
     if kind in ('trial', 'program'):
         vars(observation).update(facts)
     elif kind == 'begin':
@@ -108,16 +115,16 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
     elif kind == 'part':
         observation.parts.append((facts['name'], at))
     elif kind == 'start':
-        observation.runs.append(Run(at, **facts))
+        observation.processes.append(NodeProcess(at, **facts))
     elif kind == 'ready':
-        observation.runs[-1].ready = at
+        observation.processes[-1].ready = at
     elif kind == 'run':
-        vars(observation.runs[-1]).update(facts)
+        vars(observation.processes[-1]).update(facts)
     elif kind == 'stop':
-        observation.runs[-1].end = at
+        observation.processes[-1].end = at
     elif kind == 'unprinted':
-        _printed(observation, f"\n... {facts['characters']} characters are left out here ...\n",
-                 facts['lines'])
+        _add_output(observation, f"\n... {facts['characters']} characters are left out here ...\n",
+                    facts['lines'])
     elif kind == 'odd':
         observation.omitted[NOT_FINITE] = observation.omitted.get(NOT_FINITE, 0) + 1
         observation.not_finite.append([at, facts['text']])
@@ -133,7 +140,7 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         observation.mouse_up = facts['up']
     elif kind == 'broken':
         observation.marker_error = facts['text']
-    elif kind in SENTENCES:
-        known = getattr(observation, SENTENCES[kind])
+    elif kind in SENTENCE_LISTS:
+        known = getattr(observation, SENTENCE_LISTS[kind])
         if facts['text'] not in known and len(known) < MOST_FINDINGS:
             known.append(facts['text'])

@@ -1,7 +1,7 @@
 """A process and its output, and the limits of resources for the processes of one submission.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
-size of a folder. This module adds up memory and sizes.
+size of a folder. Therefore this module adds up memory and sizes.
 """
 import os
 import pty
@@ -13,13 +13,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-#: The limits for the programs of a sandbox together: memory [bytes], size of the files in the
-#: sandbox's own folders [bytes], number of processes.
-MOST_MEMORY, MOST_DISK, MOST_PROCESSES = 2 * 10 ** 9, 300 * 10 ** 6, 100
-#: A node can fill the memory of master, robot and check by messages. Without the node these three
-#: need about 180 MB; they may use this [bytes].
+#: The limits for all programs of a sandbox together.
+MOST_MEMORY = 2 * 10 ** 9       # [bytes]
+MOST_DISK = 300 * 10 ** 6       # the files in the sandbox's own folders [bytes]
+MOST_PROCESSES = 100
+#: Master, robot and check may use this memory [bytes]. They need about 180 MB, but a node can send
+#: messages until their memory is full.
 MOST_OTHER_MEMORY = 600 * 10 ** 6
-#: The period of the watch [s].
+#: ResourceWatch looks at the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
 
 
@@ -27,8 +28,9 @@ class Program:
     """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
     a person had started it.
 
-    ``on_text(text)`` is called with each part of its output and errors. `ends` are three files in
-    place of the terminal: one to read the program's output, the program's input, and its output.
+    ``on_text(text)`` is called with each part of the program's output and errors. `ends` are three
+    open files in place of the terminal. This class reads the output from the first one. The second
+    one is the program's input, the third one the program's output.
     """
 
     def __init__(self, command, environment, on_text, ends=None):
@@ -39,7 +41,7 @@ class Program:
         self._source, typed, printed = ends
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
-            # Python keeps back what it prints into a pipe
+            # without PYTHONUNBUFFERED Python keeps back the output to a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
         os.close(printed)
@@ -64,11 +66,11 @@ class Program:
 
     @property
     def status(self):
-        """The exit status; None while the program runs."""
+        """The exit status of the program; None while the program runs."""
         return self._process.poll()
 
     def type(self, line):
-        """Type a line, and Enter."""
+        """Type a line and Enter."""
         os.write(self._source, line.encode() + b'\n')
 
     def send(self, number):
@@ -77,7 +79,7 @@ class Program:
             os.killpg(self._process.pid, number)
 
     def kill(self):
-        """End it at once (SIGKILL)."""
+        """End the process group at once (SIGKILL)."""
         self.send(signal.SIGKILL)
         self._process.wait()
 
@@ -86,8 +88,9 @@ class ResourceWatch:
     """Kills the process group of a program that exceeds a limit, until `over` is set."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
-        """`pid` is the leader of the group, the outermost process of a sandbox, and `own_folders`
-        are paths in the sandbox. `others` is the parent process of master, robot and check."""
+        """`pid` is the leader of the process group, which is the outermost process of a sandbox.
+        `own_folders` are paths in the sandbox. `others` is the parent of master, robot and check.
+        """
         self._pid, self._own, self._others = pid, own_folders, others
         self.over = threading.Event()
         #: A clause on the exceeded limit; '' if no limit was exceeded.
@@ -128,7 +131,8 @@ def _descendants(pid):
 
 
 def _memory(pid):
-    """Returns the memory of a process without files, with all its shared pages [bytes]."""
+    """Returns the memory of a process [bytes], without the pages of files, but with all pages that
+    it shares."""
     try:
         _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:
@@ -137,8 +141,8 @@ def _memory(pid):
 
 
 def _own_memory(pid):
-    """Returns the memory of a process with its share of the shared pages [bytes]. This is slower.
-    """
+    """Returns the memory of a process [bytes], with its part of the shared pages. Slower than
+    `_memory`."""
     try:
         with open(f'/proc/{pid}/smaps_rollup') as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
@@ -147,8 +151,7 @@ def _own_memory(pid):
 
 
 def _disk_used(pid, folder):
-    """Returns the size of the files in a folder of the sandbox in which the process runs [bytes].
-    """
+    """Returns the size [bytes] of the files in a folder of the sandbox of a process."""
     try:
         state = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:

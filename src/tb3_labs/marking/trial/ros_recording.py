@@ -1,4 +1,4 @@
-"""Writes the bag of a trial: the marker's actions and the node's reactions, on one clock.
+"""Writes the bag of a trial. The marker's actions and the node's reactions have one clock.
 
 Topics: imu, odom, cmd_vel (without the marker's own commands), ctrl_relinq, joy, mouse_info,
 /rosout, variables (the node's own), ground_truth (the robot's true pose, to which no node can
@@ -7,7 +7,7 @@ subscribe), and
     trial     std_msgs/String, an event in JSON: {"kind": ..., facts}; from_bag.py has the kinds
     printed   std_msgs/String, the output of the node
 
-A separate thread writes the bag: no message waits for the disk before it gets its time.
+A message gets its time as soon as it arrives. A separate thread writes the bag.
 """
 import json
 import math
@@ -36,27 +36,34 @@ from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, note_connections
 
-#: Topics: the robot's true pose, the events of the trial, the node's output, the node's variables.
+#: The topics of the robot's true pose, the events of the trial, the node's output, and the node's
+#: variables.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 #: The name of the robot's node.
-ROBOT = 'turtlebot3'
-#: At most this many commands, messages of each other topic, commands that are not finite, lines of
-#: the log, and events are recorded. A longer line is cut, a longer message is not recorded.
-MOST_COMMANDS, MOST_MESSAGES, MOST_NOT_FINITE, MOST_LINES, MOST_EVENTS = (
-    40000, 100000, 1000, 1000, 5000)
-LINE_LENGTH, MOST_BYTES = 300, 10000
-#: A command is not recorded if it equals the last one, which came less than this before [s].
+ROBOT_NODE = 'turtlebot3'
+#: At most this many of each kind are recorded.
+MOST_COMMANDS = 40000
+MOST_MESSAGES = 100000      # messages of each other topic
+MOST_NOT_FINITE = 1000      # commands that are not finite numbers
+MOST_LINES = 1000           # lines of the log
+MOST_EVENTS = 5000
+LINE_LENGTH = 300           # characters of a line of the log
+MOST_BYTES = 10000          # bytes of a message; a longer message is not recorded
+#: A command that equals the last command is recorded only after this time [s].
 SAME_COMMAND = 0.04
 #: At most this many characters of the output are recorded in a second, a tenth of them if the bag
-#: is full. The first ones are left out.
+#: is full. The first characters are left out.
 PRINTED_A_SECOND = 20000
-#: A bag of this size is full [bytes]. Then only the judged topics are recorded.
-FULL, JUDGED = 3 * 10 ** 6, {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
+#: A bag of this size is full [bytes].
+FULL_SIZE = 3 * 10 ** 6
+#: Only these topics are recorded in a full bag.
+JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
 #: A recording that is cut off loses at most this part, before compression [bytes].
-CHUNK = 2 ** 17
-#: A robot rests if it moves less than REST_WAY [m] and turns less than REST_TURN [rad] within
-#: REST_TIME [s].
-REST_WAY, REST_TURN, REST_TIME = 0.002, 0.005, 0.4
+CHUNK_SIZE = 2 ** 17
+#: A robot rests if it moves and turns less than this within REST_TIME.
+REST_WAY = 0.002        # [m]
+REST_TURN = 0.005       # [rad]
+REST_TIME = 0.4         # [s]
 
 
 class Recording:
@@ -64,7 +71,7 @@ class Recording:
 
     def __init__(self, path):
         self._bag = rosbag.Bag(
-            str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK)
+            str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK_SIZE)
         self._path, self.is_full, self.problem = str(path), False, None
         self._waiting, self._guard, self._last = queue.SimpleQueue(), threading.Lock(), 0.0
         self.is_closed, self._events = False, 0
@@ -72,8 +79,8 @@ class Recording:
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message, or a serialized message as (type, bytes, checksum, class). Returns its
-        time [s]: `at`, by default the present time. Two present times are never equal."""
+        """Record a message at the time `at` [s], by default now, and return this time. A serialized
+        message is given as (type, bytes, checksum, class). Two default times are never equal."""
         with self._guard:
             if at is None:
                 at = self._last = max(ros_time(), self._last + 1e-6)
@@ -82,8 +89,8 @@ class Recording:
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, and return its time [s]. A text is cut after LONGEST
-        characters."""
+        """Record an event of the trial, and return the time of the event [s]. A text in `facts` is
+        cut after LONGEST characters."""
         self._events += 1
         if self._events > MOST_EVENTS:      # a node may cause events for ever
             return ros_time()
@@ -92,8 +99,8 @@ class Recording:
         return self.add(EVENTS, String(json.dumps(dict(short, kind=kind))), at)
 
     def close(self):
-        """Write the waiting messages, and close the bag. A bag that cannot be written is removed,
-        since a part of a trial would cost the node points; then `problem` is the reason."""
+        """Write the waiting messages, and close the bag. If the bag cannot be written, it is
+        removed, and `problem` is the reason. Half a trial would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -101,10 +108,10 @@ class Recording:
     def _write(self):
         try:
             for topic, message, at in iter(self._waiting.get, None):
-                if not self.is_full or topic in JUDGED:
+                if not self.is_full or topic in JUDGED_TOPICS:
                     self._bag.write(topic, message, rospy.Time.from_sec(at),
                                     raw=isinstance(message, tuple))
-                    self.is_full = os.path.getsize(self._path) > FULL
+                    self.is_full = os.path.getsize(self._path) > FULL_SIZE
             self._bag.close()
         except OSError as problem:      # such as a full disk
             self.problem = problem
@@ -112,7 +119,7 @@ class Recording:
 
 
 class NodeOutput:
-    """Records the output of one run of the node, at most PRINTED_A_SECOND."""
+    """Records the output of one process of the node, at most PRINTED_A_SECOND."""
 
     def __init__(self, recording):
         self._recording, self._guard = recording, threading.Lock()
@@ -121,7 +128,8 @@ class NodeOutput:
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output, now or later."""
+        """Record a part of the output. If too little time has passed since the last part, it is
+        recorded with the next part, or by `flush`."""
         with self._guard:
             self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
@@ -138,7 +146,7 @@ class NodeOutput:
         return PRINTED_A_SECOND // (10 if self._recording.is_full else 1)
 
     def flush(self):
-        """Record what waits: an event comes, which is later than all that was printed so far."""
+        """Record the waiting output. An event follows, and its time must be later."""
         with self._guard:
             self._hand_over()
             self.last = ''
@@ -153,21 +161,25 @@ class NodeOutput:
 
 
 class Recorder:
-    """Records the topics of the robot and the node, and answers what both did last.
+    """Records the topics of the robot and of the node. The attributes show what both did last.
 
     Times are in seconds of ROS. RuntimeError if the robot does not run.
     """
 
     def __init__(self, recording):
         self.recording, self._lock = recording, threading.Lock()
-        #: [time, x, y, yaw] of the robot, the yaw continuous; [time, linear, angular] of the node.
-        self._truth, self._commands = [], []
+        #: The robot's true poses: [time, x, y, yaw], the yaw continuous over whole turns.
+        self._truth = []
+        #: The node's commands: [time, linear, angular].
+        self._commands = []
+        #: kind of message -> the number of messages so far
         self._number = {}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
         rospy.Subscriber(CMD_VEL, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # AnyMsg is not unpacked; ros_gamepad.py reads Bool, and a process has one class a topic
+        # rospy does not unpack an AnyMsg. In a process all subscribers of a topic have one class,
+        # and ros_gamepad.py reads Bool
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),
@@ -180,7 +192,7 @@ class Recorder:
     def _read_truth(self, path):
         os.mkfifo(path, 0o600)
         with open(path, 'rb') as pipe:
-            os.remove(path)     # the robot has opened it: nobody else can
+            os.remove(path)     # the robot has opened the pipe, and nobody else may open it
             for line in pipe:
                 at, (x, y, yaw) = self.now, map(float, line.split())
                 with self._lock:
@@ -190,7 +202,7 @@ class Recorder:
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
     def _is_within(self, what, most):
-        """Count one of `what`. Is the number at most `most`?"""
+        """Count a message of the kind `what`. Returns True while the number is at most `most`."""
         self._number[what] = self._number.get(what, 0) + 1
         return self._number[what] <= most
 
@@ -198,7 +210,7 @@ class Recorder:
         at = self.now
         entry = [at, message.linear.x, message.angular.z]
         if connection_of(message)['process'] == rospy.get_node_uri():
-            return      # the marker's own
+            return      # a command of the marker
         if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
             if self._is_within(NOT_FINITE, MOST_NOT_FINITE):
                 self.recording.event('odd', text='{:g} m/s and {:g} rad/s'.format(*entry[1:]))
@@ -220,14 +232,14 @@ class Recorder:
             self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
 
     def _on_log(self, line):
-        if line.name not in (rospy.get_name(), '/' + ROBOT) and self._is_within(
+        if line.name not in (rospy.get_name(), '/' + ROBOT_NODE) and self._is_within(
                 'log lines', MOST_LINES):
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
                 name=line.name[:LINE_LENGTH], msg=line.msg[:LINE_LENGTH]), self.now)
 
     def finish(self):
-        """Record how many messages were not recorded."""
+        """Record the number of the messages that were not recorded."""
         for what, most in (('commands', MOST_COMMANDS), (NOT_FINITE, MOST_NOT_FINITE)):
             if self._number.get(what, 0) > most:
                 self.recording.event('left out', what=f'{what} after the first {most}',
@@ -240,27 +252,27 @@ class Recorder:
 
     @property
     def pose(self):
-        """The robot's true pose, a Pose2 with continuous yaw."""
+        """The robot's true pose, a Pose2. The yaw is continuous over whole turns."""
         with self._lock:
             return Pose2(*self._truth[-1][1:])
 
     @property
     def heading_deg(self):
-        """The robot's true heading, continuous [deg]."""
+        """The robot's true heading, continuous over whole turns [deg]."""
         return math.degrees(self.pose.yaw)
 
     def commands_since(self, begin):
-        """The node's commands since `begin`: [time, linear, angular]."""
+        """Returns the node's commands since `begin` [s], each [time, linear, angular]."""
         with self._lock:
             return self._commands[bisect_left(self._commands, [begin]):]
 
     def moves(self, begin):
-        """Has the node commanded a movement since `begin`?"""
+        """Has the node commanded a movement since `begin` [s]?"""
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def rests(self, without_command=0.0):
-        """Has the robot rested for REST_TIME, without a command to move for `without_command` [s]?
-        """
+        """Has the robot rested for REST_TIME, and has the node sent no command to move for
+        `without_command` [s]?"""
         if without_command and self.moves(self.now - without_command):
             return False
         with self._lock:

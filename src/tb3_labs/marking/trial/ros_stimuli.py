@@ -1,4 +1,4 @@
-"""The marker's hands: it moves the robot of a trial, and plays a mouse or a gamepad."""
+"""The marker's means to act on a node: the robot, and a device that repeats its messages."""
 import math
 import threading
 import time
@@ -6,13 +6,13 @@ from contextlib import suppress
 
 import rospy
 from dynamic_reconfigure.encoding import decode_config, encode_config
-from dynamic_reconfigure.msg import Config as Values
+from dynamic_reconfigure.msg import Config as ConfigMessage
 from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import Twist
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.handout import CMD_VEL
-from tb3_labs.marking.trial.ros_recording import ROBOT
+from tb3_labs.marking.trial.ros_recording import ROBOT_NODE
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
 from tb3_labs.ros.node import guarded
@@ -20,29 +20,30 @@ from tb3_labs.ros.node import guarded
 #: The settings of the robot that make a sensor silent.
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot rests within this time after its last command [s].
-RESTS = 2.0
-#: A movement has lasted for this time before a stimulus interrupts it [s].
-WELL_UNDER_WAY = 0.5
-#: A node's output and messages arrive within this time [s].
-UNDER_WAY = 0.3
+STOP_REST_TIME = 2.0
+#: A movement lasts for this time before a stimulus interrupts the movement [s].
+INTERRUPTION_TIME = 0.5
+#: The output and the messages of a node arrive within this time [s].
+DELIVERY_TIME = 0.3
 
 
 class Robot:
     """Drives the simulated robot, and changes its settings.
 
-    Each movement is recorded as the marker's. A setting that another program changes is recorded,
-    and set back.
+    Each movement is recorded as the marker's own. If another program changes a setting, the change
+    is recorded and undone.
     """
 
     def __init__(self, recorder):
         self._recorder, self._settings = recorder, {}
         self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
-        self._service = rospy.ServiceProxy(f'/{ROBOT}/set_parameters', Reconfigure)
-        rospy.Subscriber(f'/{ROBOT}/parameter_updates', Values, guarded(self._on_settings))
+        self._service = rospy.ServiceProxy(f'/{ROBOT_NODE}/set_parameters', Reconfigure)
+        rospy.Subscriber(f'/{ROBOT_NODE}/parameter_updates', ConfigMessage,
+                         guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Send the speeds ``command()``, (linear, angular), until ``command()`` is None, and for
-        `seconds` [s] at most. Then send zero, also after an exception."""
+        """Send the speeds (linear, angular) that ``command()`` returns, until it returns None, and
+        for `seconds` [s] at most. Then send zero, also after an exception."""
         begin = time.monotonic()
         try:
             for speeds in iter(command, None):
@@ -56,20 +57,20 @@ class Robot:
 
     def face(self, heading_deg):
         """Turn the robot the short way to a heading [deg], in at most 8 s. Returns False if the
-        robot does not rest then."""
+        robot does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
             speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s], by the error in [rad]
             return (0.0, math.copysign(speed, error)) if abs(error) > 0.01 else None
         self._move(command, 8.0)
-        return wait_until(self._recorder.rests, RESTS)
+        return wait_until(self._recorder.rests, STOP_REST_TIME)
 
     def leave_origin(self):
-        """Drive the robot away from the odometry's origin, where wrong frames may look right."""
+        """Drive the robot away from the odometry's origin. There a wrong frame may look right."""
         self._move(lambda: (0.2, 0.0), 2.5)     # 0.2 m/s for 2.5 s
 
     def change(self, **settings):
-        """Change these settings of the robot."""
+        """Change settings of the robot."""
         if self._settings:
             self._settings.update(settings)
         self._service(encode_config(settings))
@@ -81,20 +82,20 @@ class Robot:
         for finding in findings:
             self._recorder.recording.event('finding', text=finding)
         if findings:
-            with suppress(rospy.ServiceException):      # the robot has ended, which is recorded
+            with suppress(rospy.ServiceException):      # the robot has ended
                 self._service(encode_config(self._settings))
 
 
 def changed(before, now):
-    """Returns sentences on the settings of the robot that changed."""
+    """Returns a sentence on each setting of the robot that changed."""
     return ['A setting of the robot was changed: {} from {} to {}.'.format(
         name, before.get(name, 'none'), now.get(name, 'none'))
         for name in sorted(set(before) | set(now)) if before.get(name) != now.get(name)]
 
 
 class Repeater:
-    """Repeats a message on a topic, as the driver of a mouse or a gamepad does, until the end of a
-    ``with`` block."""
+    """Repeats a message on a topic until the end of a ``with`` block, as the driver of a mouse or a
+    gamepad does."""
 
     def __init__(self, topic, kind):
         self._message, self._closed = None, False
@@ -108,21 +109,22 @@ class Repeater:
         self._message, self._closed = None, True
 
     def hold(self, message):
-        """Send this message from now on, or with None no message, as an unplugged device."""
+        """Send the message now and repeatedly. None stands for an unplugged device, which sends no
+        message."""
         self._message = message
         self._send_held()
 
     def wait_for_subscriber(self):
         """Wait until a node is connected, and has got the held message for 0.45 s.
 
-        A node may ignore a new pad until it has been at rest for a moment, this package's gamepad
-        for 0.3 s.
+        A node may ignore a new gamepad until the gamepad has been at rest for a moment. This
+        package's gamepad node waits for 0.3 s.
         """
         wait_until(self._publisher.get_num_connections, 1.0)
         time.sleep(0.45)
 
     def send(self, message):
-        """Publish a message. A subclass may stamp the message before."""
+        """Publish a message. A subclass may stamp the message first."""
         self._publisher.publish(message)
 
     def _send_held(self):

@@ -1,7 +1,7 @@
 """A student's node: its process, and its topics and services on the ROS graph.
 
-Each run of the process is recorded: its start, output, topics and end. The node may do anything:
-each wait here has a limit.
+The start, the output, the topics and the end of each process are recorded. A node may do anything.
+Therefore each wait in this module has a limit.
 """
 import os
 import signal
@@ -18,33 +18,35 @@ from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
 from tb3_labs.marking.labs.criteria import START_TIME
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
-from tb3_labs.marking.trial.ros_recording import ROBOT, VARIABLES, NodeOutput
+from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES, NodeOutput
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.node_start import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 
-#: The roles of a node at a topic or a service, as indices of the master's system state.
+#: The roles of a node at a topic or a service. They are indices of the master's system state.
 PUBLISHES, LISTENS, OFFERS = 0, 1, 2
-#: Topics that say nothing about a node.
+#: Topics that every node may have.
 IGNORED_TOPICS = {'/rosout', '/clock', '/' + VARIABLES}
-#: If signal N ended the program of a sandbox, the exit status of the sandbox is this plus N.
+#: If signal N ended the program in a sandbox, the exit status of the sandbox is BY_SIGNAL + N.
 BY_SIGNAL = 128
 
 
 class StudentNode:
-    """Runs one process of a node at a time, and records its runs."""
+    """Starts and ends the processes of a node, one at a time, and records each process."""
 
     def __init__(self, node, sensors, recording):
-        """`node` is package/file. `sensors` are the topics that it needs; a node that subscribes to
-        the first one is ready. `recording` is the Recording of the trial."""
+        """`node` is package/file. `sensors` are the topics that the node needs. A node is ready if
+        it subscribes to the first of these topics. `recording` is the Recording of the trial."""
         self._sensors, self._recording, self._needed = sensors, recording, []
         self._prepared = NodeStart.from_environment()
         self._command = [self._prepared.program] if self._prepared.program else [
             'rosrun', *node.split('/', 1)]
         self._process = self._watch = self._output = None
-        #: Was any run ready? None before the first run.
-        self._was_ready, self._interrupted = None, False
+        #: Was any process ready? None before the first process.
+        self._was_ready = None
+        #: Did the present process get Ctrl+C?
+        self._interrupted = False
         self.graph = Graph(Types(self._prepared.types))
 
     @property
@@ -54,14 +56,15 @@ class StudentNode:
 
     @property
     def status(self):
-        """The exit status of the process; None while it runs, -N if signal N ended it."""
+        """The exit status of the process; None while the process runs; -N if signal N ended the
+        process."""
         status = self._process.status
         isolated = self._prepared.isolated and status is not None and status > BY_SIGNAL
         return BY_SIGNAL - status if isolated else status
 
     def start(self, *arguments, listens=()):
-        """Start the node, after the end of its last run. ``NotTried`` if the node is not ready in
-        time, or was not ready in its first run.
+        """End the last process of the node, and start a new process. ``NotTried`` if the new
+        process is not ready in time, or if the first process was not.
         """
         needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
         self.stop()
@@ -88,7 +91,8 @@ class StudentNode:
     def _is_ready_in_time(self, needed, known):
         new, since = {}, time.monotonic()
 
-        def is_ready():     # it subscribes to its topic, and has registered nothing new for 0.5 s
+        def is_ready():
+            """Has the node subscribed to its topic, and registered nothing new for 0.5 s?"""
             nonlocal new, since
             present = {name: registered for name, registered in self.graph.nodes().items()
                        if name not in known}
@@ -96,7 +100,7 @@ class StudentNode:
                 new, since = present, time.monotonic()
             return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
                 time.monotonic() - since >= 0.5)
-        # a busy computer is slower: the factor is the load of each processor
+        # a busy computer is slower by the load of each processor
         factor = min(4.0, max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
         ready = wait_until(lambda: not self.alive or is_ready(), START_TIME * factor, 0.1)
         self.graph.names = set(new)
@@ -105,7 +109,7 @@ class StudentNode:
         return ready and self.alive
 
     def stop(self):
-        """End the node, by SIGKILL if needed."""
+        """End the node by Ctrl+C, and 2 s later by SIGKILL."""
         if self._process is None:
             return
         self.interrupt(2.0)
@@ -121,19 +125,19 @@ class StudentNode:
 
     def interrupt(self, seconds):
         """Send Ctrl+C. Returns True as soon as the node has ended, False after `seconds` [s]."""
-        self.note()
+        self.record_state()
         self._interrupted = True
         self._process.send(signal.SIGINT)
         return wait_until(lambda: not self.alive, seconds)
 
     def type(self, line):
-        """Type a line, and Enter."""
+        """Type a line and Enter."""
         with suppress(OSError):     # the node has ended
             self._process.type(line)
 
     @property
     def printed(self):
-        """The output since the last `flush`, such as since the begin of a stimulus."""
+        """The output since the last `flush`. Each stimulus begins with a `flush`."""
         return self._output.last
 
     def flush(self):
@@ -141,8 +145,9 @@ class StudentNode:
         if self._output is not None:
             self._output.flush()
 
-    def note(self):
-        """Record the output so far, and the node's topics, or its end."""
+    def record_state(self):
+        """Record the output so far. Then record the node's topics, or the end of a node that ended
+        by itself."""
         if self._process is None:
             return
         self._output.flush()
@@ -162,11 +167,11 @@ class Graph:
         """`types` are the Types of the node's messages and services."""
         self.types = types
         self._master = rosgraph.Master(rospy.get_name())
-        #: The names of the student's node, whose process may have several nodes.
+        #: The names of the student's node. A process may have several nodes.
         self.names = set()
 
     def nodes(self):
-        """Returns {name: {(role, topic or service)}} of all nodes except the marker; {} if the
+        """Returns {name: {(role, topic or service)}} for all nodes apart from the marker; {} if the
         master does not answer."""
         nodes = {}
         with suppress(OSError, rosgraph.MasterException):
@@ -178,16 +183,17 @@ class Graph:
         return nodes
 
     def of_node(self, role):
-        """Returns the topics or services at which the student's node has this role.
+        """Returns the topics or services at which the student's node has the `role`.
 
-        Raises an error if the master does not answer, so that the node loses no points.
+        Raises an error if the master does not answer. The error ends the trial, so that the node
+        loses no points.
         """
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
 
     def unheard(self, needed):
-        """Returns the topics without a publisher to which the student's node subscribes, if it
-        lacks a topic that it needs; else []."""
+        """Returns the topics without a publisher to which the student's node subscribes; [] if the
+        node subscribes to all topics in `needed`."""
         listens = self.of_node(LISTENS)
         published = {topic for registered in self.nodes().values()
                      for role, topic in registered if role == PUBLISHES}
@@ -195,19 +201,19 @@ class Graph:
         return [] if listens.issuperset(needed) else sorted(listens - published - offered)
 
     def topics(self):
-        """Returns the subscribed topics of the student's node, and {topic: type} of its published
-        topics, without IGNORED_TOPICS."""
+        """Returns the subscribed topics of the student's node, and {topic: type} for the published
+        topics. IGNORED_TOPICS are left out."""
         kinds = dict(self._master.getTopicTypes())
         listens, publishes = (sorted(self.of_node(role) - IGNORED_TOPICS)
                               for role in (LISTENS, PUBLISHES))
         return listens, {topic: kinds.get(topic, '') for topic in publishes}
 
     def unconnected(self, needed):
-        """Returns the topics of `needed` to which the student's node subscribes without a
-        connection to the robot: the types differ."""
+        """Returns the topics in `needed` to which the student's node subscribes without a
+        connection to the robot, which means that the types differ."""
         connected = set()
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
-            robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT))
+            robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
             connected = {(name, topic) for _, name, _, _, topic, *_ in robot.getBusInfo(
                 rospy.get_name())[2]}
         listens = self.of_node(LISTENS)
@@ -215,12 +221,12 @@ class Graph:
             (name, topic) in connected for name in self.names)]
 
     def kind_of(self, topic):
-        """Returns the message class of a topic; None if it is not known."""
+        """Returns the message class of a topic; None if the class is not known."""
         kind = dict(self._master.getTopicTypes()).get(rospy.resolve_name(topic))
         return self.types.message(kind) if kind else None
 
     def service(self, name):
-        """Returns the class of an offered service; None if its type is not known."""
+        """Returns the class of an offered service; None if the type is not known."""
         try:
             kind = rosservice.get_service_type(name)
         except (rosservice.ROSServiceException, OSError):
@@ -228,7 +234,7 @@ class Graph:
         return self.types.service(kind) if kind else None
 
     def forget(self):
-        """Unregister the node at the master; a killed node does not do it itself."""
+        """Unregister the node at the master, since a killed node does not unregister itself."""
         left = [name for name in self.names if name in self.nodes()]
         if left:
             rosnode.cleanup_master_blacklist(self._master, left)

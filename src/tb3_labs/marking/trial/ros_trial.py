@@ -1,7 +1,7 @@
 """The trial of a node: one robot, one node, and the recording of both.
 
-Each part of a lab has a script, which acts on the `node` and the `robot` of a Trial within a
-:meth:`Trial.stimulus`, and waits for what the `recorder` gets.
+Each part of a lab has a script. Within a :meth:`Trial.stimulus` a script acts on the `node` or the
+`robot` of the Trial, and waits until the `recorder` shows the effect.
 """
 import os
 import time
@@ -15,18 +15,19 @@ import rospy
 
 from tb3_labs.marking.intake.node_start import OWN_PACKAGE, NodeStart
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
-from tb3_labs.marking.labs.criteria import AT_ONCE, ENDING, LOST_AFTER, SIGNAL, TOOK
+from tb3_labs.marking.labs.criteria import (
+    EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)
 from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.observation import (
     CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.text import lint
 from tb3_labs.marking.text.source_analysis import text_of
 from tb3_labs.marking.trial.ros_recording import Recorder, Recording
-from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, WELL_UNDER_WAY, Robot
+from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, INTERRUPTION_TIME, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 
-#: A node's file lies at most this deep in its package.
+#: A node's file lies in at most DEPTH - 1 folders below the folder of its package.
 DEPTH = 4
 #: lab -> part -> script, a function of a Trial
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
@@ -37,8 +38,8 @@ class Trial:
     """One robot, one node, and the recording of both."""
 
     def __init__(self, lab, package, executable, path, option, print_line):
-        """`path` is that of the bag, `option` the value of the lab's option. ``print_line(words)``
-        is called with the present step."""
+        """`path` is the path of the bag, `option` the value of the lab's option.
+        ``print_line(words)`` is called with the present step."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
@@ -49,26 +50,27 @@ class Trial:
 
     @contextmanager
     def stimulus(self, name, facts=None):
-        """Record a ``with`` block as the stimulus `name`, with these `facts` and the facts that the
-        block adds."""
+        """Record a ``with`` block as the stimulus `name`. The recorded facts are `facts`, and the
+        facts that the block adds."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
         record = SimpleNamespace(begin=self.recording.event('begin', name=name),
                                  facts=dict(facts or {}))
         yield record
-        self.node.note()
+        self.node.record_state()
         self.recording.event('end', facts=record.facts, died=not self.node.alive)
 
     def watch(self, name, seconds, act=lambda: None, facts=None):
-        """Record `act()` and the `seconds` [s] after it as the stimulus `name`, with `facts`."""
+        """Call `act()`. Record the call, and the `seconds` [s] after it, as the stimulus `name`."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
 
     @lru_cache(maxsize=None)
-    def text(self, *packages):
-        """Returns what source_analysis finds in the text of the submission, or of these packages.
-        A mouse client in the node's own package is preferred."""
+    def findings_in_text(self, *packages):
+        """Returns the findings of source_analysis.text_of in the submission. Without a submission
+        the node's package and `packages` are read. A mouse client in the node's own package is
+        preferred."""
         known = rospkg.RosPack()
         own, *others = [
             [known.get_path(name)] if name != OWN_PACKAGE and name in known.list() else []
@@ -77,9 +79,9 @@ class Trial:
         found = text_of([copy] if copy else sum(others, own))
         return dict(found, up=text_of(own)['up'] or found['up'])
 
-    def read(self):
-        """Record what lint finds in the node's file, unless the package has two files of this
-        name."""
+    def record_faults(self):
+        """Record the faults and the assigned variables that lint finds in the node's file, unless
+        the package has several files of this name."""
         package, name = self._name.split('/')
         text = NodeStart.from_environment().text
         files = {Path(text)} if text else {
@@ -91,29 +93,30 @@ class Trial:
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
-        """End the part by ``NotOffered``, since the node lacks a topic or service for the stimuli
-        `names`."""
+        """Record that the node cannot get the stimuli `names`. Raises ``NotOffered`` with the
+        reason, a clause, which ends the part."""
         self.recording.event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
     def remark(self, sentences):
-        """Record these sentences for the student."""
+        """Record sentences for the student."""
         for sentence in sentences:
             self.recording.event('remark', text=sentence)
 
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
-        """Call `act()`. Returns whether the node commands a movement within `seconds` [s]."""
+        """Call `act()`. Returns True as soon as the node commands a movement, False after `seconds`
+        [s]."""
         begun = self.recorder.now
         act()
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
 
     def motion(self, name, act, reaction, quiet, seconds, facts=(), is_astray=lambda: False):
-        """Record a motion as the stimulus `name`: `act()` should make the node move the robot
-        within `reaction` [s]. The motion ends when the robot rests without a command to move for
-        `quiet` [s], when `is_astray()`, and after `seconds` [s] at the latest."""
+        """Call `act()`, and record the motion that follows within `reaction` [s] as the stimulus
+        `name`. The stimulus ends when the robot rests without a command to move for `quiet` [s],
+        when `is_astray()` is True, or after `seconds` [s]."""
         with self.stimulus(name, facts) as record:
             record.facts[MOVED] = self.moves_after(act, reaction)
             if record.facts[MOVED]:
@@ -125,32 +128,31 @@ class Trial:
         """Make the node move the robot. Returns True in the middle of the motion, False if the node
         does not move the robot.
 
-        The node is started unless `is_ready()`. `act()` should make the node move the robot within
-        `reaction` [s].
+        The node is started unless `is_ready()` is True. After `act()` the node should move the
+        robot within `reaction` [s].
         """
         for _ in range(2):
             if not is_ready():
                 self.node.start()
             if self.moves_after(act, reaction):
-                time.sleep(WELL_UNDER_WAY)
+                time.sleep(INTERRUPTION_TIME)
                 return self.node.alive
-            self.node.stop()        # an earlier stimulus may have upset it
+            self.node.stop()        # an earlier stimulus may have upset the node
         self.node.start()
         return False
 
     def falls_silent(self, name, was_moving, silence):
-        """Record the stimulus `name`, in which `silence()` ends the messages of a device."""
-        self.watch(name, LOST_AFTER + 0.5, silence, {WAS_MOVING: was_moving})
+        """Call `silence()`, which ends the messages of a device, as the stimulus `name`."""
+        self.watch(name, LOST_STOP_TIME + 0.5, silence, {WAS_MOVING: was_moving})
 
     def sensor_falls_silent(self, name, was_moving, switch):
-        """Record the stimulus `name`, in which the robot's setting `switch` makes a sensor silent.
-        """
+        """Make a sensor silent by the robot's setting `switch`, as the stimulus `name`."""
         self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
         self.robot.change(**{switch: False})
 
     def set_slip(self, share):
-        """Let the wheels lose this share of their travel. Before a change the node is ended, since
-        it may take the change for a fault of a sensor."""
+        """Let a share of the wheels' travel slip. Before a change the node is ended. A running node
+        may take the change for a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change(slip=share)
@@ -160,31 +162,31 @@ class Trial:
         """Send Ctrl+C while the node moves the robot, up to three times, until the node sends a
         zero velocity.
 
-        `set_in_motion()` returns what :meth:`set_in_motion` returns.
+        `set_in_motion()` makes the node move the robot, and returns True if this succeeded.
         """
         for name in CTRL_C:
             moving, begin = set_in_motion(), self.recorder.now
             self.ctrl_c(name, moving)
-            if any(not (linear or angular) and at <= begin + AT_ONCE
+            if any(not (linear or angular) and at <= begin + STOP_TIME
                    for at, linear, angular in self.recorder.commands_since(begin)):
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
-        """Record Ctrl+C as the stimulus `name`, and end the node in any case."""
+        """Send Ctrl+C as the stimulus `name`, and end a node that still runs."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
-            ended = self.node.interrupt(ENDING)
+            ended = self.node.interrupt(EXIT_TIME)
             if not (ended or was_moving):   # in Python 3.13 input() first waits for Enter
                 self.node.type('')
-                ended = wait_until(lambda: not self.node.alive, AT_ONCE)
-            record.facts[TOOK] = self.recorder.now - record.begin if ended else None
-            record.facts[SIGNAL] = max(0, -self.node.status) if ended else 0
-            time.sleep(UNDER_WAY)
+                ended = wait_until(lambda: not self.node.alive, STOP_TIME)
+            record.facts[EXIT_SECONDS] = self.recorder.now - record.begin if ended else None
+            record.facts[EXIT_SIGNAL] = max(0, -self.node.status) if ended else 0
+            time.sleep(DELIVERY_TIME)
         self.node.stop()
 
 
 def end_with_the_marker(recording):
-    """End this process at once when ROS shuts it down: it would get no message any more, and record
-    a wrong behaviour of the node."""
+    """End this process at once when ROS shuts it down. After a shutdown the process gets no message
+    any more, so that it would record a wrong behaviour of the node."""
     def on_shutdown():
         if not recording.is_closed:
             recording.event('finding', text='The marker was ended while the node ran.')
@@ -194,21 +196,20 @@ def end_with_the_marker(recording):
 
 
 def record_trial(lab, package, executable, parts, path, option, print_line):
-    """Try a node in `parts` of a lab, [] for all parts, and write the bag of the trial.
-
-    Trial has the other arguments.
+    """Try a node in `parts` of a lab, and write the bag of the trial. [] means all parts. For the
+    other arguments see Trial.
     """
     trial = Trial(lab, package, executable, path, option, print_line)
     end_with_the_marker(trial.recording)
     try:
-        trial.read()
+        trial.record_faults()
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 trial.part = name
                 trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
-                with suppress(NotOffered, NotTried):    # the rest of the part cannot be tried
+                with suppress(NotOffered, NotTried):    # they end the part
                     act(trial)
     except Exception as problem:
         # a stimulus that was not tried must not look like a failure of the node

@@ -1,6 +1,6 @@
-"""Classes for a student's messages and services, which run none of the student's code.
+"""Classes for a student's messages and services that run none of the student's code.
 
-An import of a student's modules, also of generated ones, would run the student's code in the
+An import of a student's modules, even of generated modules, would run the student's code in the
 marker. Therefore a sandbox makes an example of each type, as bytes (see message_examples.py). This
 module replaces a few fields of an example, and reads no field.
 """
@@ -14,22 +14,22 @@ import genpy
 from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.names import is_name
 
-#: The packages of the services that the handout, the skeletons and the sheets call. A student's
-#: service with the same checksum is the same service.
+#: The packages of the services that handout, skeletons and sheets call. A student's service with
+#: the checksum of such a service is the same service.
 KNOWN_SERVICES = 'tb3_labs', 'std_srvs'
 
 
 class Types:
-    """The types that this process can import, and the types of which a sandbox made examples."""
+    """The types that this process can import, and the types for which a sandbox made examples."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described` is the answer of workspace.build; None if the student defined no types."""
+        """`described` is the result of workspace.build; None if the student defined no types."""
         described = described or {'msg': {}, 'srv': {}}
         self._messages, self._services = described['msg'], described['srv']
 
     def message(self, kind: str) -> Any:
-        """Returns a class of Examples for a message type, such as 'lab2/MouseController'; None if
-        the type is unknown."""
+        """Returns a class of Examples for a message type, for example for 'lab2/MouseController';
+        None if the type is unknown."""
         known = _imported(kind, 'msg')
         example = example_of(known) if known else self._messages.get(kind)
         return example and _example(kind, example['sum'], example['data'], example['fields'])
@@ -40,7 +40,7 @@ class Types:
         return _imported(kind, 'srv') or example and self.by_sum().get(example['sum'])
 
     def by_sum(self) -> Dict[str, Any]:
-        """Returns {checksum: class} of all known services."""
+        """Returns {checksum: class} for all known services."""
         found = {example['sum']: SimpleNamespace(
             _type=kind, _md5sum=example['sum'],
             _request_class=_example(kind, example['sum'], example['request']),
@@ -53,7 +53,7 @@ class Types:
 
 
 class Example(genpy.Message):
-    """A message as bytes, at first those of the example of its type."""
+    """A message as bytes. A new Example has the bytes of the example of its type."""
 
     fields: List[List[Any]] = []    # name, type and place of each field
 
@@ -61,7 +61,8 @@ class Example(genpy.Message):
         self._data = bytearray(self._example)
 
     def put(self, name: str, *value: Any) -> None:
-        """Replace the value of a field, or the stamp of a header. Its type is in FIELD_FORMATS."""
+        """Replace the value of a field, or the stamp of a header. The type of the field must be in
+        FIELD_FORMATS."""
         of, place = {field: rest for field, *rest in self.fields}[name]
         struct.pack_into(FIELD_FORMATS[of], self._data, place, *value)
 
@@ -70,7 +71,7 @@ class Example(genpy.Message):
         buff.write(self._data)
 
     def deserialize(self, data: bytes) -> 'Example':
-        """Return the message as it is; genpy calls this."""
+        """Return the unchanged message. genpy calls this method."""
         return self
 
 
