@@ -1,1 +1,1 @@
-"""What is a student's node worth? Criteria and points of each lab, judged by what was observed."""
+"""How many points is a student's node worth? Trials of a node, and the criteria of each lab."""

@@ -38,7 +38,7 @@ class MarkedClass:
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
         """If `retry`, unchanged submissions are tried again, too."""
         self._runner, self._folder, self._retry = runner, runner.folder, retry
-        #: Is a submission without points?
+        #: Has a submission no known points?
         self._failed = False
         #: The number of the submissions whose trials were kept.
         self._unchanged = 0

@@ -168,7 +168,7 @@ def symbol(verdict: Verdict) -> Markup:
     """Returns the outcome of a verdict as a coloured sign, HTML."""
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
-        outcome = Outcome.NOT_OFFERED       # the handout does not ask for it, so it is not wrong
+        outcome = Outcome.NOT_OFFERED       # beyond the handout nothing is wrong
     return Markup(f'<span class="verdict" style="background: {COLOURS[outcome]}" '
                   f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
 

@@ -1,1 +1,1 @@
-"""The labs: what is done to a node (ros_LAB.py), and what is asked of it (LAB.py)."""
+"""What must a node of a lab do? Criteria and stimuli (LAB.py), scripts of trials (ros_LAB.py)."""

@@ -138,8 +138,7 @@ START_TIME = 15.0
 EXIT_TIME = 5.0
 #: If a criterion asks for a stop "at once", the zero velocity must come within this time [s].
 STOP_TIME = 0.5
-#: After the last message of a sensor or an input device a node must stop the robot within this
-#: time [s].
+#: A node must stop the robot within this time after the last message of a sensor or a device [s].
 LOST_STOP_TIME = 1.0
 #: Returns the words for a limit [s].
 within = 'within {:g} s'.format

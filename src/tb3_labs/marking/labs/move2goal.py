@@ -36,7 +36,7 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts of a reset.
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' if the reset succeeded
 WRONG_NAME = 'name'             # the name of the service, if this is not SET_POSE; else ''
-DROVE_STRAIGHT = 'straight'     # did the node drive forward, turned to its goal by the marker?
+DROVE_STRAIGHT = 'straight'     # did the node drive forward? The marker had turned it to its goal
 
 #: The marker observes the node for this time before the node has control, and at the goal [s].
 OBSERVATION_TIME = 1.5

@@ -70,7 +70,7 @@ class ResetCaller:
         usual = [name for wanted in RESET_NAMES for name in likely if bases[name] == wanted]
         #: The name of the reset service; '' if the node offers no reset service.
         self.found = (usual + likely + [''])[0]
-        #: The name of the reset service, if it is not SET_POSE; else ''.
+        #: The name of the reset service, if this name is not SET_POSE; else ''.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE) in bases else self.found
         self._kind = graph.service(self.found) if self.found else None
         #: Does a request of the service have fields for a pose?

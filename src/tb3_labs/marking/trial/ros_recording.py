@@ -113,7 +113,7 @@ class Recording:
                                     raw=isinstance(message, tuple))
                     self.is_full = os.path.getsize(self._path) > FULL_SIZE
             self._bag.close()
-        except OSError as problem:      # such as a full disk
+        except OSError as problem:      # for example a full disk
             self.problem = problem
             os.remove(self._path)
 

@@ -42,8 +42,8 @@ class Robot:
                          guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Send the speeds (linear, angular) that ``command()`` returns, until it returns None, and
-        for `seconds` [s] at most. Then send zero, also after an exception."""
+        """Send the speeds (linear, angular) that ``command()`` returns. End after `seconds` [s], or
+        when ``command()`` returns None. At the end send zero, also after an exception."""
         begin = time.monotonic()
         try:
             for speeds in iter(command, None):

@@ -61,7 +61,7 @@ class Trial:
         self.recording.event('end', facts=record.facts, died=not self.node.alive)
 
     def watch(self, name, seconds, act=lambda: None, facts=None):
-        """Call `act()`. Record the call, and the `seconds` [s] after it, as the stimulus `name`."""
+        """Call `act()`. The call, and the `seconds` [s] after the call, are the stimulus `name`."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
@@ -107,7 +107,7 @@ class Trial:
 
     def moves_after(self, act, seconds):
         """Call `act()`. Returns True as soon as the node commands a movement, False after `seconds`
-        [s]."""
+        [s] or at the end of the node."""
         begun = self.recorder.now
         act()
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
