@@ -57,6 +57,13 @@ def test_it_has_few_arguments_without_expressions_and_knows_them(path):
 
 
 @every_file
+def test_an_include_is_given_no_path_by_dirname(path):
+    """Debian 11's roslaunch takes the folder of the included file for it."""
+    given = [arg.get('value') for include in ET.parse(str(path)).iter('include') for arg in include]
+    assert [value for value in given if 'dirname' in value] == []
+
+
+@every_file
 def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
     required = [name for name, (_, default) in get_args([str(path)]).items() if not default]
     assert set(required) - {'user'} == ({'robot'} if path.stem == 'robot' else set())

@@ -13,6 +13,7 @@ import yaml
 
 pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 
+from sandboxes import skip_if_closed
 from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
@@ -118,12 +119,16 @@ def test_results_are_there_whatever_happens(tmp_path, rosrun, score):
         assert words[-2:] == ['--lab', 'turn'] and '--container' in words
 
 
+def open_pytests_folders(tmp_path):
+    for folder in [tmp_path, *tmp_path.parents][:3]:
+        folder.chmod(0o711)
+    skip_if_closed(tmp_path)
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason='root alone can become another user')
 def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
     """It has its own folder, and nothing beside it."""
-    tmp_path.chmod(0o711)
-    for above in list(tmp_path.parents)[:2]:        # pytest's own folders
-        above.chmod(0o711)
+    open_pytests_folders(tmp_path)
     (tmp_path / 'ws').mkdir()
     (tmp_path / 'marks').write_text('7')
     (tmp_path / 'marks').chmod(0o600)
@@ -140,8 +145,7 @@ def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='root alone can become another user')
 def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tmp_path, monkeypatch):
-    for above in [tmp_path, *tmp_path.parents][:3]:
-        above.chmod(0o711)
+    open_pytests_folders(tmp_path)
     (tmp_path / 'lib').mkdir()
     first, *others = [path for path in os.environ['PYTHONPATH'].split(':') if os.path.isdir(path + '/tb3_labs')]
     (tmp_path / 'lib' / 'tb3_labs').symlink_to(first + '/tb3_labs')
