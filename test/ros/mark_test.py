@@ -141,6 +141,7 @@ class MarkTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
+        os.chmod(cls.folder.name, 0o711)    # without sandboxes root's programs are another user
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
         cls.sourced = cls.workspace(Path(cls.folder.name) / 'devel')
