@@ -225,14 +225,6 @@ class PanelTest(PanelCase):
         self.page.close()
         self.assert_stopped(since)
 
-    def test_a_stop_ends_a_turn_and_is_shown_as_done_when_the_robot_stands(self):
-        start = self.rest()
-        self.page.ask('turn', degrees=180)
-        self.assert_turns(start, 1)
-        since = rospy.get_time()
-        self.assertEqual(self.page.ask('stop'), (True, 'control taken, the robot stands'))
-        self.assert_stopped(since, within=0.1)
-
     def test_a_stop_of_any_page_ends_everything_and_nothing_comes_back(self):
         other = self.open()
         for drive in (self.drive_to_goal, self.drive_by_stick):
