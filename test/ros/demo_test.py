@@ -51,7 +51,7 @@ class DemoTest(unittest.TestCase):
 
     def test_both_drives_are_good_and_the_report_says_the_same(self):
         with tempfile.TemporaryDirectory(prefix='demo_test_') as folder:
-            run, uri = demo('use_sim_time:=true', 'record:=true',
+            run, uri = demo('use_sim_time:=true', 'record:=true', 'robot_set:={imu_rate: 60}',
                             prefix=['sh', '-c', 'cd {} && exec "$0" "$@"'.format(folder)])
             self.addCleanup(run.kill)
             self.assertEqual(run.wait(300.0), 0, run.text)

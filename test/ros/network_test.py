@@ -46,7 +46,7 @@ class Scenes(DriveCase):
         rospy.init_node('watcher', disable_signals=True)
         super().setUpClass()
         self.observer.watch('imu', Imu)
-        self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100',
+        self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=50',
                                 **on_robot)
         self.node = self.start('move2goal_tf.py')
 
