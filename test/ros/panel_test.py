@@ -9,10 +9,8 @@ import resource
 import select
 import signal
 import socket
-import xmlrpc.client
 
 import rosgraph
-import rosnode
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
@@ -26,7 +24,7 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
 
-from costs import free_port
+from costs import free_port, process_of
 from node_case import SILENCE, STARTING, ZERO, NodeProgram
 from panel_case import LOSS, PanelCase
 from panel_page import PanelPage, address_of
@@ -238,8 +236,7 @@ class PanelTest(PanelCase):
 
     def test_a_stop_that_move_to_goal_cannot_hear_is_not_shown_as_done(self):
         self.drive_to_goal()
-        mover = rosnode.get_api_uri(rosgraph.Master('/panel_test'), '/move_to_goal')
-        number = xmlrpc.client.ServerProxy(mover).getPid('/panel_test')[2]
+        number = process_of('move_to_goal')
         os.kill(number, signal.SIGSTOP)
         try:
             done, text = self.page.ask('stop')
