@@ -163,9 +163,11 @@ def test_the_page_takes_the_mouses_place(web, nodes):
 def test_a_namespace_reaches_the_frames_and_the_recording(namespace, words, monkeypatch):
     if namespace:
         monkeypatch.setenv('ROS_NAMESPACE', namespace)
-    node, = [node for node in loaded('view', *words).nodes if node.name == 'rviz']
+    view, prefix = loaded('view', *words), '/{}/'.format(namespace).replace('//', '/')
+    publisher, node = view.nodes
+    assert publisher.type == publisher.name == 'robot_state_publisher'
+    assert '<link name="{}base_link"'.format(prefix[1:]) in view.params[prefix + 'robot_description'].value
     assert node.args.replace("''", '').endswith(' -f {}odom'.format(namespace and namespace + '/'))
-    prefix = '/{}/'.format(namespace).replace('//', '/')
     monkeypatch.setenv('PWD', "/home/ann/Ann's lab")
     recorded = shlex.split(loaded('record').nodes[0].args)
     assert recorded[:2] == ['-o', "/home/ann/Ann's lab/run"]
