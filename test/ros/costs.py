@@ -33,13 +33,47 @@ def free_port():
             return port
 
 
+def start(stack, command, **options):
+    """A Program, which the ExitStack ends."""
+    started = TestProgram(command, **options)
+    stack.callback(started.kill)
+    return started
+
+
 def start_master(stack, port):
     """The TestProgram of this process's master; RuntimeError if it does not answer."""
-    master = TestProgram(['rosmaster', '--core', '-p', str(port)])
-    stack.callback(master.kill)
+    master = start(stack, ['rosmaster', '--core', '-p', str(port)])
     if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
         raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
     return master
+
+
+@contextlib.contextmanager
+def benchmark():
+    """This process is a node with a master of its own at a free port; the ExitStack of its
+    processes."""
+    print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
+    port = free_port()
+    os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
+    with contextlib.ExitStack() as stack:
+        start_master(stack, port)
+        rospy.init_node('benchmark', disable_signals=True)
+        try:
+            yield stack
+        finally:
+            rospy.signal_shutdown('done')
+
+
+def wait_for_node(node, topic):
+    """Process id of a node once it is connected to a topic; RuntimeError if it does not start."""
+    def is_there():
+        with contextlib.suppress(rosgraph.MasterException, OSError):
+            publishers, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
+            return any('/' + node in nodes for name, nodes in publishers + subscribers
+                       if name == '/' + topic)
+    if not wait_until(is_there, MASTER_TIMEOUT, 0.01):
+        raise RuntimeError(node + ' does not start')
+    return process_of(node)
 
 
 def processes_with(uri):
@@ -60,6 +94,14 @@ def cpu_time(pid):
     """CPU time of a process and its threads so far [s]."""
     # The process's own clock, see clock_getcpuclockid(3); /proc counts only in ticks of 10 ms.
     return time.clock_gettime((~pid << 3) | 2)
+
+
+def shares(seconds, *pids):
+    """CPU shares [%] of processes over some time [s]."""
+    before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
+    time.sleep(seconds)
+    took = time.monotonic() - begun
+    return [100.0 * (cpu_time(pid) - then) / took for pid, then in zip(pids, before)]
 
 
 def threads(pid):
