@@ -274,6 +274,26 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path,
         in_zip(flat, tmp_path / 'fourth')
 
 
+PACKAGE = '<package><name>{}</name></package>'
+
+
+@pytest.mark.parametrize('files, students', [
+    # one student's packages, with and without package.xml, zipped; a package; workspaces
+    (['ann/lab1/package.xml', 'ann/lab2/' + NODE], 'ann'), (['ann/lab1/n.py', 'ann/final/n.py'], 'ann'),
+    (['ann/lab1.zip', 'ann/lab2.zip'], 'ann'), (['ann/src/n.py', 'ann/msg/M.msg'], 'ann'),
+    (['ann/tools/package.xml tools', 'ann/pictures/a.png'], 'ann'),
+    (['ann/catkin_ws/src/lab2/n.py'], 'ann'),
+    # students, each with a package or with the content of a package
+    (['all/ann/lab2/package.xml lab2', 'all/bo/lab2/package.xml lab2'], 'ann bo'),
+    (['all/lab2-B_1_assignsubmission_file_/n.py'], 'lab2-B'),
+    (['all/ann/package.xml lab2', 'all/bo/package.xml bo_lab2', 'all/cy.zip'], 'ann bo cy'),
+    (['all/ann/src/n.py', 'all/bo/n.py'], 'ann bo')])
+def test_the_folder_of_one_student_is_no_folder_around_all(tmp_path, files, students):
+    path = zipped(tmp_path / 'class.zip', {
+        name.partition(' ')[0]: PACKAGE.format(name.partition(' ')[2] or 'x') for name in files})
+    assert [one.student for one in in_zip(path, tmp_path)] == students.split()
+
+
 def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_is_code(tmp_path):
     inner = zipped(tmp_path / 'inner.zip', {NODE: 'x'}).read_bytes()
     one = Submission('Ann', {zipped(tmp_path / 'one.zip', {'a/inner.zip': inner}): 'one.zip'})
