@@ -6,6 +6,7 @@ import re
 import resource
 import shlex
 import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -19,7 +20,7 @@ from tb3_labs.marking.intake import workspace
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.find_node import find_node
-from tb3_labs.marking.intake.imports import imports_of
+from tb3_labs.marking.intake.imports import TRY_IMPORTS, imports_of
 from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
 from tb3_labs.marking.names import LAB_NODES, is_typo_of
 from tb3_labs.marking.intake.read_submission import _read, read
@@ -98,7 +99,8 @@ TWICE = course(NODE.replace('runs', 'src'), **{
 THROUGH = {path: 'import cv3\nfrom lab1.msg import MouseController\n' + more for path, more in (
     ('lab2/src/utils/mouse.py', 'from . import near\n'), ('lab2/src/lab2/mouse.py', 'from .near import name\n'),
     ('lab2/lib/helper.py', ''))}
-THROUGH.update({'lab2/src/utils/near.py': 'import nothing_here.msg\n', 'lab2/src/lab2/near.py': 'import cv4\nname = 1\n'})
+THROUGH.update({'lab2/src/utils/near.py': 'import nothing_here.msg\n',
+                'lab2/src/lab2/near.py': 'import cv4\nname = 1\n'})
 
 
 def through(module, path='', **more):
@@ -146,8 +148,8 @@ HANDED_IN = {
     'the modules of a setup.py': (through('lab2.mouse'), 'False\n', 'cv3, cv4: imported, but not used'),
     'a changed path': (through('helper', 'import sys\nsys.path.append(sys.path[0] + "/../lib")\n'), 'False\n',
                        'cv3: imported, but not used'),
-    'a path not changed': (through('helper'), None, MINE + ' imports helper, which was handed in as lab2/lib/helper.py: '
-                           'Python does not look there.'),
+    'a path not changed': (through('helper'), None, MINE + ' imports helper, which was handed in as '
+                           'lab2/lib/helper.py: Python does not look there.'),
     **{'unnamed {}'.format(number): (files, 'False\n', '') for number, files in enumerate(UNNAMED)},
     **{line: (imported(line), MouseController._md5sum, STANDS_IN) for line in FORMS},
     'a service': (imported('from lab7_tf.srv import SetInitialPose, SetInitialPoseResponse', 'SetInitialPose'),
@@ -237,7 +239,8 @@ LACKS = MINE + ' imports {}, which neither the submission nor the marking machin
 @pytest.mark.parametrize('files, said', [
     (course(PYTHON + 'import apriltag_rosx as tags\nprint(tags)'), LACKS.format('apriltag_rosx')),
     # its package.xml is there, its message was forgotten
-    (course(PYTHON + 'from lab2.msg import MouseController\nMouseController()'), MINE + ' imports lab2.msg, which the package lab2 that was handed in does not have.'),
+    (course(PYTHON + 'from lab2.msg import MouseController\nMouseController()'),
+     MINE + ' imports lab2.msg, which the package lab2 that was handed in does not have.'),
     ({'turtlebot_controller.py': 'from lab2.msg import Mouse\nMouse()\n'},
      LACKS[len('lab2/src/'):].format('lab2')),
     (course(PYTHON + 'import rclpy\nrclpy.init()'),
@@ -267,6 +270,14 @@ def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, text, words)
     assert '<name>submission</name>' in (copy / 'package.xml').read_text()
     assert (copy / 'scripts' / 'helper.py').exists()
     assert ready.environment['ROS_PACKAGE_PATH'].startswith(str(copy))
+
+
+def test_a_module_that_needs_much_memory_is_not_broken():
+    """The reading of a submission is limited, and numpy takes more than the limit here."""
+    for limit in ('60000000:', '60000000:60000000'):
+        done = subprocess.run(['prlimit', '--as=' + limit, sys.executable, '-c', TRY_IMPORTS, 'numpy'],
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert (done.returncode == 0 and done.stdout.split() == ['{}']) is limit.endswith(':')
 
 
 def test_no_link_is_followed(tmp_path):
@@ -354,9 +365,10 @@ def repository(folder, lab, texts):
     (TURN, {'lab2/a/*': IMU_TOO, 'lab2/a/package.xml': manifest('lab1'), 'lab2/lab2/*': IMU_TOO,
             'lab2/lab2/package.xml': manifest('lab2')}, 'lab2/lab2/*', 'in the package lab2'),
     # the reset is a sign
-    (LAB, {'lab7_tf/*': "rospy.Service('other', S, f)", 'lab7_tf/v2.py': "class MoveToGoal:\n rospy.Service('/set_pose', S, "
-           "f)\nrospy.init_node('move_to_goal')"}, 'lab7_tf/v2.py', 'uses Service.'),
-    (PAD, {'lab4_gamepad/*': IMU_TOO, 'lab7_tf/*': 'rospy.ServiceProxy(RESET, S)'}, 'lab7_tf/*', 'it uses ServiceProxy.'),
+    (LAB, {'lab7_tf/*': "rospy.Service('other', S, f)", 'lab7_tf/v2.py': "class MoveToGoal:\n"
+           "    rospy.Service('/set_pose', S, f)\nrospy.init_node('move_to_goal')"}, 'lab7_tf/v2.py', 'uses Service.'),
+    (PAD, {'lab4_gamepad/*': IMU_TOO, 'lab7_tf/*': 'rospy.ServiceProxy(RESET, S)'}, 'lab7_tf/*',
+     'it uses ServiceProxy.'),
     # a helper of lab2 is not the node of lab2; the node's class and name show it, too
     (TURN, {'lab1/*': MOUSE_ONLY, 'lab2/helper.py': 'x = 1'}, 'lab1/*', ''),
     (TURN, {'lab2/src/node.py': MOUSE_ONLY}, 'lab2/src/node.py',
@@ -376,8 +388,10 @@ def test_package_then_name_then_signs(tmp_path, lab, texts, expected, said):
 
 
 @pytest.mark.parametrize('texts, advised', [
-    ({'lab2/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO}, r'does more .* than lab2/\*, which has the usual name: --type lab2/\* '),
-    ({'lab1/*': IMU_TOO, 'lab2 - Copy/*': IMU_TOO}, r"usual package has lab2 - Copy/\*, which was put aside .*'lab2 - Copy/\*' "),
+    ({'lab2/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO},
+     r'does more .* than lab2/\*, which has the usual name: --type lab2/\* '),
+    ({'lab1/*': IMU_TOO, 'lab2 - Copy/*': IMU_TOO},
+     r"usual package has lab2 - Copy/\*, which was put aside .*'lab2 - Copy/\*' "),
     ({'lab1/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO}, None)])
 def test_a_choice_against_a_name_is_told_to_the_instructor(tmp_path, texts, advised):
     path, remarks, advice = find_node(repository(tmp_path, TURN, texts), TURN)
@@ -386,11 +400,13 @@ def test_a_choice_against_a_name_is_told_to_the_instructor(tmp_path, texts, advi
 
 
 START = 'from {} import Controller\nif __name__ == "__main__":\n    Controller()\n'
-CLASS = "import rospy\nLIMIT = abs(-1)\nclass Controller:\n    def __init__(self):\n        rospy.Subscriber('imu', I, f)\n"
+CLASS = ("import rospy\nLIMIT = abs(-1)\nclass Controller:\n    def __init__(self):\n"
+         "        rospy.Subscriber('imu', I, f)\n")
 
 
 @pytest.mark.parametrize('texts, starts', [
-    ({'lab2/src/lab2/controller.py': CLASS, 'lab2/scripts/node.py': START.format('lab2.controller')}, 'scripts/node.py'),
+    ({'lab2/src/lab2/controller.py': CLASS, 'lab2/scripts/node.py': START.format('lab2.controller')},
+     'scripts/node.py'),
     ({'lab2/src/lab2/*': CLASS, 'lab2/nodes/node': PYTHON + START.format('lab2')}, 'nodes/node'),
     ({'lab2/src/controller.py': CLASS, 'lab2/src/main.py': START.format('controller')}, 'src/main.py'),
     # the module starts by itself; no program starts it

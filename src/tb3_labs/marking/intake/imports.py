@@ -32,7 +32,9 @@ COURSE_TYPES = {MESSAGES: ('MouseController',), SERVICES: ('SetInitialPose', 'Re
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
 #: The program that prints {module: error} of the modules that cannot be imported, and its time [s].
-TRY_IMPORTS = '''import importlib, json, sys
+#: A large module needs more memory than the reading of a submission.
+TRY_IMPORTS = '''import importlib, json, resource, sys
+resource.setrlimit(resource.RLIMIT_AS, resource.getrlimit(resource.RLIMIT_AS)[1:] * 2)
 errors = {}
 for name in sys.argv[1:]:
     try:

@@ -76,7 +76,7 @@ def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: 
     limit is the likely cause, and the text begins with `failure`.
     """
     done = subprocess.run(
-        ['prlimit', f'--as={MEMORY}', f'--cpu={COMPUTING}', '--core=0',
+        ['prlimit', f'--as={MEMORY}:', f'--cpu={COMPUTING}', '--core=0',
          sys.executable, '-c', PROGRAM],
         input=json.dumps([function.__name__, arguments]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
@@ -149,4 +149,5 @@ def _refuse_missing(path, needs, packages):
         raise NotJudged(f'{path} imports {module}, which the package {name} that was handed in '
                         'does not have.')
     for name, error in sorted(needs.broken.items()):
-        raise NotJudged(f'{path} uses {name}, which does not work on the marking machine: {error.split(":")[0]}.')
+        raise NotJudged('{} uses {}, which does not work on the marking machine: {}.'.format(
+            path, name, error.split(':')[0]))
