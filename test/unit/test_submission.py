@@ -148,8 +148,8 @@ HANDED_IN = {
     'the modules of a setup.py': (through('lab2.mouse'), 'False\n', 'cv3, cv4: imported, but not used'),
     'a changed path': (through('helper', 'import sys\nsys.path.append(sys.path[0] + "/../lib")\n'), 'False\n',
                        'cv3: imported, but not used'),
-    'a path not changed': (through('helper'), None, MINE + ' imports helper, which was handed in as '
-                           'lab2/lib/helper.py: Python does not look there.'),
+    'a path not changed': (through('helper'), None, MINE + ' imports modules where Python does not '
+                           'look: lab2/lib/helper.py.'),
     **{'unnamed {}'.format(number): (files, 'False\n', '') for number, files in enumerate(UNNAMED)},
     **{line: (imported(line), MouseController._md5sum, STANDS_IN) for line in FORMS},
     'a service': (imported('from lab7_tf.srv import SetInitialPose, SetInitialPoseResponse', 'SetInitialPose'),

@@ -87,10 +87,10 @@ def _start_of(module, programs, folder):
     """Returns the first program that imports `module` and starts, if `module` starts nothing; else
     None."""
     path = folder / module.path
-    words = {path.stem} | ({path.parent.name} if (path.parent / '__init__.py').exists() else set())
+    imports = re.compile(r'^[ \t]*(from|import)\b.*\b({}|{})\b'.format(
+        *map(re.escape, (path.stem, path.parent.name))), re.MULTILINE)
     for each in [] if starts(module.text) else programs:
-        if (each.aside <= module.aside and any(word in each.text for word in words)
-                and starts(each.text)):
+        if each.aside <= module.aside and imports.search(each.text) and starts(each.text):
             script = folder / each.path
             if path in OwnModules(script, folder, packages_in(folder, script)).reached():
                 return each

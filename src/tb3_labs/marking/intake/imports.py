@@ -173,7 +173,7 @@ class Needs(NamedTuple):
     missing: Dict[str, str]     # missing package that it uses -> the module, with dots
     broken: Dict[str, str]      # module that it uses, and that does not work here -> the error
     misspelt: Dict[str, str]    # missing module -> the module that was probably meant
-    elsewhere: Dict[str, Path]  # own module where Python does not look -> its file
+    elsewhere: List[Path]       # files of own modules where Python does not look
 
 
 def needs_of(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:
@@ -210,9 +210,9 @@ def needs_of(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:
         sorted({item.module for item in left if item.package not in used}),
         {name: module for name, module in used.items() if name not in broken},
         {name: why for name, why in broken.items() if name in used}, misspelt,
-        {} if any('sys.path' in text for text in texts.values()) else {
-            name: file for name, file in found.items()
-            if name not in available and not own.is_on_path(name)})
+        [] if any('sys.path' in text for text in texts.values()) else sorted(
+            file for name, file in found.items()
+            if name not in available and not own.is_on_path(name)))
 
 
 def _name_package(item, packages):

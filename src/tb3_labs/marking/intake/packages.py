@@ -112,8 +112,9 @@ def gather_definitions(folder: Path) -> None:
     packages. A definition that belongs to no package is copied into a folder beside it."""
     for path in files_in(folder):
         kind = path.suffix[1:]
-        if kind in (MESSAGES, SERVICES) and path.parent.name != kind and not is_aside(
-                str(path.relative_to(folder))):
+        if (kind in (MESSAGES, SERVICES) and path.parent.name != kind and is_name(path.stem)
+                and path.stat().st_size <= LARGEST_MANIFEST
+                and not is_aside(str(path.relative_to(folder)))):
             package = package_folder(path, folder) or path.parent
             with suppress(OSError):
                 (package / kind).mkdir(exist_ok=True)

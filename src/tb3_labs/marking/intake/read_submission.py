@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence
 
 from tb3_labs.marking.intake.archives import (
-    IGNORED_PATHS, SUBMISSIONS_PER_CLASS_ZIP, NotJudged, UnpackLimits, digest, unpack)
+    IGNORED_PATHS, SUBMISSIONS_PER_CLASS_ZIP, NotJudged, UnpackLimits, digest, shortened,
+    unpack)
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import needs_of
 from tb3_labs.marking.intake.packages import (
@@ -124,8 +125,10 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
     _refuse_missing(path, needs, packages)
     findings = findings + [f'{path} imports {name}, and there is no such module; near it: {near}.'
                            for name, near in sorted(needs.misspelt.items())]
-    findings += [f'{path} imports {name}, which was handed in as {file.relative_to(copy)}: Python '
-                 'does not look there.' for name, file in sorted(needs.elsewhere.items())]
+    elsewhere = [str(file.relative_to(copy)) for file in needs.elsewhere]
+    if elsewhere:
+        findings.append(f'{path} imports modules where Python does not look: '
+                        f'{shortened(elsewhere)}.')
     for name in needs.packages:
         if own_name(packages[name]) not in ('', name):
             remarks.append(f'The package {name} was not handed in: the types of '
