@@ -331,6 +331,19 @@ def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
         ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a file'))]
 
 
+def test_a_link_within_a_submission_is_read_as_its_files(tmp_path):
+    (tmp_path / 'in' / 'lab1' / 'deep').mkdir(parents=True)
+    for name in ('out.py', 'in/lab1/M.msg', 'in/lab1/deep/n.py', 'in/.git'):
+        (tmp_path / name).write_text(name)
+    os.link(str(tmp_path / 'out.py'), str(tmp_path / 'in' / 'lab1' / 'hard.py'))
+    for link, target in (('msg', 'lab1'), ('n.py', 'lab1/deep/n.py'), ('loop', 'loop'), ('out', '../out.py'),
+                         ('up', '..'), ('hard', 'lab1/hard.py'), ('git', '.git'), ('all', '/')):
+        (tmp_path / 'in' / link).symlink_to(target)
+    files, said = laid_out(Submission('Ann', {tmp_path / 'in': ''}), tmp_path)
+    assert files == {'lab1/M.msg', 'lab1/deep/n.py', 'msg/M.msg', 'n.py'}
+    assert len(said) == 1 and said[0].endswith('may not be read: all, git, hard and 4 more.')
+
+
 @pytest.mark.parametrize('is_zip', [False, True])
 def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, monkeypatch, is_zip):
     monkeypatch.setattr(archives, 'MOST_FILES', 20)
