@@ -145,7 +145,8 @@ pip_in_venv() {
 fill_venv() {
   local kept=${XDG_CACHE_HOME:-${HOME:-$ws}/.cache}/tb3_labs
   if [ ! -e "$ws/venv/bin/pip" ]; then
-    "$ws/venv/bin/python3" -Im ensurepip --upgrade --default-pip >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
+    # ensurepip of Python 3.9 imports modules of the current folder
+    (cd "$ws" && "$ws/venv/bin/python3" -Im ensurepip --upgrade --default-pip) >>"$log" 2>&1 || fail_log 'the Python environment could not be given a pip'
   fi
   { mkdir -p "$kept" && [ -w "$kept" ]; } 2>/dev/null || fail "rights are missing: $kept cannot be written"
   if ! pip_in_venv install --no-index --find-links "$kept" &&

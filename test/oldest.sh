@@ -13,13 +13,16 @@ libraries='numpy==1.17.4 matplotlib==3.1.2 tornado==5.1.1 PyYAML==5.3.1 pytest==
 if [ "${1:-}" = --suite ]; then
   result=$2
   # Left out: tests that start the system's Python, a copy of the repository that tests itself, flake8 once more, long
-  # drives and stories, a browser, the project's own imports, and the largest inputs. Other tests import their modules; by
-  # hand all of them run.
+  # drives and stories, a browser, the project's own imports, the largest inputs, and long tests all of whose lines of the
+  # package run in others. Other tests import their modules; by hand all of them run.
   set -- --first-cases "--junit-xml=$result" \
-    --ignore="$here"/unit/test_{terminal,recipes,rollout,story_search,stops,turning,motor_response,network,node,term,doctor,submission}.py \
+    --ignore="$here"/unit/test_{terminal,recipes,rollout,story_search,stops,turning,motor_response,network,node,term,doctor,submission,completion}.py \
     --ignore="$here"/unit/test_{students,simulator,simulated_robot}.py \
     -k 'not (flake8 or zip_file or largest_page or claims_gigabytes or another_goal_for_the_class
-      or shows_each_moment or imports_only_go_down or private_parts)'
+      or shows_each_moment or imports_only_go_down or private_parts
+      or each_figure_has_a_name or the_page_the_pictures or movements_by_hand or noise_fit_a_page or is_read_late
+      or follows_or_as_one or follows_its_quantity or by_the_axis_that_it_follows or of_another_name
+      or whichever_message or mouses_place or statistics_are_switched or recorded_by_relative_names)'
 fi
 
 leave_out() {

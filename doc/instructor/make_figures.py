@@ -331,6 +331,7 @@ FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns,
 
 
 if __name__ == '__main__':
-    matplotlib.rcParams['svg.hashsalt'] = 'tb3_labs'    # the same files each time
+    # the same files each time; letters as text, not as curves
+    matplotlib.rcParams.update({'svg.hashsalt': 'tb3_labs', 'svg.fonttype': 'none'})
     for name, draw in FIGURES.items():
         draw().savefig(str(DOC / 'figures' / f'{name}.svg'), metadata={'Date': None})

@@ -83,7 +83,7 @@ class NodeParameters:
     @property
     def pad(self):
         """The parameters that the launch file reads from the file of a gamepad's numbers."""
-        if 'pad_$(arg pad)' not in self.element:
+        if '$(arg pad_file)' not in self.element:
             return []
         path = ROOT / 'launch' / 'params' / 'pad_handout.yaml'
         return list(yaml.safe_load(path.read_text(encoding='utf-8')))

@@ -1,6 +1,7 @@
 """A private master at a free port; processes; their costs: CPU time, memory, threads. On Linux."""
 import contextlib
 import os
+import pathlib
 import random
 import socket
 import time
@@ -73,6 +74,14 @@ def wait_for_node(node, topic):
     if not wait_until(is_there, MASTER_TIMEOUT, 0.01):
         raise RuntimeError(node + ' does not start')
     return process_of(node)
+
+
+def processes_with(uri):
+    """Yields the folder in /proc of each process that was started with this master."""
+    for process in pathlib.Path('/proc').glob('[0-9]*'):
+        with contextlib.suppress(OSError):    # it has ended, or belongs to another user
+            if 'ROS_MASTER_URI={}\0'.format(uri).encode() in (process / 'environ').read_bytes():
+                yield process
 
 
 def process_of(node):

@@ -15,7 +15,7 @@ from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epochs
 from tb3_labs.robot.turtlebot3 import robot_model
 
-from costs import free_port
+from costs import free_port, processes_with
 from node_case import TestProgram
 from rosunit_internals import needs_setup
 
@@ -37,12 +37,11 @@ def demo(*arguments, **options):
 
 
 def left_behind(uri):
-    """The processes that were started with this master."""
+    """The commands of the processes that were started with this master."""
     found = []
-    for path in pathlib.Path('/proc').glob('[0-9]*/environ'):
-        with contextlib.suppress(OSError):    # it has ended, or belongs to another user
-            if 'ROS_MASTER_URI={}\0'.format(uri).encode() in path.read_bytes():
-                found.append(path.with_name('cmdline').read_bytes())
+    for process in processes_with(uri):
+        with contextlib.suppress(OSError):    # it has ended
+            found.append((process / 'cmdline').read_bytes())
     return found
 
 
@@ -51,7 +50,7 @@ class DemoTest(unittest.TestCase):
 
     def test_both_drives_are_good_and_the_report_says_the_same(self):
         with tempfile.TemporaryDirectory(prefix='demo_test_') as folder:
-            run, uri = demo('use_sim_time:=true', 'record:=true',
+            run, uri = demo('use_sim_time:=true', 'record:=true', 'robot_set:={imu_rate: 60}',
                             prefix=['sh', '-c', 'cd {} && exec "$0" "$@"'.format(folder)])
             self.addCleanup(run.kill)
             self.assertEqual(run.wait(300.0), 0, run.text)

@@ -5,7 +5,6 @@ import subprocess
 import threading
 import time
 import unittest
-import xmlrpc.client
 
 import rosgraph
 import rospy
@@ -15,7 +14,7 @@ from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
-from costs import cpu_time
+from costs import cpu_time, process_of
 from node_case import STARTING, TestProgram, path_of
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of
@@ -55,8 +54,7 @@ class Arrivals:
 
 class FakeRobotRatesTest(unittest.TestCase):
     def test_rates_cost_and_names(self):
-        robot = rosgraph.Master('/fake_robot_rates_test').lookupNode('/turtlebot3')
-        pid = xmlrpc.client.ServerProxy(robot).getPid('/fake_robot_rates_test')[2]
+        pid = process_of('turtlebot3')
         start, used = time.monotonic(), cpu_time(pid)
         topics = {'imu': (Imu, 200.0), 'odom': (Odometry, 30.0),
                   '/tf': (TFMessage, 30.0, lambda message: message.transforms[0].header.stamp)}

@@ -141,6 +141,7 @@ class MarkTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
+        os.chmod(cls.folder.name, 0o711)    # without sandboxes root's programs are another user
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
         cls.sourced = cls.workspace(Path(cls.folder.name) / 'devel')
@@ -237,6 +238,7 @@ class MarkTest(unittest.TestCase):
     def test_nothing_is_left_if_its_terminal_is_closed_or_it_is_killed(self):
         for number in (signal.SIGTERM, signal.SIGKILL):
             folder = Path(tempfile.mkdtemp(dir=self.folder.name))
+            folder.chmod(0o711)
             theirs, terminal = pty.openpty()
             marking = subprocess.Popen(     # setsid: the terminal is its own
                 ['setsid', '--ctty', path_of('mark.py'), str(Path(self.folder.name) / ' '.join(

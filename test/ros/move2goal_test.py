@@ -19,7 +19,7 @@ from tb3_labs.control.goal_state import is_over
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
-from tb3_labs.srv import SetInitialPose
+from tb3_labs.srv import ResetPose, SetInitialPose
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 
@@ -140,11 +140,12 @@ class Move2GoalTest(DriveCase):
         def call(caller, begun):
             """Resets of one of ten callers, 100 in a second: [(declared, answer)]."""
             chance, made = random.Random(caller), []
+            reset = rospy.ServiceProxy('reset_pose', ResetPose)     # a proxy is for one thread
             for number in range(caller, 100, 10):
                 time.sleep(max(0.0, begun + 0.01 * number - time.time()))
                 declared = [chance.uniform(-most, most) for most in (5.0, 5.0, 180.0)]
                 for _ in range(100):
-                    answer = self.reset(*declared)
+                    answer = reset(*declared)
                     if answer.success:      # a late machine delays the sensors
                         break
                 made.append((declared, answer))

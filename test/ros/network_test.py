@@ -18,7 +18,7 @@ import rospkg
 import rospy
 from sensor_msgs.msg import Imu
 
-from costs import free_port, start_master
+from costs import free_port, processes_with, start_master
 from drive_case import DriveCase
 from node_case import SILENCE, STARTING, TestProgram
 from panel_page import PanelPage, address_of
@@ -46,7 +46,7 @@ class Scenes(DriveCase):
         rospy.init_node('watcher', disable_signals=True)
         super().setUpClass()
         self.observer.watch('imu', Imu)
-        self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=100',
+        self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=50',
                                 **on_robot)
         self.node = self.start('move2goal_tf.py')
 
@@ -172,16 +172,13 @@ def rest_after(truth, cut):
                 if cut < at < cut + 2.0 and abs(x - before) > 1e-5], default=0.0)
 
 
-def listening(environment):
-    """{(address, port)} on which processes with this environment's master listen."""
-    master, inodes = environment['ROS_MASTER_URI'].encode(), set()
-    for process in Path('/proc').glob('[0-9]*'):
-        with contextlib.suppress(OSError):    # it has ended
-            is_ours = master in (process / 'environ').read_bytes()
-            for descriptor in map(str, process.glob('fd/*') if is_ours else ()):
-                with contextlib.suppress(OSError):    # it was closed
-                    inodes.update(re.findall(r'socket:\[(\d+)\]', os.readlink(descriptor)))
-    found = set()
+def listening(uri):
+    """{(address, port)} on which processes with this master listen."""
+    inodes, found = set(), set()
+    for process in processes_with(uri):
+        for descriptor in process.glob('fd/*'):
+            with contextlib.suppress(OSError):    # it was closed
+                inodes.update(re.findall(r'socket:\[(\d+)\]', os.readlink(str(descriptor))))
     for table in 'tcp', 'tcp6':
         for line in Path('/proc/net', table).read_text().splitlines()[1:]:
             _, local, _, state, *_, inode = line.split()[:10]
@@ -240,12 +237,12 @@ class NetworkTest(unittest.TestCase):
         mount = 'mount -t tmpfs -o size=2m tmpfs $PWD && cd $PWD && ' if has_small_disk else ''
         command = 'cd {} && {}exec {} drives:=1 record:={}'.format(
             folder.name, mount, DEMO, str(has_small_disk).lower())
-        environment = {'ROS_MASTER_URI': 'http://localhost:%d' % free_port()}
+        uri = 'http://localhost:{}'.format(free_port())
         demo = TestProgram(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
-                           environment=environment)
+                           environment={'ROS_MASTER_URI': uri})
         self.addCleanup(demo.kill)
         demo.wait_for('MOVE_FORWARD', 3 * STARTING)    # by then all its programs run
-        sockets = listening(environment)
+        sockets = listening(uri)
         demo.wait(2.0 * STARTING)
         print(demo.text[-3000:])
         self.assertGreaterEqual(len(sockets), 8)

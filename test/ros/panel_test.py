@@ -9,10 +9,8 @@ import resource
 import select
 import signal
 import socket
-import xmlrpc.client
 
 import rosgraph
-import rosnode
 import rospy
 from actionlib_msgs.msg import GoalID
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
@@ -26,7 +24,7 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
 
-from costs import free_port
+from costs import free_port, process_of
 from node_case import SILENCE, STARTING, ZERO, NodeProgram
 from panel_case import LOSS, PanelCase
 from panel_page import PanelPage, address_of
@@ -225,14 +223,6 @@ class PanelTest(PanelCase):
         self.page.close()
         self.assert_stopped(since)
 
-    def test_a_stop_ends_a_turn_and_is_shown_as_done_when_the_robot_stands(self):
-        start = self.rest()
-        self.page.ask('turn', degrees=180)
-        self.assert_turns(start, 1)
-        since = rospy.get_time()
-        self.assertEqual(self.page.ask('stop'), (True, 'control taken, the robot stands'))
-        self.assert_stopped(since, within=0.1)
-
     def test_a_stop_of_any_page_ends_everything_and_nothing_comes_back(self):
         other = self.open()
         for drive in (self.drive_to_goal, self.drive_by_stick):
@@ -246,8 +236,7 @@ class PanelTest(PanelCase):
 
     def test_a_stop_that_move_to_goal_cannot_hear_is_not_shown_as_done(self):
         self.drive_to_goal()
-        mover = rosnode.get_api_uri(rosgraph.Master('/panel_test'), '/move_to_goal')
-        number = xmlrpc.client.ServerProxy(mover).getPid('/panel_test')[2]
+        number = process_of('move_to_goal')
         os.kill(number, signal.SIGSTOP)
         try:
             done, text = self.page.ask('stop')

@@ -8,9 +8,7 @@ import shutil
 import subprocess
 import tempfile
 import unittest
-import xmlrpc.client
 
-import rosgraph
 import rospkg
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist
@@ -18,7 +16,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
 
-from costs import free_port
+from costs import free_port, process_of
 from node_case import NodeCase, TestProgram
 
 HOST = '127.0.0.1'
@@ -128,8 +126,7 @@ class RobotTest(NodeCase):
         self.observer.wait_for('ground_truth', seconds=40.0)
         self.assertEqual(rospy.get_param(CORE + '/port'), '/dev/ttyACM7')
         self.assertEqual(rospy.get_param(CORE + '/baud'), 115200)
-        core = rosgraph.Master(rospy.get_name()).lookupNode(BOARD)
-        process = xmlrpc.client.ServerProxy(core).getPid(rospy.get_name())[2]
+        process = process_of(BOARD)
 
         # TURTLEBOT3_MODEL has reached it: a Burger is slower
         drive = rospy.Publisher('cmd_vel', Twist, queue_size=1)

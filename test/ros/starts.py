@@ -15,7 +15,7 @@ from tb3_labs.ros.clocks import wait_until
 from thumb import Thumb
 
 #: Name of each node, and its executable and arguments.
-NODES = {'turtlebot3': ('fake_turtlebot3.py',), 'move_to_goal': ('move2goal_tf.py', '_goal_x:=90'),
+NODES = {'turtlebot3': ('fake_turtlebot3.py', '_imu_rate:=50'), 'move_to_goal': ('move2goal_tf.py', '_goal_x:=90'),
          'gamepad': ('gamepad.py',), 'panel': ('panel.py',),
          'controller': ('turtlebot_controller.py',)}
 #: From the last start to the moment at which the outcome is judged [s]; a robot that has control

@@ -11,9 +11,7 @@ import signal
 import subprocess
 import tempfile
 import termios
-import xmlrpc.client
 
-import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalID
 from move_base_msgs.msg import MoveBaseActionGoal
@@ -23,6 +21,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN, SENDER_PAUSE
 
+from costs import process_of
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, TestProgram, path_of
 from thumb import A, B, Thumb, WithThumb
@@ -165,8 +164,7 @@ class StopsTest(WithThumb, DriveCase):
                 launch.wait_for('MOVE_FORWARD', STARTING)
                 self.assertFalse(rospy.has_param('move_to_goal/has_control'))
                 self.observer.forget('goal_state')
-                node = rosgraph.Master('/stops_test').lookupNode('/move_to_goal')
-                os.kill(xmlrpc.client.ServerProxy(node).getPid('/stops_test')[2], signal.SIGKILL)
+                os.kill(process_of('move_to_goal'), signal.SIGKILL)
                 launch.wait_for('This launch gave control before', STARTING)
                 self.wait_for_state('waiting for control', seconds=STARTING)
                 self.rest()

@@ -1,11 +1,13 @@
 """The students' archive in src of a workspace of one's own, without git, and with the Python
 environment in it: it is built, writes the skeletons, and checks a node."""
+import inspect
 import os
 import pathlib
 import sys
 import tempfile
 import unittest
 
+import rospy
 import squaternion
 
 from node_case import STARTING, TestProgram
@@ -39,6 +41,8 @@ rostest tb3_labs check_imu.test pkg:=ice6 type:=imu_sub.py parts:=heading
 
 
 @unittest.skipIf(MISSING, MISSING)
+@unittest.skipIf('isAlive(' in inspect.getsource(rospy.core) and sys.version_info >= (3, 9),
+                 "this rospy ends cleanly only in the shell of scripts/setup.sh (doc/setup.md)")
 class StudentsTest(unittest.TestCase):
     IS_NODE = False
 

@@ -24,6 +24,13 @@ def _missing():
 MISSING = _missing()
 
 
+def skip_if_closed(place):
+    """Skip a test in which another account reads this path, if a folder above it is closed, such as /root."""
+    for parent in place.parents:
+        if not parent.stat().st_mode & 0o001:
+            pytest.skip('{} is closed to other accounts'.format(parent))
+
+
 @pytest.fixture(scope='module')
 def ros_alone(tmp_path_factory):
     """Meanwhile this process has ROS and this package, and no other workspace."""

@@ -3,6 +3,7 @@ moves as commanded. A drive, resets at rest and on the way, and a declared pose,
 import math
 import sys
 import types
+from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 from unittest.mock import patch
@@ -25,6 +26,13 @@ def posed(x, y, yaw):
     """An odometry message, or what a request has."""
     return SimpleNamespace(pose=SimpleNamespace(pose=SimpleNamespace(
         position=SimpleNamespace(x=x, y=y), orientation=turned(yaw))))
+
+
+def unchangeable(column):
+    """The array of a column, which several tests may share."""
+    array = np.array(column, dtype=object if isinstance(column[0], str) else None)
+    array.setflags(write=False)
+    return array
 
 
 class SimulatedNode:
@@ -108,8 +116,7 @@ class SimulatedNode:
         self.run(0.5)
 
     def data(self):
-        columns = {kind: kind(*(np.array(column, dtype=object if isinstance(column[0], str) else None)
-                                for column in zip(*rows))) if rows else kind.none()
+        columns = {kind: kind(*map(unchangeable, zip(*rows))) if rows else kind.none()
                    for kind, rows in self.rows.items()}
         return RunData('node', 0.0, self.step / HZ, columns[Orientations], columns[OdometrySamples],
                        columns[Commands], goals=Poses(*np.array([[0.0], [0.0], [-0.61], [0.61], [0.0]])),
@@ -117,8 +124,9 @@ class SimulatedNode:
                        variables=columns[Variables])
 
 
+@lru_cache(maxsize=4)    # most tests read the same few runs
 def played(*changes, **robot):
-    """The RunData of the plain node with these changes of its text, each (old, new)."""
+    """The RunData of the plain node with these changes of its text, each (old, new). Its arrays cannot be changed."""
     text = PLAIN.read_text(encoding='utf-8')
     for old, new in changes:
         assert old in text, old

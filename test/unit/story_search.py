@@ -11,7 +11,6 @@ Units: seconds.
 """
 import math
 import pickle
-import random
 import re
 import sys
 import time
@@ -119,27 +118,6 @@ def listens(world):
         raise
     except Wrong:
         pass
-
-
-def random_story(cast, seed, length=30):
-    """One long random story; the Searched."""
-    found, world, chance, story = Searched(), cast.begun(), random.Random(seed), []
-    events = cast.chosen()
-    deeds = sorted({method for _, method, *_ in events})
-    while len(story) < length:
-        deed = chance.choice(deeds)    # otherwise most events would be waits and sleeps
-        words, method, *details = chance.choice([event for event in events if event[1] == deed])
-        world.drives = False
-        try:
-            if getattr(world, method)(*details) is not NOTHING:
-                pause = chance.choice((0.0, 0.06, 0.31, 0.7))
-                story.append('{}; {} s pass'.format(words, pause))
-                world.wait(pause)
-                found.drives += world.drives
-        except Wrong as wrong:
-            found.story, found.reason = story + [words], str(wrong)
-            return found
-    return found
 
 
 if __name__ == '__main__':

@@ -41,6 +41,7 @@ PUBLIC = {'_replace', '_asdict', '_fields', '_exit', '_current_frames', '_type',
 ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 
 
+@lru_cache(maxsize=None)
 def tree_of(path):
     return ast.parse(path.read_text(encoding='utf-8'))
 

@@ -8,6 +8,7 @@ import zipfile
 
 import pytest
 
+from sandboxes import skip_if_closed
 from tb3_labs.marking.intake import archives, read_submission
 from tb3_labs.marking.intake.archives import DEEPEST, NotJudged, UnpackLimits, digest, submitted_files, unpack
 from tb3_labs.marking.intake.submissions import (
@@ -274,6 +275,26 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path,
         in_zip(flat, tmp_path / 'fourth')
 
 
+PACKAGE = '<package><name>{}</name></package>'
+
+
+@pytest.mark.parametrize('files, students', [
+    # one student's packages, with and without package.xml, zipped; a package; workspaces
+    (['ann/lab1/package.xml', 'ann/lab2/' + NODE], 'ann'), (['ann/lab1/n.py', 'ann/final/n.py'], 'ann'),
+    (['ann/lab1.zip', 'ann/lab2.zip'], 'ann'), (['ann/src/n.py', 'ann/msg/M.msg'], 'ann'),
+    (['ann/tools/package.xml tools', 'ann/pictures/a.png'], 'ann'),
+    (['ann/catkin_ws/src/lab2/n.py'], 'ann'),
+    # students, each with a package or with the content of a package
+    (['all/ann/lab2/package.xml lab2', 'all/bo/lab2/package.xml lab2'], 'ann bo'),
+    (['all/lab2-B_1_assignsubmission_file_/n.py'], 'lab2-B'),
+    (['all/ann/package.xml lab2', 'all/bo/package.xml bo_lab2', 'all/cy.zip'], 'ann bo cy'),
+    (['all/ann/src/n.py', 'all/bo/n.py'], 'ann bo')])
+def test_the_folder_of_one_student_is_no_folder_around_all(tmp_path, files, students):
+    path = zipped(tmp_path / 'class.zip', {
+        name.partition(' ')[0]: PACKAGE.format(name.partition(' ')[2] or 'x') for name in files})
+    assert [one.student for one in in_zip(path, tmp_path)] == students.split()
+
+
 def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_is_code(tmp_path):
     inner = zipped(tmp_path / 'inner.zip', {NODE: 'x'}).read_bytes()
     one = Submission('Ann', {zipped(tmp_path / 'one.zip', {'a/inner.zip': inner}): 'one.zip'})
@@ -311,6 +332,19 @@ def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
         ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a file'))]
 
 
+def test_a_link_within_a_submission_is_read_as_its_files(tmp_path):
+    (tmp_path / 'in' / 'lab1' / 'deep').mkdir(parents=True)
+    for name in ('out.py', 'in/lab1/M.msg', 'in/lab1/deep/n.py', 'in/.git'):
+        (tmp_path / name).write_text(name)
+    os.link(str(tmp_path / 'out.py'), str(tmp_path / 'in' / 'lab1' / 'hard.py'))
+    for link, target in (('msg', 'lab1'), ('n.py', 'lab1/deep/n.py'), ('loop', 'loop'), ('out', '../out.py'),
+                         ('up', '..'), ('hard', 'lab1/hard.py'), ('git', '.git'), ('all', '/')):
+        (tmp_path / 'in' / link).symlink_to(target)
+    files, said = laid_out(Submission('Ann', {tmp_path / 'in': ''}), tmp_path)
+    assert files == {'lab1/M.msg', 'lab1/deep/n.py', 'msg/M.msg', 'n.py'}
+    assert len(said) == 1 and said[0].endswith('may not be read: all, git, hard and 4 more.')
+
+
 @pytest.mark.parametrize('is_zip', [False, True])
 def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, monkeypatch, is_zip):
     monkeypatch.setattr(archives, 'MOST_FILES', 20)
@@ -329,6 +363,7 @@ def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, 
 def test_what_may_not_be_read_is_left_out_and_said():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
+        skip_if_closed(folder)
         folder.chmod(0o755)
         for place, mode in (('shut', 0), ('names', 0o444), ('open', 0o755)):
             (folder / place).mkdir()

@@ -57,6 +57,13 @@ def test_it_has_few_arguments_without_expressions_and_knows_them(path):
 
 
 @every_file
+def test_an_include_is_given_no_path_by_dirname(path):
+    """Debian 11's roslaunch takes the folder of the included file for it."""
+    given = [arg.get('value') for include in ET.parse(str(path)).iter('include') for arg in include]
+    assert [value for value in given if 'dirname' in value] == []
+
+
+@every_file
 def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
     required = [name for name, (_, default) in get_args([str(path)]).items() if not default]
     assert set(required) - {'user'} == ({'robot'} if path.stem == 'robot' else set())
@@ -156,9 +163,11 @@ def test_the_page_takes_the_mouses_place(web, nodes):
 def test_a_namespace_reaches_the_frames_and_the_recording(namespace, words, monkeypatch):
     if namespace:
         monkeypatch.setenv('ROS_NAMESPACE', namespace)
-    node, = [node for node in loaded('view', *words).nodes if node.name == 'rviz']
+    view, prefix = loaded('view', *words), '/{}/'.format(namespace).replace('//', '/')
+    publisher, node = view.nodes
+    assert publisher.type == publisher.name == 'robot_state_publisher'
+    assert '<link name="{}base_link"'.format(prefix[1:]) in view.params[prefix + 'robot_description'].value
     assert node.args.replace("''", '').endswith(' -f {}odom'.format(namespace and namespace + '/'))
-    prefix = '/{}/'.format(namespace).replace('//', '/')
     monkeypatch.setenv('PWD', "/home/ann/Ann's lab")
     recorded = shlex.split(loaded('record').nodes[0].args)
     assert recorded[:2] == ['-o', "/home/ann/Ann's lab/run"]

@@ -66,6 +66,11 @@ def test_the_open_todos_that_the_sheets_show_are_those_of_the_skeletons():
     assert len(shown) > 2 and [line for line in shown if line not in skeletons] == []
 
 
+def test_the_prompt_that_the_sheet_shows_is_that_of_the_node():
+    prompt = re.search(r'```text\n *(Input .*)\n', read('imu_lab.md')).group(1)
+    assert 'input("{}")'.format(prompt) in (ROOT / 'scripts' / 'plain_turtlebot_controller.py').read_text()
+
+
 def asked_in_steps(sheet):
     """The places of a sheet, such as '1.2', whose steps have a question; the section Questions, code, and help after an
     *If ...* are left out."""

@@ -1,7 +1,7 @@
 """All short stories of stops and grants. Longer ones: story_search.py."""
 import pytest
 
-from story_search import CASTS, random_story, search
+from story_search import CASTS, search
 from tb3_labs.supervision.events import Age, MessageAges
 from tb3_labs.supervision.stale_or_stalled import SensorWatch
 from tb3_labs.supervision.timeouts import SleepWatch
@@ -14,13 +14,6 @@ def test_no_story_moves_a_robot_against_the_rule(name):
     found = search(CASTS[name], depth=CASTS[name].depth)
     assert not found.story, str(found)
     assert found.drives >= 5 and found.transitions > 100    # otherwise nothing was judged
-
-
-@pytest.mark.parametrize('name', CASTS)
-def test_no_long_story_moves_a_robot_against_the_rule(name):
-    found = [random_story(CASTS[name], seed) for seed in range(6)]
-    assert [str(each) for each in found if each.story] == []
-    assert sum(each.drives for each in found) >= 5
 
 
 def never_old(self, way, now):

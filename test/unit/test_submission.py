@@ -6,6 +6,7 @@ import re
 import resource
 import shlex
 import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -19,16 +20,17 @@ from tb3_labs.marking.intake import workspace
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.find_node import find_node
+from tb3_labs.marking.intake.imports import TRY_IMPORTS, imports_of
 from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
 from tb3_labs.marking.names import LAB_NODES, is_typo_of
-from tb3_labs.marking.intake.read_submission import _read, imports_of, read
+from tb3_labs.marking.intake.read_submission import _read, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking import trial_runner
 from tb3_labs.marking.intake.sandbox import NoSandbox
 from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.msg import MouseController
-from tb3_labs.srv import ResetPoseRequest, SetInitialPoseRequest
+from tb3_labs.srv import ResetPoseRequest, SetInitialPose, SetInitialPoseRequest
 
 pytestmark = pytest.mark.usefixtures('ros_alone')
 TURN, PAD, LAB = LAB_NODES['turn'], LAB_NODES['gamepad'], LAB_NODES['move2goal']
@@ -93,6 +95,40 @@ del LAWS['lab1/package.xml'], LAWS['lab1/msg/MouseController.msg']
 TWICE = course(NODE.replace('runs', 'src'), **{
     'lab2/scripts/turtlebot_controller.py': NODE.replace('runs', 'scripts')})
 
+#: Modules between the node and lab1's message: a folder beside it; one of a setup.py; one that lies elsewhere.
+THROUGH = {path: 'import cv3\nfrom lab1.msg import MouseController\n' + more for path, more in (
+    ('lab2/src/utils/mouse.py', 'from . import near\n'), ('lab2/src/lab2/mouse.py', 'from .near import name\n'),
+    ('lab2/lib/helper.py', ''))}
+THROUGH.update({'lab2/src/utils/near.py': 'import nothing_here.msg\n',
+                'lab2/src/lab2/near.py': 'import cv4\nname = 1\n'})
+
+
+def through(module, path='', **more):
+    """A node that gets lab1's message from a module of its own."""
+    return dict(course(PYTHON + path + 'from {} import MouseController\nprint(MouseController().activestatus)\n'.format(
+        module)), **THROUGH, **{'lab2/setup.py': 'setup(packages=["lab2"], package_dir={"": "src"})'})
+
+
+def imported(line, kind='MouseController'):
+    """A file alone that imports a type of the course in this way."""
+    return {'turtlebot_controller.py': PYTHON + line + '\nprint({}()._md5sum)\n'.format(kind)}
+
+
+#: A message without package.xml: named by CMakeLists.txt, by the import, loose, elsewhere in its package.
+OWN_MESSAGE = PYTHON + 'from lab2.msg import MouseController\nprint(MouseController().activestatus)\n'
+UNNAMED = [{'my work/' + path: text for path, text in files.items()} for files in (
+    {'src/turtlebot_controller.py': OWN_MESSAGE, 'msg/MouseController.msg': LAB1_MESSAGE,
+     'CMakeLists.txt': '# project(a)\nproject( lab2 LANGUAGES CXX )'},
+    {'src/turtlebot_controller.py': OWN_MESSAGE, 'msg/MouseController.msg': LAB1_MESSAGE},
+    {'turtlebot_controller.py': OWN_MESSAGE, 'MouseController.msg': LAB1_MESSAGE},
+    {'turtlebot_controller.py': OWN_MESSAGE, 'messages/MouseController.msg': LAB1_MESSAGE,
+     'package.xml': manifest('lab2')})]
+STANDS_IN = 'The package lab1 was not handed in: the message MouseController of the skeleton'
+FORMS = ['from lab1.msg import *', 'import lab1.msg\nMouseController = lab1.msg.MouseController',
+         'import lab1.msg as m\nMouseController = m.MouseController',
+         'from lab1 import msg\nMouseController = msg.MouseController',
+         'from lab1.msg._MouseController import MouseController']
+
 #: Files that are handed in, the output of the node then, the line for the student or the instructor.
 HANDED_IN = {
     'a course': (course(USES_LAB1), 'False\n', 'is not executable: it was made so'),
@@ -108,6 +144,20 @@ HANDED_IN = {
     'a broken service': (BROKEN, 'False\n', 'lab1/S.srv cannot be built: Invalid declaration: no type here.'),
     'own modules, and the nearer package': (LAWS, 'lab2 lab2/lab1\n', 'is not executable'),
     'two files of a name': (TWICE, 'scripts\n', 'as likely the node as {}, and they differ'.format(MINE)),
+    'a folder of modules': (through('utils.mouse'), 'False\n', 'cv3, nothing_here.msg: imported, but not used'),
+    'the modules of a setup.py': (through('lab2.mouse'), 'False\n', 'cv3, cv4: imported, but not used'),
+    'a changed path': (through('helper', 'import sys\nsys.path.append(sys.path[0] + "/../lib")\n'), 'False\n',
+                       'cv3: imported, but not used'),
+    'a path not changed': (through('helper'), None, MINE + ' imports modules where Python does not '
+                           'look: lab2/lib/helper.py.'),
+    **{'unnamed {}'.format(number): (files, 'False\n', '') for number, files in enumerate(UNNAMED)},
+    **{line: (imported(line), MouseController._md5sum, STANDS_IN) for line in FORMS},
+    'a service': (imported('from lab7_tf.srv import SetInitialPose, SetInitialPoseResponse', 'SetInitialPose'),
+                  SetInitialPose._md5sum, 'The package lab7_tf was not handed in: the service SetInitialPose of the'),
+    'another package of its own': (dict(course(
+        PYTHON + 'import rospkg\nprint(rospkg.RosPack().get_path("config")[-3:])'), **{
+            'c/one/package.xml': manifest('config')}), 'one\n', ''),
+    'no screen': (course(PYTHON + 'from pynput import mouse\nprint(1)'), '1\n', 'pynput: imported, but not used'),
     'another Python': (course('#!/usr/bin/python3.1\n'), None, '#!/usr/bin/python3.1, which this machine lacks'),
     'no first line': (course('print(1)'), None, 'turtlebot_controller.py does not begin with #!/usr/bin/env '
                       'python3, so that rosrun cannot start it.'),
@@ -123,7 +173,8 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
     ready, reading = prepared(tmp_path, files)
     assert os.path.basename(ready.program) == 'turtlebot_controller.py'
     assert told in ' '.join(reading.remarks + reading.findings)
-    assert bool(reading.findings) is (name in ('two files of a name', 'another Python'))
+    assert bool(reading.findings) is (
+        name in ('two files of a name', 'another Python', 'a path not changed'))
     if prints is not None:
         said = subprocess.check_output([ready.program], env=ready.environment, text=True)
         assert said.startswith(prints)
@@ -188,11 +239,16 @@ LACKS = MINE + ' imports {}, which neither the submission nor the marking machin
 @pytest.mark.parametrize('files, said', [
     (course(PYTHON + 'import apriltag_rosx as tags\nprint(tags)'), LACKS.format('apriltag_rosx')),
     # its package.xml is there, its message was forgotten
-    (course(PYTHON + 'from lab2.msg import MouseController\nMouseController()'), LACKS.format('lab2')),
+    (course(PYTHON + 'from lab2.msg import MouseController\nMouseController()'),
+     MINE + ' imports lab2.msg, which the package lab2 that was handed in does not have.'),
     ({'turtlebot_controller.py': 'from lab2.msg import Mouse\nMouse()\n'},
      LACKS[len('lab2/src/'):].format('lab2')),
     (course(PYTHON + 'import rclpy\nrclpy.init()'),
      MINE + ' is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.'),
+    (course(PYTHON + 'from pynput import mouse\nmouse.Listener()'), 'lab2/src/turtlebot_controller.py uses pynput, '
+     'which does not work on the marking machine: this platform is not supported.'),
+    ({'lab2/turtlebot_controller.py.txt': '', 'n.py': ''}, 'Near it: lab2/turtlebot_controller.py.txt; the name of a '
+     'Python file ends in .py.'),
     ({'x/.keep': ''}, 'No Python file was found at all. Handed in: x/.keep.'),
     ({'lab2/work.ipynb': '{}', 'b.txt': ''}, 'Handed in: b.txt, lab2/work.ipynb.')])
 def test_what_cannot_be_judged_says_why(tmp_path, files, said):
@@ -214,6 +270,14 @@ def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, text, words)
     assert '<name>submission</name>' in (copy / 'package.xml').read_text()
     assert (copy / 'scripts' / 'helper.py').exists()
     assert ready.environment['ROS_PACKAGE_PATH'].startswith(str(copy))
+
+
+def test_a_module_that_needs_much_memory_is_not_broken():
+    """The reading of a submission is limited, and numpy takes more than the limit here."""
+    for limit in ('60000000:', '60000000:60000000'):
+        done = subprocess.run(['prlimit', '--as=' + limit, sys.executable, '-c', TRY_IMPORTS, 'numpy'],
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert (done.returncode == 0 and done.stdout.split() == ['{}']) is limit.endswith(':')
 
 
 def test_no_link_is_followed(tmp_path):
@@ -287,13 +351,24 @@ def repository(folder, lab, texts):
     (TURN, {'lab1/src/*': MOUSE_ONLY, 'lab2/src/*': IMU_TOO, 'lab3/src/*': IMU_TOO}, 'lab2/src/*',
      '3 files can be the node; judged was lab2/src/*, because it is in the package lab2. The others: '
      'lab3/src/*, lab1/src/*.'),
-    # the package goes before the name; the name before the signs; the signs before the folder
+    # the package goes before the signs; the signs before the name; the name before the folder
     (TURN, {'lab1/*': IMU_TOO, 'lab2/src/controller.py': IMU_TOO}, 'lab2/src/controller.py', 'in the package lab2'),
-    (TURN, {'lab2/src/*': '', 'lab2/src/first.py': IMU_TOO}, 'lab2/src/*', 'the usual name'),
+    (TURN, {'lab2/src/*': MOUSE_ONLY, 'lab2/src/first.py': IMU_TOO}, 'lab2/src/first.py', 'it listens to imu.'),
+    (TURN, {'lab2/src/*': IMU_TOO, 'lab2/scripts/first.py': IMU_TOO}, 'lab2/src/*', 'the usual name'),
     (TURN, {'lab2/scripts/*': MOUSE_ONLY, 'lab2/src/*': IMU_TOO}, 'lab2/src/*', 'it listens to imu'),
     # a package that is called nearly so goes before any other, but lab20 is not lab2
     (TURN, {'lab2_final/*': IMU_TOO, 'a/*': IMU_TOO}, 'lab2_final/*', 'in the package lab2'),
     (TURN, {'lab20/*': IMU_TOO, 'a/*': IMU_TOO}, 'a/*', 'it comes first (there is no package lab2)'),
+    # a name with the lab's number, but not the workspace around a package
+    *[(TURN, {name + '/*': IMU_TOO, 'a/*': IMU_TOO}, name + '/*', 'in the package lab2') for name in (
+        'lab_2', 'lab-02', 'Lab 2', 'my_lab2', 'turtlebot_lab_2b')],
+    (TURN, {'lab2/a/*': IMU_TOO, 'lab2/a/package.xml': manifest('lab1'), 'lab2/lab2/*': IMU_TOO,
+            'lab2/lab2/package.xml': manifest('lab2')}, 'lab2/lab2/*', 'in the package lab2'),
+    # the reset is a sign
+    (LAB, {'lab7_tf/*': "rospy.Service('other', S, f)", 'lab7_tf/v2.py': "class MoveToGoal:\n"
+           "    rospy.Service('/set_pose', S, f)\nrospy.init_node('move_to_goal')"}, 'lab7_tf/v2.py', 'uses Service.'),
+    (PAD, {'lab4_gamepad/*': IMU_TOO, 'lab7_tf/*': 'rospy.ServiceProxy(RESET, S)'}, 'lab7_tf/*',
+     'it uses ServiceProxy.'),
     # a helper of lab2 is not the node of lab2; the node's class and name show it, too
     (TURN, {'lab1/*': MOUSE_ONLY, 'lab2/helper.py': 'x = 1'}, 'lab1/*', ''),
     (TURN, {'lab2/src/node.py': MOUSE_ONLY}, 'lab2/src/node.py',
@@ -310,6 +385,41 @@ def test_package_then_name_then_signs(tmp_path, lab, texts, expected, said):
     path, remarks, _ = find_node(repository(tmp_path, lab, texts), lab)
     assert path == expected.replace('*', lab.files[0])
     assert said.replace('*', lab.files[0]) in ' '.join(remarks) if said else remarks == []
+
+
+@pytest.mark.parametrize('texts, advised', [
+    ({'lab2/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO},
+     r'does more .* than lab2/\*, which has the usual name: --type lab2/\* '),
+    ({'lab1/*': IMU_TOO, 'lab2 - Copy/*': IMU_TOO},
+     r"usual package has lab2 - Copy/\*, which was put aside .*'lab2 - Copy/\*' "),
+    ({'lab1/*': MOUSE_ONLY, 'lab2/imu.py': IMU_TOO}, None)])
+def test_a_choice_against_a_name_is_told_to_the_instructor(tmp_path, texts, advised):
+    path, remarks, advice = find_node(repository(tmp_path, TURN, texts), TURN)
+    assert 'no package lab2' not in ' '.join(remarks) and bool(advice) is bool(advised)
+    assert advised is None or re.search(advised, advice[0].replace(TURN.files[0], '*'))
+
+
+START = 'from {} import Controller\nif __name__ == "__main__":\n    Controller()\n'
+CLASS = ("import rospy\nLIMIT = abs(-1)\nclass Controller:\n    def __init__(self):\n"
+         "        rospy.Subscriber('imu', I, f)\n")
+
+
+@pytest.mark.parametrize('texts, starts', [
+    ({'lab2/src/lab2/controller.py': CLASS, 'lab2/scripts/node.py': START.format('lab2.controller')},
+     'scripts/node.py'),
+    ({'lab2/src/lab2/*': CLASS, 'lab2/nodes/node': PYTHON + START.format('lab2')}, 'nodes/node'),
+    ({'lab2/src/controller.py': CLASS, 'lab2/src/main.py': START.format('controller')}, 'src/main.py'),
+    # the module starts by itself; no program starts it
+    ({'lab2/src/*': CLASS + 'Controller()', 'lab2/src/main.py': START.format('turtlebot_controller')}, 'src/*'),
+    ({'lab2/src/*': CLASS, 'lab2/src/main.py': 'from turtlebot_controller import Controller'}, 'src/*'),
+    ({'lab2/src/*': CLASS, 'lab2/src/main.py': '# turtlebot_controller\nprint()'}, 'src/*')])
+def test_the_program_that_starts_the_class_is_the_node(tmp_path, texts, starts):
+    folder = repository(tmp_path, TURN, dict(texts, **{
+        'lab2/src/lab2/__init__.py': 'from .turtlebot_controller import Controller\n',
+        'lab2/package.xml': manifest('lab2'), 'lab2/setup.py': 'setup(packages=["lab2"], package_dir={"": "src"})'}))
+    path, remarks, advice = find_node(folder, TURN)
+    assert path == 'lab2/' + starts.replace('*', TURN.files[0]) and advice == []
+    assert ('which starts lab2/src' in ' '.join(remarks)) is ('*' not in starts)
 
 
 def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(tmp_path):

@@ -11,6 +11,8 @@ import zipfile
 
 import pytest
 
+from sandboxes import skip_if_closed
+
 pytestmark = pytest.mark.usefixtures('among_namesakes')
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 SETUP = REPOSITORY / 'scripts' / 'setup.sh'
@@ -186,9 +188,7 @@ def room():
     with tempfile.TemporaryDirectory() as folder:
         place = pathlib.Path(folder)
         place.chmod(0o755)
-        for parent in place.parents:
-            if not parent.stat().st_mode & 0o001:
-                pytest.skip('{} is closed to other accounts'.format(parent))
+        skip_if_closed(place)
         for name in ('scripts/setup.sh', 'scripts/setup'):
             (place / 'room' / name).parent.mkdir(parents=True, exist_ok=True)
             copy = shutil.copytree if (REPOSITORY / name).is_dir() else shutil.copy

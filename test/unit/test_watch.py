@@ -282,9 +282,10 @@ def test_the_exit_status_is_the_nodes_own(end, status, start):
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])
 def test_a_signal_reaches_the_nodes_own_handler_in_its_main_thread(number, start):
     process = start('''
-import signal, threading
+import os, signal, threading
 def on_signal(number, frame):
-    print(number, threading.current_thread() is threading.main_thread(), flush=True)
+    # print is not reentrant
+    os.write(1, '{} {}'.format(number, threading.current_thread() is threading.main_thread()).encode())
     raise SystemExit(7)
 ''' + 'signal.signal({}, on_signal)\n'.format(int(number)) + START + "rospy.spin()\nsignal.pause()\n")
     process.stdout.readline()

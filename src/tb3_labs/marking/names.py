@@ -18,15 +18,17 @@ class NodeNames(NamedTuple):
     class_name: str             # the name of the class in the handout
     node_name: str              # the name of the node in the handout
     sensors: Tuple[str, ...]    # needed topics; a node that listens to the first topic is ready
+    uses: Tuple[str, ...]       # other topics of a complete node, and its call for the reset
 
 
 LAB_NODES = {
-    IMU: NodeNames(('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub', ('imu',)),
-    TURN: NodeNames(('lab2',), ('turtlebot_controller.py',), 'Controller', 'controller', ('imu',)),
+    IMU: NodeNames(('ice6',), ('imu_sub.py',), 'IMU', 'imu_sub', ('imu',), ()),
+    TURN: NodeNames(('lab2',), ('turtlebot_controller.py',), 'Controller', 'controller', ('imu',),
+                    ('mouse_info', 'cmd_vel')),
     MOVE2GOAL: NodeNames(('lab7_tf', 'lab7'), ('move2goal_tf.py', 'move2goal.py'), 'MoveToGoal',
-                         'move_to_goal', ('odom', 'imu')),
+                         'move_to_goal', ('odom', 'imu'), ('imu', 'cmd_vel', 'Service(')),
     GAMEPAD: NodeNames(('lab4_gamepad', 'lab7_tf', 'lab7'), ('gamepad.py',), 'Gamepad', 'gamepad',
-                       ('joy',)),
+                       ('joy',), ('cmd_vel', 'ctrl_relinq', 'ServiceProxy(')),
 }
 
 

@@ -74,8 +74,9 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
     """Returns (files to read, refused files and folders) below `folder`. Neither list has the
     IGNORED_PATHS and the `ignored` folders.
 
-    Links, devices, unreadable files and folders that are too deep are refused. A hard link, a file
-    that has another name outside of `folder`, is refused too: it may be another person's file.
+    Devices, unreadable files and folders that are too deep are refused, and so are links that lead
+    to anything but read files. A hard link, a file that has another name outside of `folder`, is
+    refused too: it may be another person's file.
     """
     status: Dict[Path, os.stat_result] = {}
     refused: List[Path] = []
@@ -98,7 +99,14 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
     files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
              and each.st_nlink <= names_here[each.st_dev, each.st_ino]
              and os.access(str(path), os.R_OK)]
-    return files, refused + sorted(set(status) - set(files))
+    refused += sorted(set(status) - set(files))
+    linked: Dict[Path, Path] = {}       # a link to a read file, or to a folder of read files
+    for link in [path for path in refused if os.path.islink(str(path))]:
+        with suppress(OSError, RuntimeError, ValueError):   # broken, circular, or leads out
+            target = folder / link.resolve().relative_to(folder.resolve())
+            linked.update({link if path == target else link / path.name: link
+                           for path in files if target in (path, path.parent)})
+    return files + list(linked), [path for path in refused if path not in linked.values()]
 
 
 # -- unpacking

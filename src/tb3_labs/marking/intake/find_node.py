@@ -1,7 +1,8 @@
 """Finds the file of a submission that is the node of a lab.
 
 A repository of a whole course may have several files with the same name. A file in a folder of old
-files is chosen last. Otherwise a file is chosen by its package, by its name, and by what it does.
+files is chosen last. Otherwise a file is chosen by its package, by what it does, and by its name.
+If the chosen file only defines what another file starts, that other file is the node.
 
 All files of a submission are only read, as texts.
 """
@@ -12,16 +13,18 @@ from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
 from tb3_labs.marking.intake.archives import NotJudged, files_in, shortened
-from tb3_labs.marking.intake.packages import FOLDERS, MANIFEST, is_aside, name_in, package_folder
+from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, OwnModules, starts
+from tb3_labs.marking.intake.packages import (
+    FOLDERS, MANIFEST, is_aside, name_in, package_folder, packages_in)
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
-LISTENS_TO = 'listens to '
+LISTENS_TO, USES = 'listens to ', 'uses '
+#: A call for the service of the reset; a variable may hold the service's name.
+RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first ranks, so many, are equal.
 COMPARED_RANKS = 4
 #: This text is in the relays that catkin makes. A relay starts a file of the student's machine.
 RELAY_TEXT = b'generated from catkin/cmake/template'
-#: A larger file is not a program [bytes].
-LARGEST_PROGRAM = 1000000
 
 
 class Choice(NamedTuple):
@@ -37,9 +40,9 @@ class _Candidate(NamedTuple):
     with the smallest ranks is chosen."""
 
     aside: bool             # is it in a folder of old or copied files?
-    package: int            # 0: a usual package; 1: a name that begins like it; 2: another name
-    name: int               # place among the usual names; len(names) if it has another name
+    package: int            # 0: a usual name; 1: a name with it; 2: below such a folder; 3: another
     signs: int              # the number of signs of the node that are missing
+    name: int               # place among the usual names; len(names) if it has another name
     folder: int             # place among the usual folders
     depth: int
     path: str
@@ -59,10 +62,9 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     names = (os.path.basename(name),) if name else lab.files
     handed_in = files_in(folder)
     package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
-    package_names = {found: name_in(found / MANIFEST)[0] if found else ''
-                     for found in set(package_of.values())}
+    own_names = {found: _own_names(found, folder) for found in set(package_of.values())}
     programs = sorted(
-        _candidate(lab, str(path.relative_to(folder)), package_names[found],
+        _candidate(lab, str(path.relative_to(folder)), own_names[found],
                    path.read_bytes().decode(errors='replace'), packages, names)
         for path, found in package_of.items())
     found = [each for each in programs
@@ -72,20 +74,48 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
         raise NotJudged('There is no {}{}, and no other file does what it should. {}'.format(
             name or ' or '.join(names), ' in a package {}'.format(package) if package else '',
             _what_was_found(sorted(each.path for each in programs),
-                            [str(path.relative_to(folder)) for path in handed_in])))
-    return Choice(found[0].path, _remarks(found, packages, names), _advice(found))
+                            [str(path.relative_to(folder)) for path in handed_in], names)))
+    start = None if name else _start_of(found[0], programs, folder)
+    if start is None:
+        return Choice(found[0].path, _remarks(found, packages, names), _advice(found, names))
+    found = [each for each in found if each.path != start.path]
+    return Choice(start.path, [f'Judged was {start.path}, which starts {found[0].path}.'],
+                  _advice(found, names))
 
 
-def _advice(found):
-    """Returns a sentence for the instructor if another file is as likely the node; else []."""
-    best, *alike = [each for each in found
-                    if each[:COMPARED_RANKS] == found[0][:COMPARED_RANKS]]
+def _start_of(module, programs, folder):
+    """Returns the first program that imports `module` and starts, if `module` starts nothing; else
+    None."""
+    path = folder / module.path
+    imports = re.compile(r'^[ \t]*(from|import)\b.*\b({}|{})\b'.format(
+        *map(re.escape, (path.stem, path.parent.name))), re.MULTILINE)
+    for each in [] if starts(module.text) else programs:
+        if each.aside <= module.aside and imports.search(each.text) and starts(each.text):
+            script = folder / each.path
+            if path in OwnModules(script, folder, packages_in(folder, script)).reached():
+                return each
+    return None
+
+
+def _advice(found, names):
+    """Returns a sentence for the instructor if another file may be the node; else []."""
+    best, *others = found
+    alike = [each for each in others if each[:COMPARED_RANKS] == best[:COMPARED_RANKS]]
     if all(each.text == best.text for each in alike):
+        alike = []
+    why = 'It is as likely the node as {}, and they differ'
+    if not alike and best.name == len(names):
+        alike = [each for each in others if each[:2] == best[:2] and each.name < best.name]
+        why = 'It does more of what the lab asks than {}, which has the usual name'
+    if not alike and best.package > 1:
+        alike = [each for each in others if each.package < 2]
+        why = 'The usual package has {}, which was put aside by its name'
+    if not alike:
         return []
     other = alike[-1].path if '/' in alike[-1].path else './' + alike[-1].path
-    return ['Judged was {}. It is as likely the node as {}, and they differ: --type {} '
-            "chooses another one, with --only and the student's name.".format(
-                best.path, shortened([each.path for each in alike]), shlex.quote(other))]
+    return ["Judged was {}. {}: --type {} chooses another one, with --only and the student's name."
+            .format(best.path, why.format(shortened([each.path for each in alike])),
+                    shlex.quote(other))]
 
 
 def _is_program(path):
@@ -93,42 +123,65 @@ def _is_program(path):
         return False
     begin = path.read_bytes()[:300]
     return RELAY_TEXT not in begin and (
-        path.suffix == '.py' or not path.suffix and b'python' in begin[:80])
+        path.suffix.lower() == '.py' or not path.suffix and b'python' in begin[:80])
+
+
+def _own_names(package, folder):
+    """Returns (names of a package with a package.xml, number of the folders above its files)."""
+    if package is None:
+        return [], 0
+    places = package.relative_to(folder).parts
+    return [name_in(package / MANIFEST)[0], *places[-1:]], len(places)
 
 
 def _candidate(lab, path, package, text, packages, names):
     *folders, name = path.lower().split('/')
+    own_names, depth = package
+    own, outer = own_names + folders[depth:], folders[:depth]
     sign_texts = _signs(lab, text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
-        is_aside(path),
-        min(_package_rank(usual.lower(), [package.lower()] + folders) for usual in packages),
-        lower.index(name) if name in lower else len(names), 3 - len(sign_texts),
+        is_aside(path), min(_package_rank(usual, own, outer) for usual in packages),
+        3 + len(lab.uses) - len(sign_texts),
+        lower.index(name) if name in lower else len(names),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
         len(folders), path, sign_texts, text)
 
 
-def _package_rank(usual, names):
-    if usual in names:
+def _package_rank(usual, own, outer):
+    """Returns the rank of a package by its own names and by the folders around it."""
+    usual, own, outer = _plain(usual), list(map(_plain, own)), list(map(_plain, outer))
+    if usual in own:
         return 0
-    # lab2_final and Lab2-main begin like lab2, but lab20 does not
-    return 1 if any(re.match(re.escape(usual) + r'(?![a-z0-9])', name) for name in names) else 2
+    # my_lab2 and Lab2-main have the name lab2, but lab20 does not
+    has_name = re.compile(re.escape(usual) + r'(?!\d)').search
+    if any(map(has_name, own)):
+        return 1
+    return 2 if any(map(has_name, outer)) else 3
+
+
+def _plain(name):
+    """Returns a name in small letters, in which a number follows its word directly, as in lab2."""
+    return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
 def _signs(lab, text):
     """Returns the signs of the lab's node in a program, as clauses such as 'listens to imu'."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
+    topic = r'[\'"]/?(\w+/)*{}[\'"]'
     return tuple(sign for pattern, sign in (
-        (r'Subscriber\(\s*(name\s*=\s*)?[\'"]/?(\w+/)*{}[\'"]'.format(lab.sensors[0]),
+        (r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.sensors[0]),
          LISTENS_TO + lab.sensors[0]),
         (rf'^[ \t]*class\s+{lab.class_name}\b', 'has the class ' + lab.class_name),
         (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
          'is the node ' + lab.node_name),
+        *[(RESET_CALL.format(use[:-1]) if use.endswith('(') else topic.format(use),
+           USES + use.rstrip('(')) for use in lab.uses]
     ) if re.search(pattern, code, re.MULTILINE))
 
 
 def _can_be_the_node(candidate, names, name):
-    signs = candidate.sign_texts
+    signs = [sign for sign in candidate.sign_texts if not sign.startswith(USES)]
     # a node of another lab may listen to the same topic
     is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
     listens = any(sign.startswith(LISTENS_TO) for sign in signs)
@@ -138,24 +191,30 @@ def _can_be_the_node(candidate, names, name):
 
 def _remarks(found, packages, names):
     best, *others = found
-    signs = ' and '.join(best.sign_texts)
     if not others:
+        signs = ' and '.join(sign for sign in best.sign_texts if not sign.startswith(USES))
         return [] if best.name < len(names) else [
             f"There is no {' or '.join(names)}; judged was {best.path}, which {signs}."]
     why = 'it comes first'
     for rank, reason in enumerate((
             'the others were put aside', 'it is in the package ' + ' or '.join(packages),
-            'it has the usual name', 'it ' + signs)):
+            'it ' + ' and '.join(sign for sign in best.sign_texts
+                                 if sign not in others[0].sign_texts),
+            'it has the usual name')):
         if best[rank] != others[0][rank]:
             why = reason
             break
-    if best.package == 2 and any(packages):
+    if all(each.package == 3 for each in found) and any(packages):
         why += f" (there is no package {' or '.join(packages)})"
     return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
         len(found), best.path, why, shortened([other.path for other in others]))]
 
 
-def _what_was_found(programs, handed_in):
+def _what_was_found(programs, handed_in, names):
+    near = [path for path in handed_in if path not in programs
+            and os.path.basename(path).lower().startswith(tuple(map(str.lower, names)))]
+    if near:
+        return f'Near it: {shortened(near)}; the name of a Python file ends in .py.'
     if programs:
         return ('Python files that were found (--type chooses one of them): {}.'
                 .format(shortened(programs)))

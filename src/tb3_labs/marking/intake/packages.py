@@ -6,7 +6,9 @@ All files are only read. CMake is not run.
 import fnmatch
 import os
 import re
+import shutil
 import xml.etree.ElementTree as ElementTree
+from contextlib import suppress
 from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
@@ -76,25 +78,48 @@ def name_in(manifest: Path) -> Tuple[str, str]:
     return '', f'The package is called {name[:60]!r}: it got another name.'
 
 
+def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
+    """Returns a key that sorts the nearest path to `node` first. Files that were put aside in
+    `folder` are farther."""
+    common = set(path.parents) & set(node.parents)
+    return -len(common), is_aside(str(path.relative_to(folder))), len(path.parts), str(path)
+
+
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     """Returns name -> folder of all packages below `folder` whose names a program can import.
 
     A package has a package.xml, or at least message files. Of several packages with one name, the
-    package nearest to `node` is returned.
+    package nearest to `node` is returned. A package that has no name gets the name of its folder.
     """
     files = files_in(folder)
     places = {path.parent for path in files if path.name == MANIFEST} | {
         path.parent.parent for path in files
         if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
-
-    def near(place: Path) -> Tuple[int, bool, int, str]:
-        common = set(place.parents) & set(node.parents)
-        return (-len(common), is_aside(str(place.relative_to(folder))), len(place.parts),
-                str(place))
     # the nearest comes last, and replaces the earlier ones
-    named = [(name_in(place / MANIFEST)[0] or place.name, place)
-             for place in sorted(places, key=near, reverse=True)]
+    named = [(own_name(place) or re.sub(r'\W|^(?=\d)', '_', place.name), place) for place in sorted(
+        places, key=lambda place: distance(place, node, folder), reverse=True)]
     return {name: place for name, place in named if is_name(name)}
+
+
+def own_name(package: Path) -> str:
+    """Returns the name in package.xml, or else in CMakeLists.txt; '' if there is none."""
+    names = [name_in(package / MANIFEST)[0], *_calls(package, 'project')]
+    return next((name.split()[0] for name in names if name.strip()), '')
+
+
+def gather_definitions(folder: Path) -> None:
+    """Copy messages and services below `folder` that lie elsewhere into the usual folders of their
+    packages. A definition that belongs to no package is copied into a folder beside it."""
+    for path in files_in(folder):
+        kind = path.suffix[1:]
+        if (kind in (MESSAGES, SERVICES) and path.parent.name != kind and is_name(path.stem)
+                and path.stat().st_size <= LARGEST_MANIFEST
+                and not is_aside(str(path.relative_to(folder)))):
+            package = package_folder(path, folder) or path.parent
+            with suppress(OSError):
+                (package / kind).mkdir(exist_ok=True)
+                if not (package / kind / path.name).exists():
+                    shutil.copy(str(path), str(package / kind))
 
 
 def interface_files(package: Path) -> Dict[str, List[str]]:

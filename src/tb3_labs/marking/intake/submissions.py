@@ -22,6 +22,7 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
     BAD_NAME, GENERATED_FOLDERS, IGNORED_PATHS, ZIP, NotJudged, UnpackLimits, is_zip,
     omission_remarks, shortened, submitted_files, unpack, write_file, writing_order)
+from tb3_labs.marking.intake.packages import MANIFEST, name_in
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(
@@ -29,6 +30,9 @@ CANVAS = re.compile(
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
+#: Names of folders and zip files in one student's work: of packages, in a package, of workspaces.
+COURSE_FOLDER = re.compile(
+    r'(ice|lab)[ _.-]?\d.*|src|scripts|nodes|msg|srv|launch|build|devel|.*_ws', re.IGNORECASE)
 #: Names that the files of a student must not have: the folder of marks uses them, or Linux does.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
@@ -157,12 +161,22 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def without_wrapping(folder: Path) -> Path:
-    """Returns the only folder in `folder` if it holds nothing but folders and zip files; else
-    `folder`. Many programs that make zip files put such a folder around all submissions."""
+    """Returns the only folder in `folder` if it holds nothing but the folders and zip files of
+    students; else `folder`. Many programs that make zip files put such a folder around all
+    submissions."""
     inside = list(folder.iterdir())
     is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
         path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
+    if is_wrapped and _is_one_submission(inside[0]):
+        return folder
     return inside[0] if is_wrapped else folder
+
+
+def _is_one_submission(folder):
+    """Does a folder hold the packages of one student, or the content of a package or workspace?"""
+    return any(not read_name(path.name, path.is_dir()).number and (
+        COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name)
+        for path in folder.iterdir())
 
 
 # -- the copy of a submission

@@ -27,7 +27,7 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
     modules_of)
-from tb3_labs.marking.intake.read_submission import COURSE_MESSAGE, ParsedSubmission
+from tb3_labs.marking.intake.read_submission import ParsedSubmission
 from tb3_labs.marking.intake.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
 from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
@@ -72,8 +72,8 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     source, node = copy / reading.package, copy / reading.node
     packages = {name: copy / folder for name, folder in reading.packages.items()
                 if name != OWN_PACKAGE}
-    for name in reading.substituted:
-        packages[name] = _stand_in(name, workspace / 'substituted' / name, remarks)
+    for name, files in reading.substituted.items():
+        packages[name] = _stand_in(name, files, workspace / 'substituted' / name, remarks)
     package_name = _usable_name(reading, source, packages, remarks)
     if not NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
         remarks.append(f'The file {printable(node.name)} got another name, since ROS allows '
@@ -93,8 +93,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
-    types = build({package_name if folder == source else name: folder
-                   for name, folder in packages.items()}, made, environment, remarks, sandbox)
+    types = build(packages, made, environment, remarks, sandbox)
     for module in reading.unused:
         place = made
         for part in module.split('.'):
@@ -102,8 +101,8 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
             place.mkdir(parents=True, exist_ok=True)
             (place / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
-        remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and not found on the "
-                       'marking machine: left out.')
+        remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
+                       'machine cannot import it: left out.')
     environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
@@ -111,13 +110,15 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         sandbox.isolates, str(program), package_name, str(copy), str(node))
 
 
-def _stand_in(name, folder, remarks):
-    """Make the folder of a package that has only the COURSE_MESSAGE, and return it."""
-    (folder / MESSAGES).mkdir(parents=True)
+def _stand_in(name, files, folder, remarks):
+    """Make the folder of a package that has only these types of the course, and return it."""
     own = rospkg.RosPack().get_path(OWN_PACKAGE)
-    shutil.copy(os.path.join(own, MESSAGES, COURSE_MESSAGE + '.msg'), str(folder / MESSAGES))
-    remarks.append(f'The package {name} was not handed in: the message {COURSE_MESSAGE} of the '
-                   'skeleton stands in for its own.')
+    for file in files:
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(os.path.join(own, file), str(folder / file))
+        remarks.append('The package {} was not handed in: the {} {} of the skeleton stands in for '
+                       'its own.'.format(name, 'message' if file.endswith(MESSAGES) else 'service',
+                                         Path(file).stem))
     return folder
 
 
@@ -127,8 +128,8 @@ def _usable_name(reading, source, packages, remarks):
         return reading.name
     remarks.append(reading.bad_name or
                    f'The package is called {reading.name}, as this one: it got another name.')
-    # its node may import messages by the folder's name
-    name = source.name if source.name in packages else 'submission'
+    # its node may import messages by this name
+    name = next((name for name, folder in packages.items() if folder == source), 'submission')
     (source / MANIFEST).write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
     return name
 
