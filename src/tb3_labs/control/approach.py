@@ -32,8 +32,8 @@ class ApproachConfig:
     period: float
     #: A command changes by this much at most [1/s^2].
     acceleration: float
-    #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
-    #: robot can follow the profile in spite of disturbance.
+    #: Deceleration of the braking profile [1/s^2], less than `acceleration`, so that the robot can
+    #: follow the profile in spite of disturbance.
     braking: float
     #: Near zero the speed is this gain times the way at rest [1/s].
     gain: float
@@ -125,7 +125,7 @@ class Approach:
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> None:
-        """Begin a new history: the first command is given now."""
+        """Begin the history of the commands just before the first command."""
         self._history = CommandHistory(self._config.period)
         self._identification.begin(speed)
         self._start_remaining = remaining
@@ -201,7 +201,7 @@ class PreciseTurn:
     def start(self, yaw: float, angle: float) -> None:
         """Turn by `angle`, beginning at `yaw` [rad], with a robot that stands."""
         self._face = yaw + angle
-        #: The remaining angle, not wrapped: it may be many whole turns.
+        #: The remaining angle, not wrapped, perhaps many whole turns [rad].
         self.remaining = angle
         self._time = 0.0    # since the start [s]
         self._settling = Settling()

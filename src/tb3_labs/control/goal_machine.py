@@ -19,7 +19,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.motion_watch import Settling, StallWatch
 
 #: A drive that ends outside its tolerance, for instance by a stall of the network, begins again
-#: from there, at most this many times.
+#: from its end, at most this many times.
 MORE_TRIES = 2
 
 
@@ -42,7 +42,7 @@ class GoalMachine:
         self.attempt = 0
         self._tries_left = 0
         self._interrupted = False
-        self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)    # since a restart
+        self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)
         self._settling = Settling()
         self._time = 0.0             # sum of `dt` of all steps [s]
 

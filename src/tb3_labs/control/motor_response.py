@@ -1,8 +1,8 @@
 """Identifies the delay, the lag and the gain of a robot while it moves.
 
-A command arrives after a *delay*: it crosses the network and waits for the next control period of
-the firmware. The motors then follow with a *lag*: they are modelled as first-order. The steady
-speed is the command times a *gain*. The gain is not quite 1: motors run at whole steps of speed,
+A command crosses the network and waits for the next control period of the firmware. This time is
+the *delay*. The motors then follow as a first-order system with a *lag*. The steady speed is the
+command times a *gain*. The gain differs a little from 1, since motors run at whole steps of speed,
 and the distance of the wheels differs from robot to robot. A robot that started from rest has
 
     the travel   x(t) = gain U(t - delay) - lag v(t)
@@ -122,7 +122,7 @@ class Response:
 
 def identify_at_start(time: float, first: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
-    """Returns (delay, lag) [s] from one sample of a robot that speeds up, or None.
+    """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if impossible.
 
     `time`: since the first command [s], which was not changed; `first`: steady speed of the first
     command; `travelled`, `speed`: travel and speed of the sample. `speed` must be the speed at this

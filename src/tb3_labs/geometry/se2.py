@@ -1,6 +1,6 @@
 """Poses in the plane, and points that they transform, as in the handout.
 
-A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B in B to A,
+A pose ``A_T_B`` is the place of frame B in frame A. The pose transforms a point p_B in B to A,
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
 
@@ -110,6 +110,6 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        # a TypedPose checks the distance; it takes Python's numbers only, not numpy's
+        # TypedPose checks the distance, and accepts only floats of Python, not of numpy
         TypedPose(float(pose.x), float(pose.y))
         return pose

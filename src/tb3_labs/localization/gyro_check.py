@@ -45,7 +45,7 @@ UNEVEN_SHARE = 0.033
 GYRO_DRIFT = 0.02
 #: With a calibrated gyro, the wheels may slip by this share, as on a carpet.
 WORST_SLIP_SHARE = 0.45
-#: With a calibrated gyro, the wheels may be uneven by this share, as if one wheel is worn.
+#: With a calibrated gyro, the wheels may be uneven by this share, as with a worn wheel.
 WORST_UNEVEN_SHARE = 0.1
 #: A calibrated gyro shows the slip of the wheels after steady turns of this total time [s].
 SLIP_TIME = 0.1
@@ -148,7 +148,7 @@ class _Comparison:
         self.agreed_for = 0.0       # time for which gyro and wheels agreed [s]
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
-        """Returns the wheels' turns that `reading` may show, or None if they are not all known."""
+        """Returns the wheels' turns that `reading` may show; None if some turns are unknown."""
         first, last = reading.begin - LONGEST_GYRO_LAG, reading.end + LONGEST_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
         for turn in turns:

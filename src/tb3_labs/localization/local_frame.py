@@ -1,4 +1,4 @@
-"""The local frame: the pose of the robot, relative to the pose that was last declared.
+"""The local frame, in which a reset declares the pose of the robot.
 
 In the theory of the lab, A is the frame ``odom``, B is the frame ``local``, and (t, theta)
 is the pose of B in A. The place p_A is ``p_B = R(theta)^-1 (p_A - t)`` in B.

@@ -40,7 +40,7 @@ TURN_SLACK = 0.3
 SPIKE_RATE = 10.0
 #: After a reset the odometry's place is exactly zero, and its yaw is below this [rad].
 ZERO_YAW = 0.01
-#: If the place before was as near to zero as this, a place of zero does not show a reset [m].
+#: If the place before was within this distance of zero, a place of zero is not a reset [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
@@ -138,7 +138,7 @@ class JumpFilter:
 
     def filter(self, timed: TimedSample, imu: ImuSample,
                driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
-        """Returns (shift, jump) of an odometry message; each may be None.
+        """Returns (shift, jump) of an odometry message. Shift and jump may be None.
 
         `imu`: the latest ImuSample; `driven_at`: time of the last known command to move [s,
         receiver's clock].

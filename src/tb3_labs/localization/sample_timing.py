@@ -110,8 +110,8 @@ class SenderClock:
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
                 all_silent: float) -> float:
-        """Returns the time of a sample of `source` on the sender's clock, or `arrival` without
-        stamps. `silence`, `all_silent`: as in TimedSample."""
+        """Returns the time of a sample of `source` on the sender's clock, or `arrival` if the
+        stamps are not a clock. `silence`, `all_silent`: see TimedSample."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
             self._new_epoch()

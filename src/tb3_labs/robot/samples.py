@@ -71,7 +71,7 @@ Sample = Union[ImuSample, OdometrySample]
 
 
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
-    """Returns `value`; ``ValueError`` if it is beyond `bound`, or not finite."""
+    """Returns `value`; ``ValueError`` for a value beyond `bound`, NaN or infinity."""
     if not abs(value) <= bound:    # "not <=" also catches NaN
         raise ValueError(
             f'{name} = {value:.6g} {unit} is more than a robot can have ({bound:g})')

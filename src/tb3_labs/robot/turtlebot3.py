@@ -34,7 +34,7 @@ class Twist2(NamedTuple):
 
 @dataclass(frozen=True)
 class RobotModel:
-    """One kind of TurtleBot3. The firmware clips a command to these speeds."""
+    """One kind of TurtleBot3. The firmware clips commands to `max_linear` and `max_angular`."""
 
     name: str
     wheel_radius: float       # [m]

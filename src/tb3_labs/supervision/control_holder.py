@@ -12,7 +12,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
 class ControlHolder(Enum):
-    """The node that may drive, as a `gamepad` knows it."""
+    """The node that may drive, in the knowledge of a node `gamepad`."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'

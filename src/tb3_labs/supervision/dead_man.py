@@ -66,7 +66,7 @@ class DeadMan:
         return drove
 
     def stop(self) -> None:
-        """Count a stop: no page drives until a person acts again."""
+        """Count a stop. A page cannot drive until a person acts again."""
         self.stops += 1
         self.page = None
 

@@ -63,7 +63,7 @@ class MessageAges:
     """Finds the Age of each message of one topic, by the connection of the message."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
-        """`present`: the senders that were there before this node began to listen, at `now`."""
+        """`now`: this node begins to listen; `present`: the senders that exist before."""
         self._present, self._begun_at = frozenset(present), now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # by the senders: (stamp, clock)

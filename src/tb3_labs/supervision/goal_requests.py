@@ -17,7 +17,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
 
-#: The text of a goal that is rejected because its sender repeats it.
+#: The reason for rejecting a goal that was ended before, and that its sender repeats.
 STAYS_ENDED = 'its sender repeats it since before it was ended'
 
 

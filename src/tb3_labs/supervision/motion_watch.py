@@ -66,7 +66,7 @@ class Sensor(Freshness):
         return silence
 
     def check_repetition(self, must_change: bool, now: float) -> None:
-        """Set `repeated_for`. `must_change`: does the robot move, so that the reading changes?"""
+        """Set `repeated_for`. `must_change`: does the robot move, so that readings must change?"""
         if not (must_change and self._changed_at <= now):    # the clock may have gone back
             self._changed_at = now
         self.repeated_for = now - self._changed_at
@@ -168,10 +168,10 @@ class SensorWatch:
 
 
 class StallWatch:
-    """Watches the remaining way of one state of a drive, or of one turn."""
+    """Finds a stall in one state of a drive, or in one turn."""
 
     def __init__(self) -> None:
-        self._least: Optional[float] = math.inf    # None: the next remaining way is the least
+        self._least: Optional[float] = math.inf    # None: take the next remaining way
         self._stalled_for = 0.0
         self._rested_for = 0.0
 

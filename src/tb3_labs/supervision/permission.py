@@ -33,7 +33,7 @@ from tb3_labs.supervision.timeouts import (
 
 
 class _Grant:
-    """The permission that one sender gave, and its renewals."""
+    """The permission that one sender gave, and the renewals by this sender."""
 
     def __init__(self, now: float, renews: bool) -> None:
         #: Arrival of the True, and the latest time at which it can have been sent [s].
@@ -51,7 +51,7 @@ class _Grant:
         self._received_for = now - self.granted_at
         self.sent_before = self.granted_at
         delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
-        # after a long time the two clocks differ by as much as a delay
+        # later the two clocks may differ by as much as a delay
         if self._renews and delay > 0.0 and self._received_for < EXPIRE_AFTER:
             self.sent_before -= delay
 
@@ -165,7 +165,7 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant whose renewals show that its True was delayed."""
+        """End a grant if the number of renewals shows that the True was delayed too long."""
         if grant.granted_at - grant.sent_before > OLDEST_GRANT:
             self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.granted_at):

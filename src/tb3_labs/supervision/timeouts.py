@@ -30,7 +30,7 @@ RESUME_TIME = 2.0
 ROBOT_START = 20.0
 #: A turn that is typed before the robot is connected waits this long for the robot.
 ROBOT_WAIT = 5.0
-#: While the board resets (firmware: 2.6 s), it is silent for longer than this.
+#: A board that resets is silent for longer than this. A reset by the firmware takes 2.6 s.
 RESET_SILENCE = 1.0
 #: A pad, or a page that drives, is lost if it is silent for longer than this.
 PAD_TIMEOUT = 0.25
@@ -108,7 +108,7 @@ SENDER_PAUSE = 2.0
 
 #: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
 SHORTEST_SLEEP = 1.0
-#: Messages within this time after a sleep may be as old as the sleep.
+#: Messages within this time after a sleep may have been sent before or during the sleep.
 WAKING_TIME = 0.3
 #: A simulated clock that does not change for this long stands still.
 STANDSTILL_TIME = 0.3

@@ -1,7 +1,7 @@
 """Converts positions of the mouse to a velocity of the robot.
 
 Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive; seconds
-on a clock that never stands still and never goes back (`now`), since a person moves the mouse.
+on a clock that never stands still and never goes back (`now`).
 Source: the course's mouse lab.
 """
 import math
@@ -110,7 +110,7 @@ class Mouse:
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
-        """Treat every mouse but `kept` as lost, since a person may have activated it meanwhile."""
+        """Treat every mouse but `kept` as lost, since a person may have activated a mouse."""
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)

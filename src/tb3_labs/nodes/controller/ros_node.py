@@ -28,7 +28,7 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT
 
 
 class ControllerNode:
-    """Takes in IMU, keyboard, mouse and requested turns; turns and drives the robot."""
+    """Takes in IMU, keyboard, mouse and requested turns. Turns and drives the robot."""
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()

@@ -96,7 +96,7 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._last_command = Twist2()
-        self._last_ended_attempt = 0    # number of the last attempt whose end was found
+        self._last_ended_attempt = 0    # number of the last drive whose end was found
         #: {another node that also commands motions: the time of its first command [s]}
         self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
@@ -170,13 +170,13 @@ class MoveToGoalCore:
 
     def on_repetition(self, request: GoalRequest, at: float) -> None:
         """Take in a goal that was sent again with the same GoalID."""
-        self._update_control(at)    # finds a sleep: the goal may be older than the sleep
+        self._update_control(at)    # a goal may be older than a sleep
         self._check_end(at)
         self._requests.note(request, at)
 
     def on_cancel(self, at: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
-        self._update_control(at)    # finds a sleep: no sender has paused in it
+        self._update_control(at)    # a sleep is not a pause of a sender
         if self._requests.cancel(at, name, stamp):
             self._machine.cancel()
             self._pause()
@@ -222,7 +222,7 @@ class MoveToGoalCore:
         """Look at both clocks, and decide. Call this after each sample of the IMU and each request,
         and also while no message arrives."""
         self._update_control(at)
-        # at the law's own rate, and whenever a sensor is lost
+        # a command is due at the rate of the law, and if a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end(at)
@@ -247,7 +247,7 @@ class MoveToGoalCore:
                 dt = self._pace.step(now)
                 self._check_readings(now)
                 command = self._machine.step(motion, dt)
-                # in each period a repeated reading is checked: its sensor may be frozen
+                # a repeated reading is checked in each period, since its sensor may be frozen
                 if self._machine.cruises and max(
                         self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
                     self._pace.prolong()

@@ -210,7 +210,7 @@ class Display:
             self._distance.publish(distance)
             self._angle.publish(math.degrees(angle))
         if abs(fix.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
-            # since RViz drops markers whose frame it does not know
+            # RViz drops a marker if it does not know the frame yet
             self._markers_sent_at = fix.stamp
             self._marker.publish(self._markers)
         self._path.show(fix)

@@ -1,6 +1,6 @@
 """The requests that move_to_goal takes: goals, and resets ("the robot is here, now").
 
-Goals come by the `move2goal` action; a goal on `move_base_simple/goal` becomes a goal of this
+Goals come by the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal of this
 action, as in move_base. Resets come in three ways: the services `reset_pose` and `set_pose`, and
 `initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.reset_client`.
 """

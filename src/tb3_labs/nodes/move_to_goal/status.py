@@ -1,4 +1,4 @@
-"""The status of a drive: its text on `goal_state`, and lines for the user when it changes."""
+"""The status of a drive, the text of the status on `goal_state`, and log lines about changes."""
 import math
 from typing import Callable, NamedTuple, Optional, Tuple
 
