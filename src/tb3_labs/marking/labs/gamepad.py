@@ -7,7 +7,8 @@ from typing import Dict
 import rospkg
 import yaml
 
-from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, PRINTED_RESET, SET_POSE
+from tb3_labs.handout import (
+    CTRL_RELINQ, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY, BEYOND, IN_TIME, LINEAR, NEAR, ROUNDING, STOPS_AT_ONCE, Criterion,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
@@ -41,7 +42,7 @@ RELINQUISHED, LATCHED = 'relinquished', 'heard late'
 CALLS, ORIGIN, UNIT, NAME = 'calls', 'origin', 'unit', 'name'
 
 #: The least and the greatest command of a full stick [m/s], [rad/s].
-FORWARD, TURN_RANGE = (0.15, MAX_SPEED + ROUNDING), (1.5, MAX_TURN + ROUNDING)
+FORWARD, TURN_RANGE = (0.15, MAX_LINEAR_SPEED + ROUNDING), (1.5, MAX_ANGULAR_SPEED + ROUNDING)
 #: The least and the greatest command of a half stick, as a share of the full stick's command.
 HALF = (0.25, 0.75)
 #: A node that is not blocked follows a stick within this time [s]. A wait for a service takes 1 s.
@@ -172,10 +173,10 @@ def _once(observation: Observation) -> Reason:
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        MAX_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
+        MAX_LINEAR_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
             *FORWARD, 'm/s', HELD, NEAR, *HALF)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        MAX_TURN), BY_THUMB, _turns, limits=STICK_LIMITS.format(
+        MAX_ANGULAR_SPEED), BY_THUMB, _turns, limits=STICK_LIMITS.format(
             *TURN_RANGE, 'rad/s', HELD, NEAR, *HALF)),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB, _lets_go,
               limits='zero velocity ' + STOPS_AT_ONCE),
