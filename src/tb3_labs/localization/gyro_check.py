@@ -9,8 +9,8 @@ that delay, slip and uneven wheels do not explain is added up.
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, no contradiction is found.
-* supervision.motion_watch finds wheels that turn while the robot stands, and a gyro that repeats
-  one reading.
+* supervision.stale_or_stalled finds wheels that turn while the robot stands, and a gyro that
+  repeats one reading.
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREEMENT_TIME`, with the wheels at rest.
 * No motion begins before gyro and wheels were compared at rest for `AGREEMENT_TIME`. During a
@@ -29,7 +29,7 @@ from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.motion_watch import SURE_TURN_RATE
+from tb3_labs.supervision.stale_or_stalled import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 
@@ -101,7 +101,7 @@ class OrientationWatch:
         rate = 0.5 * (last.yaw_rate + yaw_rate)
         self._rested_for += seconds
         if yaw == last.yaw and yaw_rate == last.yaw_rate:
-            return    # motion_watch finds a frozen IMU
+            return    # stale_or_stalled finds a frozen IMU
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
             self.stands = self.stands and self._rested_for < AGREEMENT_TIME

@@ -229,8 +229,8 @@ class EncoderWatch:
     angles in `joint_states` stand.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
-    of the wheels, no contradiction is found. In a turn on the spot, motion_watch finds a robot that
-    does not turn. Source: OpenCR firmware 1.2.6 (turtlebot3_core.ino), which calls calcOdometry()
+    of the wheels, no contradiction is found. In a turn on the spot, stale_or_stalled finds a robot
+    that does not turn. Source: OpenCR firmware 1.2.6 (turtlebot3_core.ino), which calls calcOdometry()
     without updateMotorInfo() if the servos do not answer.
     """
 
