@@ -2,7 +2,7 @@
 
 A configuration is a frozen dataclass whose fields are made by :func:`setting`. Default, unit,
 bounds and meaning of a field stand in one place. The dataclass refuses an invalid value with one
-sentence. From the same fields the bridge reads, documents and reconfigures ROS parameters.
+sentence. The room `ros` reads, documents and reconfigures ROS parameters by the same fields.
 
     @dataclass(frozen=True)
     class TurnConfig(Config):
@@ -20,7 +20,7 @@ Kind = TypeVar('Kind', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field with its meaning, its unit and its closed bounds."""
+    """Returns a dataclass field with a meaning, a unit and closed bounds."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 
@@ -38,8 +38,8 @@ class Config:
 def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
     """Returns a configuration of class `kind` from the parameters `given`.
 
-    Unknown parameters, and those with the value NOT_GIVEN, are ignored. Raises ``ValueError`` for
-    the first invalid value.
+    Unknown parameters, and parameters with the value NOT_GIVEN, are ignored. Raises ``ValueError``
+    for the first invalid value.
     """
     return kind(**{item.name: given[item.name] for item in fields(kind)
                    if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
@@ -54,7 +54,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 def _checked(item: Field, value: Any) -> Any:
     """Returns `value` in the field's type; ``ValueError`` with field, value and valid values."""
     wanted, rule = type(item.default), item.metadata
-    # A bool is an int to Python, but "has_control: 2" and "rate: true" are both mistakes.
+    # In Python a bool is an int, but "has_control: 2" and "rate: true" are mistakes.
     if wanted is float and type(value) is int:
         value = float(value)
     is_valid = (type(value) is wanted

@@ -1,21 +1,21 @@
-"""The numbers, names and printed words of the two handouts. Each is defined only here.
+"""The numbers, names and printed words of the two handouts.
 
-This module imports nothing, so every other module may read it. The plain nodes in scripts/ and the
-skeletons are the handouts' own text: they repeat these values, and test_handout.py compares them.
+This module has no imports, so every other module may import it. The plain nodes in scripts/ and the
+skeletons are the handouts' own text. They repeat these values, and test_handout.py compares them.
 """
 # -- the IMU exercise and the IMU lab
 
-#: The angle of a turn, and how far from its goal a turn may end [deg].
-TURN_DEG, HDG_TOL = 90.0, 10.0
-#: The letters that turn left and right.
-LEFT, RIGHT = 'l', 'r'
-#: The command for each degree of error; the slowest and the fastest turn [rad/s].
-K_HDG, MIN_ANG_Z, MAX_ANG_Z = 0.1, 0.5, 1.5
-#: The mouse commands zero within this distance of the screen's middle, from -1 to 1. At the edge of
-#: the screen it commands MOUSE_FULL [m/s], [rad/s].
-MOUSE_DEAD_ZONE, MOUSE_FULL = 0.25, 0.5
-#: The line with a heading, and the last line of each node.
+TURN_DEG = 90.0           # the angle of a turn [deg]
+HDG_TOL = 10.0            # the largest error of a turn at its end [deg]
+#: The keys that turn left and right.
+LEFT_KEY, RIGHT_KEY = 'l', 'r'
+K_HDG = 0.1               # the command for each degree of error [rad/s]
+MIN_ANG_Z = 0.5           # the slowest turn [rad/s]
+MAX_ANG_Z = 1.5           # the fastest turn [rad/s]
+MOUSE_DEAD_ZONE = 0.25    # nearer to the screen's middle the mouse commands zero; the edge is at 1
+MOUSE_FULL = 0.5          # the command of the mouse at the edge of the screen [m/s], [rad/s]
 PRINTED_HEADING = 'Current heading is {} degrees'
+#: The last line that each node prints.
 IMU_GOODBYE = 'Shutting down the IMU subscriber'
 CONTROLLER_GOODBYE = 'Controller exiting. Halting robot.'
 
@@ -25,16 +25,18 @@ CONTROLLER_GOODBYE = 'Controller exiting. Halting robot.'
 GOAL_X, GOAL_Y, GOAL_YAW_DEG = -0.61, 0.61, 0.0
 STATES = ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED = (
     'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')
-#: Both rotations end within ANGLE_TOLERANCE [rad], the way forward within DISTANCE_TOLERANCE [m].
-ANGLE_TOLERANCE, DISTANCE_TOLERANCE = 0.05, 0.15
-#: The gain of each rotation [1/s], and the speed of the way forward [m/s].
-GAIN_TO_GOAL, GAIN_TO_FINAL, DRIVE_SPEED = 0.3, 0.5, 0.15
-#: The limits in the robot's data sheet [m/s], [rad/s]. A full stick commands them.
-MAX_SPEED, MAX_TURN = 0.22, 2.84
-#: The numbers of the pad's axes and buttons, which count from 0.
+ANGLE_TOLERANCE = 0.05      # the largest error of both rotations at the end [rad]
+DISTANCE_TOLERANCE = 0.15   # the largest distance from the goal after the way forward [m]
+GAIN_TO_GOAL = 0.3          # the gain of the first rotation [1/s]
+GAIN_TO_FINAL = 0.5         # the gain of the last rotation [1/s]
+DRIVE_SPEED = 0.15          # the speed of the way forward [m/s]
+#: The limits in the robot's data sheet, which a full stick commands.
+MAX_LINEAR_SPEED = 0.22     # [m/s]
+MAX_ANGULAR_SPEED = 2.84    # [rad/s]
+#: The numbers of the pad's axes and buttons, from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3
 BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
-#: Three lines of the nodes begin with these words.
+#: The beginnings of three lines that the nodes print.
 PRINTED_REACHED = 'Goal reached'
 PRINTED_POSE_SET = 'Local pose set'
 PRINTED_RESET = 'Pose reset successfully'

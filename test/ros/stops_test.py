@@ -29,7 +29,7 @@ from thumb import A, B, Thumb, WithThumb
 #: Time from a stop to the last command that moves the robot [s].
 PROMPT = 0.25
 #: An event did not set a robot in motion that stands this long after it [s]: a process that wakes reads waiting
-#: messages within 0.3 s (timeouts.WAKING).
+#: messages within 0.3 s (timeouts.WAKING_TIME).
 PATIENCE = 0.5
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2

@@ -1,6 +1,6 @@
 """The nodes of a story: the real cores, with messages that may wait, and with their rules."""
 from reference_rule import GoalRule, HandRule
-from tb3_labs.control.braking import LawStep
+from tb3_labs.control.commands import LawStep
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.gamepad.core import GamepadCore

@@ -3,8 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.control.braking import (
-    CONTRADICTION, CommandHistory, Estimate, Pace, first_order_response)
+from tb3_labs.control.commands import (
+    CONTRADICTING_DEVIATIONS, CommandHistory, Estimate, Pace, first_order_response)
 
 PERIOD = 0.02
 
@@ -165,5 +165,5 @@ def test_a_change_is_taken_over_and_its_doubt_added():
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 @pytest.mark.parametrize('share, value', [(0.99, 0.5), (1.01, 1.0)])
 def test_a_sample_that_contradicts_the_estimate_takes_its_place(share, value, sign):
-    far = sign * share * CONTRADICTION * math.hypot(0.1, 0.1)
+    far = sign * share * CONTRADICTING_DEVIATIONS * math.hypot(0.1, 0.1)
     assert estimate_of(0.0, far).value == pytest.approx(value * far)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from rollout import control, run
-from tb3_labs.control.braking import LONGEST_IDLE, LawStep
+from tb3_labs.control.commands import LONGEST_IDLE, LawStep
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState

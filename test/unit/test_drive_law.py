@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.control.approach import ApproachConfig
-from tb3_labs.control.braking import LawStep
+from tb3_labs.control.commands import LawStep
 from tb3_labs.control.drive_law import DriveLaw, driving_approach
 from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.geometry.se2 import Pose2

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simulated_student_node import played
-from tb3_labs.handout import MAX_SPEED
+from tb3_labs.handout import MAX_LINEAR_SPEED
 from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.labs.move2goal import CRITERIA
 from tb3_labs.marking.marks import _broken_link
@@ -296,7 +296,7 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
     for words in named.group(1).split(', or ') if named else []:
         other = next(each for each in table if each.words == words)
         apart = np.abs(axis(other.value - quantity.value))[other.time > 0.0]
-        assert np.quantile(apart, 0.2) < POSE_TOLERANCE + MAX_SPEED * RECENT_TIME, (found.words, quantity.words)
+        assert np.quantile(apart, 0.2) < POSE_TOLERANCE + MAX_LINEAR_SPEED * RECENT_TIME, (found.words, quantity.words)
 
 
 def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():

@@ -6,7 +6,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.control_holder import ControlHolder
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import HAND_BACK, PAD_TIMEOUT
+from tb3_labs.supervision.timeouts import HAND_BACK_TIME, PAD_TIMEOUT
 
 NOBODY, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
 BURGER = robot_model('burger')
@@ -147,7 +147,7 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     taken = pad.now
     assert BURGER_FULL.linear > pad.run(0.5, sticks=(1.0, 1.0))[-1].linear > 0.0
     first = [time for time, command in pad.sent if command is not None][0]
-    assert first - taken >= HAND_BACK - 0.06
+    assert first - taken >= HAND_BACK_TIME - 0.06
 
 
 @pytest.mark.parametrize('repeats', [True, False])

@@ -4,7 +4,7 @@ from functools import partialmethod
 
 import pytest
 
-from tb3_labs.control.braking import LawStep
+from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_machine import GoalMachine, GoalState
 from tb3_labs.control.goal_state import errors, to_go
 from tb3_labs.geometry.se2 import Pose2

@@ -16,12 +16,12 @@ OWN_TEXT = {
     'doc/skeletons/imu/src/imu_sub.py': ['"{IMU_GOODBYE}"'],
     'scripts/plain_turtlebot_controller.py': [
         'K_HDG = {K_HDG:g} ', 'HDG_TOL = {HDG_TOL:g} ', 'MIN_ANG_Z = {MIN_ANG_Z:g} ', 'MAX_ANG_Z = {MAX_ANG_Z:g} ',
-        'self.curr_yaw + {TURN_DEG:g}\n', 'self.curr_yaw - {TURN_DEG:g}\n', 'direction == "{LEFT}"',
-        'direction == "{RIGHT}"', 'abs(mouse_info.yPos) > {MOUSE_DEAD_ZONE:g}', ' {MOUSE_FULL:g} * mouse_info.yPos',
+        'self.curr_yaw + {TURN_DEG:g}\n', 'self.curr_yaw - {TURN_DEG:g}\n', 'direction == "{LEFT_KEY}"',
+        'direction == "{RIGHT_KEY}"', 'abs(mouse_info.yPos) > {MOUSE_DEAD_ZONE:g}', ' {MOUSE_FULL:g} * mouse_info.yPos',
         'abs(mouse_info.xPos) > {MOUSE_DEAD_ZONE:g}', '-{MOUSE_FULL:g} * mouse_info.xPos',
         "'{IMU_TOPIC}'", "'{MOUSE_INFO}'", "'{CMD_VEL}'", '"{CONTROLLER_GOODBYE}"'],
     'doc/skeletons/turn/src/turtlebot_controller.py.in': [
-        '"Input {LEFT} or {RIGHT} to turn {TURN_DEG:g} deg"', 'abs(mouse_info.yPos) > {MOUSE_DEAD_ZONE:g}',
+        '"Input {LEFT_KEY} or {RIGHT_KEY} to turn {TURN_DEG:g} deg"', 'abs(mouse_info.yPos) > {MOUSE_DEAD_ZONE:g}',
         ' {MOUSE_FULL:g} * mouse_info.yPos', '"{CONTROLLER_GOODBYE}"'],
     'scripts/plain_move2goal_tf.py': [
         'self.goal_x = {GOAL_X}\n', 'self.goal_y = {GOAL_Y}\n', "if self.state == '{ROTATE_TO_GOAL}'",
@@ -33,8 +33,8 @@ OWN_TEXT = {
     'doc/skeletons/move2goal/src/move2goal_tf.py': [
         'self.goal_x = {GOAL_X}\n', 'self.goal_y = {GOAL_Y}\n', "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
     'scripts/plain_gamepad.py': [
-        'cmd.linear.x = {MAX_SPEED:g} * msg.axes[{LINEAR_AXIS}]',
-        'cmd.angular.z = {MAX_TURN:g} * msg.axes[{ANGULAR_AXIS}]',
+        'cmd.linear.x = {MAX_LINEAR_SPEED:g} * msg.axes[{LINEAR_AXIS}]',
+        'cmd.angular.z = {MAX_ANGULAR_SPEED:g} * msg.axes[{ANGULAR_AXIS}]',
         'if msg.buttons[{BUTTON_A}]:\n            self.has_control = False',
         'if msg.buttons[{BUTTON_B}]:\n            self.has_control = True',
         'if msg.buttons[{BUTTON_Y}]:\n            self.send_set_pose_request',

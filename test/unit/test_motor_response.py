@@ -7,12 +7,12 @@ import statistics
 import pytest
 
 from rollout import navigation, run
-from tb3_labs.control.braking import CommandHistory
+from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
-    CRUISING, LEARNING, LEARNING_TIME, LEAST_SAMPLE_DELAY, SPEEDING_UP, Identification, Response,
-    identify_at_start)
+    LEARNING_TIME, LEARNING_WEIGHT, LEAST_CRUISE_SHARE, LEAST_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification,
+    Response, identify_at_start)
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -97,7 +97,7 @@ def test_noise_of_the_samples_averages_out(lag):
 
 
 @pytest.mark.parametrize('share, tells', [
-    (0.9 * SPEEDING_UP[0], False), (1.1 * SPEEDING_UP[0], True), (1.1 * SPEEDING_UP[1], False),
+    (0.9 * SPEEDING_UP_SHARES[0], False), (1.1 * SPEEDING_UP_SHARES[0], True), (1.1 * SPEEDING_UP_SHARES[1], False),
     (1e307, False)])
 def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(share, tells):
     history, identification = CommandHistory(PERIOD), Identification(Response(), True)
@@ -110,7 +110,7 @@ def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(
 
 @pytest.mark.parametrize('what', [
     {'begin_speed': 0.2},                      # it moved already: by what command?
-    {'command': 0.9 * CRUISING, 'prompt': False},    # too slow
+    {'command': 0.9 * LEAST_CRUISE_SHARE, 'prompt': False},    # too slow
     {'age': 1.1 * LONGEST_AGE},                # the network stalls
     {'seconds': 0.1}])                         # over before it was steady
 def test_what_tells_nothing_teaches_nothing(what):
@@ -127,9 +127,9 @@ def test_learning_ends_before_changes_of_the_gain_add_up():
 def test_each_measurement_moves_what_is_known_by_a_share():
     response = Response(0.1, 0.05)
     response.learn(Response(0.2, 0.15, 1.1))
-    assert response.delay == pytest.approx(0.1 + 0.1 * LEARNING)
-    assert response.lag == pytest.approx(0.05 + 0.1 * LEARNING)
-    assert response.gain == pytest.approx(1.0 + 0.1 * LEARNING)
+    assert response.delay == pytest.approx(0.1 + 0.1 * LEARNING_WEIGHT)
+    assert response.lag == pytest.approx(0.05 + 0.1 * LEARNING_WEIGHT)
+    assert response.gain == pytest.approx(1.0 + 0.1 * LEARNING_WEIGHT)
 
 
 # The node's own turns show how late the samples of a robot are ------------------------------------

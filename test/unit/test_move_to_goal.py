@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from story_nodes import Ahead
-from tb3_labs.control.braking import LONGEST_IDLE
+from tb3_labs.control.commands import LONGEST_IDLE
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)

@@ -3,7 +3,7 @@ import pytest
 
 from tb3_labs.supervision.events import Age, Event, LogQueue, MessageAges, SenderConnection
 from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.timeouts import RENEWAL, SleepWatch
+from tb3_labs.supervision.timeouts import RENEWAL_PERIOD, SleepWatch
 
 
 class PermissionSenders:
@@ -12,7 +12,7 @@ class PermissionSenders:
 
     def __init__(self):
         self.log_queue = LogQueue()
-        self.permission = Permission(False, self.log_queue.add)
+        self.permission = Permission(False, self.log_queue)
         self.now = 1000.0
         self.renewing = set()
         self.sensor_problem = ''
@@ -27,7 +27,7 @@ class PermissionSenders:
         self.hear(sender, word, renews=renews)
         if renews:
             (self.renewing.add if word else self.renewing.discard)(sender)
-            self._next[sender] = self.now + RENEWAL
+            self._next[sender] = self.now + RENEWAL_PERIOD
 
     def run(self, seconds):
         """Let time pass; True if the robot might be driven at any moment of it."""
@@ -36,7 +36,7 @@ class PermissionSenders:
             self.now += 0.01
             for sender in sorted(self.renewing):
                 if self.now >= self._next[sender]:
-                    self._next[sender] = self.now + RENEWAL
+                    self._next[sender] = self.now + RENEWAL_PERIOD
                     self.hear(sender, True, renews=True)
             self.permission.update(self.now)
             self.permission.set_sensor_problem(self.sensor_problem)
@@ -132,7 +132,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
 def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
     """The delayed True arrives together with the renewals that were sent after it."""
     senders.say('pad', True)
-    senders.at_once(int(late / RENEWAL))
+    senders.at_once(int(late / RENEWAL_PERIOD))
     assert senders.run(3.0) is counts
     assert senders.warned('delayed it by more than 2 s') is not counts
 
@@ -142,7 +142,7 @@ def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late,
 def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, comes_after, stands):
     senders.sensor_problem = 'no imu'
     if not was_there:
-        senders.permission = Permission(True, senders.log_queue.add)
+        senders.permission = Permission(True, senders.log_queue)
     senders.permission.begin(senders.now)
     if was_there:
         senders.say('pad', True)
@@ -162,7 +162,7 @@ def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(sende
     if slept:
         senders.now += 3.0               # no update meanwhile
     else:
-        senders.permission = Permission(False, senders.log_queue.add)
+        senders.permission = Permission(False, senders.log_queue)
     assert not senders.run(0.5)
     senders.say('pad', True)
     senders.at_once(8)                   # pressed 0.8 s ago
@@ -178,7 +178,7 @@ def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
     senders.run(0.01)
     senders.say('pad', False)
     senders.say('pad', True)
-    senders.at_once(round(late / RENEWAL))
+    senders.at_once(round(late / RENEWAL_PERIOD))
     assert senders.run(3.0) is counts
     assert senders.warned('it was taken while the network delayed it') is not counts
 
@@ -186,7 +186,7 @@ def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
 def test_what_was_taken_before_this_node_lived_is_no_stop():
     """The sender's False was older than the start with control."""
     senders = PermissionSenders()
-    senders.permission = Permission(True, senders.log_queue.add)
+    senders.permission = Permission(True, senders.log_queue)
     senders.hear('pad', False, Age.OLD, renews=True)
     assert senders.run(1.0) and senders.granted
     assert senders.log_queue.pop_all() == []

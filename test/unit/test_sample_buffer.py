@@ -9,7 +9,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_buffer import SAMPLE_MEMORY, SampleBuffer, Track
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
-from tb3_labs.supervision.timeouts import MAX_GAP, Lateness
+from tb3_labs.supervision.timeouts import INTERPOLATED_GAP, Lateness
 from timed_part import TimedPart
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(1 - 2j, 0.3), imu_offset=-1.8,
@@ -80,7 +80,7 @@ def test_a_track_knows_what_lies_between_its_samples(time, value):
     assert found == (value if value is None else pytest.approx(value))
 
 
-@pytest.mark.parametrize('gap, known', [(MAX_GAP, True), (MAX_GAP + 0.01, False), (4.3, False)])
+@pytest.mark.parametrize('gap, known', [(INTERPOLATED_GAP, True), (INTERPOLATED_GAP + 0.01, False), (4.3, False)])
 def test_nothing_is_interpolated_over_a_dropout(gap, known):
     track = straight_track(-0.1, 0.0, gap)
     assert (track.at(gap / 2) is not None) is known

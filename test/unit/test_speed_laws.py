@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.braking import braking_speed
+from tb3_labs.control.commands import braking_speed
 from tb3_labs.robot.turtlebot3 import MODELS, Twist2, saturate
 
 BURGER = MODELS['burger']

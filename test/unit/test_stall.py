@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.stale_or_stalled import (
-    AWAY_LIMIT, LONGEST_REST, MOVING, SETTLING_TIME, STALL_STEP, STALL_TIME, Settling, StallWatch)
+    AWAY_LIMIT, LONGEST_REST, MOVING_SPEED, SETTLING_TIME, STALL_STEP, STALL_TIME, Settling, StallWatch)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -17,7 +17,7 @@ def after(progress, seconds, remaining, speed=(0.0, 0.0), **told):
 
 
 @pytest.mark.parametrize('speed, words', [
-    ((0.0, 0.0), STUCK), ((MOVING, -MOVING), STUCK), ((0.1, 0.0), MISSED), ((0.0, -0.1), MISSED)])
+    ((0.0, 0.0), STUCK), ((MOVING_SPEED, -MOVING_SPEED), STUCK), ((0.1, 0.0), MISSED), ((0.0, -0.1), MISSED)])
 def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(speed, words):
     progress = StallWatch()
     assert after(progress, STALL_TIME - DT, 1.0, speed) == ''

@@ -1,13 +1,12 @@
-"""The law of a drive to a goal: a command for each state. It brakes by
-:mod:`tb3_labs.control.approach`.
+"""The law of a drive to a goal: the command in each state. :mod:`tb3_labs.control.approach` brakes.
 
-Units: metres, radians, seconds; poses in the local frame.
+Units: metres, radians, seconds. Poses are in the local frame.
 """
 import math
 from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig, PreciseTurn
-from tb3_labs.control.braking import LawStep
+from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import difference, wrap
@@ -16,7 +15,7 @@ from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
 #: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
-OUTSIDE = 0.8
+BACKUP_SHARE = 0.8
 
 
 def driving_approach(config: DriveConfig) -> ApproachConfig:
@@ -24,29 +23,29 @@ def driving_approach(config: DriveConfig) -> ApproachConfig:
     return ApproachConfig(
         period=PreciseTurn.period, acceleration=config.linear_acceleration,
         braking=0.2 * config.linear_acceleration, gain=15.0, slowest=0.015, close_enough=0.0005,
-        backwards_from=OUTSIDE * config.distance_tolerance, nudge_time=PreciseTurn.period)
+        backwards_from=BACKUP_SHARE * config.distance_tolerance, nudge_time=PreciseTurn.period)
 
 
 class DriveLaw:
     """Drives as fast as the limits allow, and stops at the goal.
 
-    Each turn is a PreciseTurn. The way along the line from start to goal is an Approach. While
-    driving, the robot steers towards a point of the line a little ahead. Each driving state has a
-    method, whose `dt` is the time since the last step [s].
+    Each turn is a PreciseTurn. An Approach drives along the line from start to goal. Meanwhile the
+    robot steers towards a point on the line, a little ahead of itself. Each driving state has a
+    method. `dt` is the time since the last step [s].
     """
 
     period = PreciseTurn.period
-    #: The robot begins to drive at this angle from the line, and ends its turn while it drives.
-    FACING = 0.1                  # [rad]
-    #: An interrupted drive continues along its line if the robot faces within this angle of it.
-    ALONG = 0.3                   # [rad]
+    #: The robot begins to drive when it faces within this angle of the line.
+    FACING_ANGLE = 0.1                  # [rad]
+    #: An interrupted drive continues if the robot faces within this angle of its line.
+    RESUME_ANGLE = 0.3                   # [rad]
     #: The drive ends when the robot would come to rest this far before the goal.
     STOP_AHEAD = 0.0005           # [m]
-    #: The robot steers towards a point of the line this far ahead. A larger distance is calmer, a
-    #: smaller one keeps nearer to the line.
+    #: The robot steers towards a point on the line this far ahead. A larger distance makes the
+    #: steering calmer, a smaller distance keeps the robot nearer to the line.
     LOOK_AHEAD = 0.20             # [m]
-    #: At full speed, with less steering than this, every second step is skipped.
-    CALM = 0.05                   # [rad/s]
+    #: Every second step is skipped at full speed, while the robot steers by less than this.
+    STRAIGHT_RATE = 0.05                   # [rad/s]
     #: A robot that is slower stands.
     REST_SPEED = 0.01             # [m/s]
 
@@ -60,11 +59,11 @@ class DriveLaw:
         self._max_angular = min(config.max_angular, model.max_angular)
         self._turning = PreciseTurn(self._max_angular, config.angular_acceleration,
                                     math.radians(config.angle_tolerance_deg), response)
-        self._outside = OUTSIDE * config.distance_tolerance
+        self._backup_distance = BACKUP_SHARE * config.distance_tolerance
         self._driving = Approach(driving_approach(config), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Choose the line to the goal, and whether to drive it forwards or backwards."""
+        """Choose the line to the goal, and the direction: forwards or backwards."""
         self._line = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
@@ -78,12 +77,12 @@ class DriveLaw:
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
         """Returns the state in which an interrupted drive continues.
 
-        If the robot still faces along its line, it drives on. If only the last turn remained, it
-        makes this turn. Otherwise the drive begins again from here.
+        A robot that still faces along its line drives on. A robot that made the last turn begins
+        this turn again. Otherwise the drive begins again from `pose`.
         """
         along = wrap(self._line + math.pi) if self._reverse else self._line
         off = difference(along, pose.yaw)
-        if state is GoalState.MOVE_FORWARD and abs(off) <= self.ALONG:
+        if state is GoalState.MOVE_FORWARD and abs(off) <= self.RESUME_ANGLE:
             self._turning.start(pose.yaw, off)
             self._driving.start()
         elif state is GoalState.ROTATE_TO_FINAL:
@@ -94,17 +93,17 @@ class DriveLaw:
         return state
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to face along the line, and brake so that the turn would end there."""
+        """Turn until the robot faces along the line. The turn already brakes for this heading."""
         if self._is_at_goal:
-            return LawStep(Twist2(), 0.0, True)
+            return LawStep(Twist2(), remaining=0.0, finished=True)
         turn = self._turn(motion, dt)
-        return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING)
+        return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Drive along the line; ends when the robot would come to rest at the goal.
+        """Drive along the line. The state is finished when a stop would end at the goal.
 
-        A delayed command may let the robot drive past the goal. The robot then waits for rest, and
-        backs up straight if it is outside the tolerance.
+        If a command is delayed, the robot may drive past the goal. It then waits until it rests,
+        and backs up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
         ahead, aside = -line_T_base.x, line_T_base.y    # remaining way; offset to the left [m]
@@ -115,14 +114,14 @@ class DriveLaw:
         slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
         line_direction = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
         self._turning.aim(wrap(line_direction + math.pi) if self._reverse else line_direction)
-        arrived = -self._outside <= at_rest <= self.STOP_AHEAD and not slips
+        arrived = -self._backup_distance <= at_rest <= self.STOP_AHEAD and not slips
         turn = self._turn(motion, dt)
         cruises = (self._driving.cruises(self._max_linear)
-                   and abs(turn.command.angular) <= self.CALM)
+                   and abs(turn.command.angular) <= self.STRAIGHT_RATE)
         return self._step(speed, turn, ahead, self._is_at_goal or arrived, cruises)
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn to the goal's heading; ends when settled: inside the tolerance and at rest."""
+        """Turn to the goal's heading. The state is finished at rest inside the tolerance."""
         if not self._final_turn_begun:
             self._final_turn_begun = True
             self._begin_turn(motion.pose, goal.yaw)
@@ -130,7 +129,7 @@ class DriveLaw:
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """Returns the distance from the goal in words if it is above the tolerance; else ''."""
+        """Returns a text about the distance from the goal, or '' inside the tolerance."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''

@@ -1,11 +1,11 @@
 """Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
 The *law* (:mod:`tb3_labs.control.drive_law`) gives the command in each of the three driving states,
-and says when the state is finished. This module chooses the state. If the robot gets no nearer,
-the drive is given up with a reason. The goal is reached when the robot has settled there, as shown
-by samples that were measured while it rested.
+and decides when the state is finished. This module chooses the next state. If the robot gets no
+nearer to its goal, the drive is given up with a reason. The goal is reached when samples of the
+resting robot show it at the goal.
 
-Units: metres, radians, seconds. Poses are in the local frame. Edge case: after GOAL_REACHED or a
+Units: metres, radians, seconds. Poses are in the local frame. Edge case: After GOAL_REACHED or a
 failure the command is None, not a zero.
 """
 from collections import defaultdict
@@ -14,23 +14,23 @@ from typing import Dict, Optional
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import Motion, is_slow
+from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.stale_or_stalled import Settling, StallWatch
 
-#: A drive that ends outside its tolerance, for instance by a stall of the network, continues from
-#: that pose, at most this many times.
+#: A drive that ends outside its tolerance, for instance by a stall of the network, begins again
+#: from its end, at most this many times.
 MORE_TRIES = 2
 
 
 class GoalMachine:
-    """One robot, one goal at a time."""
+    """Drives one robot to one goal at a time."""
 
     def __init__(self, law: DriveLaw) -> None:
         self.law = law
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
-        #: The reason why the drive was given up; '' if it was not.
+        #: The reason why the drive was given up, or ''.
         self.failure = ''
         #: True after a person or program cancelled the drive. Only a new goal starts another drive.
         self.cancelled = False
@@ -38,11 +38,11 @@ class GoalMachine:
         self.begun = False
         #: Will the command of the last step hardly change in the next period?
         self.cruises = False
-        #: Number of the drive: each goal and each restart begins a new one.
+        #: Number of the drive. Each goal and each restart begins a new drive.
         self.attempt = 0
         self._tries_left = 0
         self._interrupted = False
-        self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)    # since a restart
+        self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)
         self._settling = Settling()
         self._time = 0.0             # sum of `dt` of all steps [s]
 
@@ -65,7 +65,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """Continue the drive from the robot's present pose, since the robot stood for a moment."""
+        """At the next step, continue from the robot's present pose, since the robot stood."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -73,7 +73,7 @@ class GoalMachine:
         self.failure = reason
 
     def cancel(self) -> None:
-        """End the drive for good."""
+        """End the drive. Only a new goal starts another drive."""
         if self.goal is not None:
             self.cancelled = True
             self.give_up('canceled')
@@ -92,7 +92,8 @@ class GoalMachine:
         elif self._interrupted:
             self._resume(motion.pose, goal)
         self._time += dt
-        self._settling.update(is_slow(motion.linear, motion.angular), self._time - motion.imu_age)
+        rests = is_at_rest(motion.linear, motion.angular)
+        self._settling.update(rests, measured_at=self._time - motion.imu_age)
         while self.active:
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
@@ -109,7 +110,7 @@ class GoalMachine:
         return None
 
     def _rests(self, motion: Motion) -> bool:
-        """Has the robot settled, and was its odometry measured while it rested?"""
+        """Has the robot settled, and was the latest odometry measured since it came to rest?"""
         since = self._settling.since
         return (self._settling.rests and since is not None
                 and self._time - motion.odometry_age >= since)

@@ -1,6 +1,6 @@
-"""The public side of a drive to a goal: settings, four states, texts of `goal_state`.
+"""A drive to a goal, as users see it: settings, four states, texts of the topic `goal_state`.
 
-The states are those that the Transformation lab lists:
+The Transformation lab lists the states:
 
     ROTATE_TO_GOAL -> MOVE_FORWARD -> ROTATE_TO_FINAL -> GOAL_REACHED
 
@@ -46,18 +46,18 @@ class GoalState(Enum):
 
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
-#: `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words with a reason.
+#: A text of `goal_state` is the name of a state, WAITING_FOR_CONTROL, or a word here with a reason.
 WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
 WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def to_go(distance: float, angle_deg: float) -> str:
-    """Returns the remaining way in words [m, deg]; the angle is of the turn at the end."""
+    """Returns a text about the distance to the goal [m], and the angle to its heading [deg]."""
     return f'{distance:.3f} m to go, {abs(angle_deg):.1f} deg off the final heading'
 
 
 def with_reason(word: str, reason: str) -> str:
-    """Returns the text of `goal_state` for one of WAITING, STOPPED, GAVE_UP and its reason."""
+    """Returns the text of `goal_state` for a `word` (WAITING, STOPPED or GAVE_UP) and a reason."""
     return f'{word}: {reason}'
 
 
@@ -72,10 +72,10 @@ def errors(pose: Pose2, goal: Pose2) -> Tuple[float, float]:
 
 
 def is_stopped(goal_state: str) -> bool:
-    """Is this the text of a drive that is interrupted for a moment?"""
+    """Does this text of `goal_state` show a drive that is interrupted for a moment?"""
     return goal_state.startswith(STOPPED)
 
 
 def is_over(goal_state: str) -> bool:
-    """Is this the text of a drive that is over?"""
+    """Does this text of `goal_state` show a drive that has ended?"""
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)

@@ -1,7 +1,7 @@
-"""Angles in arrays, as recorded runs have them.
+"""Angles in arrays, for recorded runs.
 
-Units: radians. Edge case: an infinite angle becomes NaN. It raises no error, since one invalid
-sample must not hide the valid samples.
+Units: radians. Edge case: An infinite angle becomes NaN, without an error, since one invalid sample
+must not hide the valid samples.
 """
 import math
 from typing import Sequence, Tuple, Union
@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
 
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
-    """Returns the same directions as `angles`, in (-pi, pi]; an array of any shape."""
+    """Returns `angles`, an array of any shape, wrapped to (-pi, pi]."""
     angles = np.asarray(angles, dtype=float)
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - WHOLE_TURN * np.round(angles / WHOLE_TURN), math.pi)

@@ -1,11 +1,11 @@
 """Angles on the circle, numbers kept within limits, and the headings of quaternions.
 
-squaternion (PyPI) is w-first and checks nothing: another order of the parts, an all-zero quaternion
-or one of norm 2 gives a plausible wrong yaw. So the parts are keywords here, and a quaternion that
-no robot on a floor can have is invalid. No other file of this package touches quaternions.
+squaternion (PyPI) is w-first and checks nothing. Another order of the parts, or a norm that is not
+1, gives a plausible wrong yaw. So the parts are keywords here, and a quaternion of a robot that
+does not stand on a floor is invalid. Only this file and angle_arrays use quaternions.
 
-Units: radians, counter-clockwise positive (REP-103). Edge cases: a wrapped angle, and a yaw, is in
-(-pi, pi], so that exactly half a turn is +pi. NaN stays NaN as an angle. Infinity raises
+Units: radians, counter-clockwise positive (REP-103). Edge cases: Wrapped angles and yaws are in
+(-pi, pi], so that exactly half a turn is +pi. The angle NaN stays NaN. Infinity raises
 ``ValueError``.
 """
 import math
@@ -14,9 +14,9 @@ from typing import Tuple
 from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
-#: A norm that differs from 1 by more is invalid. A real TurtleBot3 sends 0.999996.
+#: A norm that differs from 1 by more than this is invalid. A real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
-#: A larger tilt is invalid [rad]: the quaternion's parts are in a wrong order.
+#: A larger tilt is invalid [rad], since the quaternion's parts are in a wrong order.
 MAX_TILT = math.radians(45.0)
 
 
@@ -43,7 +43,7 @@ def difference_degrees(target: float, start: float) -> float:
 
 
 def unwrap(angle: float, previous: float) -> float:
-    """Returns `angle` plus whole turns, nearest to `previous`: it does not jump at +/-pi."""
+    """Returns `angle` plus the whole turns that bring it nearest to `previous`."""
     return previous + difference(angle, previous)
 
 

@@ -1,6 +1,6 @@
 """Poses in the plane, and points that they transform, as in the handout.
 
-A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B in B to A,
+A pose ``A_T_B`` is the place of frame B in frame A. The pose transforms a point p_B in B to A,
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
 
@@ -22,7 +22,7 @@ import numpy as np
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import interpolate_angle, wrap
 
-#: A place farther than this from the local origin is refused: its unit is most likely wrong [m].
+#: A place farther than this from the local origin is refused, since the unit may be wrong [m].
 MAX_DISTANCE = 100.0
 #: A heading of more than a whole turn is refused, too [deg].
 MAX_YAW_DEG = 360.0
@@ -72,7 +72,7 @@ class Pose2:
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
-    """Returns the pose at a `fraction` (0 to 1) of the way to `end`; it turns the short way."""
+    """Returns the pose at a `fraction` (0 to 1) of the way, and the yaw turns the short way."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))
@@ -93,9 +93,9 @@ class TypedPose(Config):
 
 @dataclass(frozen=True)
 class RequestedPose:
-    """The pose that a goal or a reset asks for. Its sender chose the frame: ``local`` or ``odom``.
+    """The pose that a goal or a reset asks for. The sender chose the frame ``local`` or ``odom``.
 
-    A pose in odom is converted to local when it is used.
+    The user of the pose converts it from odom to local.
     """
 
     pose: Pose2
@@ -110,6 +110,6 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        # a TypedPose checks the distance; it takes Python's numbers only, not numpy's
+        # TypedPose checks the distance, and accepts only floats of Python, not of numpy
         TypedPose(float(pose.x), float(pose.y))
         return pose

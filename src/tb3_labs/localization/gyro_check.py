@@ -1,65 +1,64 @@
 """Does the gyro contradict the wheels, or the orientation of its own IMU?
 
-If a board calibrates its gyro while the robot turns, it treats this rate of turn as zero. Then the
-gyro shows the opposite turn while the robot rests. In motion it is wrong by the same rate. A
+A board that calibrates its gyro while the robot turns treats this rate of turn as zero. Then the
+gyro shows the opposite turn while the robot rests. In motion the gyro is wrong by the same rate. A
 robot that is carried looks the same, since its wheels rest. So each rate of the gyro is compared
-with the rates at which the wheels turned the robot a little earlier and later. The turn that delay,
-slip and uneven wheels do not explain is added up.
+with the rates at which the wheels turned the robot a little earlier and later. The part of the turn
+that delay, slip and uneven wheels do not explain is added up.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, no contradiction is found.
-* supervision.stale_or_stalled finds wheels that turn although the robot stands, and a gyro that
+* supervision.stale_or_stalled finds wheels that turn while the robot stands, and a gyro that
   repeats one reading.
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
-  for `AGREED`, with the wheels at rest.
-* No motion begins before gyro and wheels were compared for `AGREED`, at rest. In a silence of more
-  than timeouts.RESUME_TIME a board may have calibrated its gyro again. If the wheels cannot be
-  compared within `AGREED`, the motion does not wait for them.
+  for `AGREEMENT_TIME`, with the wheels at rest.
+* No motion begins before gyro and wheels were compared at rest for `AGREEMENT_TIME`. During a
+  silence of more than timeouts.RESUME_TIME a board may calibrate its gyro again. If the wheels
+  cannot be compared within `AGREEMENT_TIME`, the motion does not wait for this comparison.
 * In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
   the turn, and 7.5 deg/s at full speed.
 
-Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms, and a recorded drive of a
-Burger, in which at most 0.5 deg of its turns are unexplained.
+Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms; a recorded drive of a Burger,
+in which at most 0.5 deg of the turns are unexplained.
 """
-import math
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Tuple
+from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.stale_or_stalled import SURELY_TURNS
-from tb3_labs.supervision.timeouts import GYRO_GAP, MEAN_ONLY, RESUME_TIME, SMALL_STEP, WHEEL_GAP
+from tb3_labs.supervision.stale_or_stalled import SURE_TURN_RATE
+from tb3_labs.supervision.timeouts import (
+    GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 
 #: A turn of the wheels may show in the gyro up to this much later [s].
-LAG = 0.13
+LONGEST_GYRO_LAG = 0.13
 #: A turn of the wheels may show in the gyro up to this much earlier [s].
-LEAD = 0.04
-#: Wheels slip: a sound gyro differs from them by up to this share of the turn.
-SLIP = 0.055
-#: Uneven wheels: a turn by the faster wheel alone differs from a sound gyro by up to this share.
-UNEVEN = 0.033
+LONGEST_GYRO_LEAD = 0.04
+#: A sound gyro differs from slipping wheels by up to this share of the turn.
+SLIP_SHARE = 0.055
+#: A sound gyro differs from uneven wheels by up to this share of a turn by the faster wheel alone.
+UNEVEN_SHARE = 0.033
 #: A sound gyro drifts by up to this [rad/s].
-DRIFT = 0.02
-#: A gyro that agreed with resting wheels is calibrated until the next silence, in which it may be
-#: calibrated again. With a calibrated gyro, wheels may slip by this share, as on a carpet.
-WORST_SLIP = 0.45
-#: With a calibrated gyro, wheels may be uneven by this share, as when one is worn.
-WORST_UNEVEN = 0.1
+GYRO_DRIFT = 0.02
+#: With a calibrated gyro, the wheels may slip by this share, as on a carpet.
+WORST_SLIP_SHARE = 0.45
+#: With a calibrated gyro, the wheels may be uneven by this share, as with a worn wheel.
+WORST_UNEVEN_SHARE = 0.1
 #: A calibrated gyro shows the slip of the wheels after steady turns of this total time [s].
 SLIP_TIME = 0.1
 #: A steady turn is faster than this [rad/s].
-TURNING = 0.3
+STEADY_TURN_RATE = 0.3
 #: The rates of the wheels in a steady turn differ by less than this share.
-STEADY_TURN = 0.1
+STEADY_TURN_SPREAD = 0.1
 #: The gyro contradicts the wheels when the unexplained turn is larger than this [rad].
-UNEXPLAINED = 0.015
+MAX_UNEXPLAINED_TURN = 0.015
 #: The contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
-AGREED = 1.0
-#: Wheels rest while the margin around their rates, see plausible(), is below this [rad/s].
-RESTING_MARGIN = 1.2 * DRIFT
+AGREEMENT_TIME = 1.0
+#: The wheels rest while the margin of _Comparison.plausible() is below this [rad/s].
+RESTING_MARGIN = 1.2 * GYRO_DRIFT
 #: A robot that turns more slowly than this stands [rad/s].
 STANDING_RATE = 0.03
 #: Turns of the wheels are remembered for this long [s].
@@ -68,11 +67,11 @@ WHEEL_MEMORY = 0.6
 GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved? carried? not a '
              '{}?): let it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
-#: The orientation stands if it does not change while the gyro turns by this [rad].
+#: The orientation stands if it is the same before and after a turn by the gyro of this size [rad].
 GYRO_TURNED = 0.1
-#: An orientation that stands changes by less than this, its noise [rad].
+#: The noise of an orientation that stands is smaller than this [rad].
 STANDING_NOISE = 0.02
-#: Also, an orientation that stands changes by less than this share of the gyro's turn.
+#: An orientation that stands changes by less than this share of the gyro's turn.
 STANDING_SHARE = 0.25
 #: The problem in words, and its remedy.
 ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch the robot off and "
@@ -82,14 +81,14 @@ ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch
 class OrientationWatch:
     """Does the orientation of an IMU follow its gyro?
 
-    Some boards and drivers send an orientation that stands (turtlebot3 #912), or is always zero.
-    The contradiction is over when the orientation moves, or when the gyro rested for `AGREED`.
+    Some boards and drivers send an orientation that never changes (turtlebot3 #912).
+    The contradiction is over when the orientation moves, or the gyro rested for `AGREEMENT_TIME`.
     """
 
     def __init__(self) -> None:
         self._begin: Optional[float] = None   # yaw at the begin of the comparison [rad]
-        self._farthest = 0.0                  # largest change of the yaw since then [rad]
-        self._turned = 0.0                    # turn by the gyro since then [rad]
+        self._farthest = 0.0                  # largest change of the yaw since the begin [rad]
+        self._turned = 0.0                    # turn by the gyro since the begin [rad]
         self._rested_for = 0.0                # time for which the gyro rested [s]
         #: Does the orientation stand?
         self.stands = False
@@ -102,10 +101,10 @@ class OrientationWatch:
         rate = 0.5 * (last.yaw_rate + yaw_rate)
         self._rested_for += seconds
         if yaw == last.yaw and yaw_rate == last.yaw_rate:
-            return    # a frozen IMU; stale_or_stalled finds it
-        if abs(rate) < SURELY_TURNS:
+            return    # stale_or_stalled finds a frozen IMU
+        if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
-            self.stands = self.stands and self._rested_for < AGREED
+            self.stands = self.stands and self._rested_for < AGREEMENT_TIME
         elif 0.0 < seconds <= GYRO_GAP:
             self._turned += rate * seconds
             self._rested_for = 0.0
@@ -118,12 +117,12 @@ class OrientationWatch:
 
 
 class _WheelTurn(NamedTuple):
-    """The turn of the wheels from one of their samples to the next."""
+    """The turn of the robot by its wheels between two samples of the wheels."""
 
     begin: float
     end: float
     rate: float        # rate at which both wheels turned the robot [rad/s]
-    one_wheel: float   # rate at which the faster wheel alone would turn it [rad/s]
+    one_wheel: float   # rate at which the faster wheel alone would turn the robot [rad/s]
 
 
 class _GyroRate(NamedTuple):
@@ -139,34 +138,44 @@ class _Comparison:
     """The comparison since the last silence, or since the robot's clock was set."""
 
     def __init__(self) -> None:
-        self.wheels: Optional[WheelSample] = None    # the latest
+        self.wheels: Optional[WheelSample] = None    # the latest sample
         self.readings: Deque[_GyroRate] = deque()    # not compared yet
         self.turns: Deque[_WheelTurn] = deque()
         self.is_calibrated = False  # did the gyro agree with resting wheels?
-        self.turned_for = 0.0       # time of its steady turns by a calibrated gyro [s]
-        self.slip = 0.0             # mean slip in these turns
-        self.unexplained = 0.0      # [rad]
-        self.agreed_for = 0.0       # [s]
+        self.turned_for = 0.0       # time of steady turns with a calibrated gyro [s]
+        self.slip = 0.0             # mean slip in the steady turns
+        self.unexplained = 0.0      # sum of the turns that the wheels do not explain [rad]
+        self.agreed_for = 0.0       # time for which gyro and wheels agreed [s]
+
+    def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
+        """Returns the wheels' turns that `reading` may show; None if some turns are unknown."""
+        first, last = reading.begin - LONGEST_GYRO_LAG, reading.end + LONGEST_GYRO_LEAD
+        turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
+        for turn in turns:
+            if turn.one_wheel and turn.end - turn.begin > MEAN_ONLY_GAP:
+                return None
+        is_known = bool(turns) and min(turn.begin for turn in turns) <= first
+        return turns if is_known else None
 
     def plausible(self, least: float, most: float, one_wheel: float) -> Tuple[float, float, float]:
-        """Returns (least, most, margin) of the robot's rate of turn [rad/s], which may be beyond
-        the first two by up to the margin. `least`, `most`, `one_wheel`: the least and the largest
-        _WheelTurn.rate, and the largest _WheelTurn.one_wheel [rad/s].
-        """
-        margin = SLIP * max(-least, most) + DRIFT
+        """Returns (least, most, margin) [rad/s]: a sound gyro's rate is between `least` - `margin`
+        and `most` + `margin`. The arguments are the least and the largest _WheelTurn.rate, and the
+        largest _WheelTurn.one_wheel."""
+        margin = SLIP_SHARE * max(-least, most) + GYRO_DRIFT
         if not self.is_calibrated:
-            return least, most, margin + UNEVEN * one_wheel
-        slips = (self.slip,) if self.turned_for >= SLIP_TIME else (0.0, WORST_SLIP)
+            return least, most, margin + UNEVEN_SHARE * one_wheel
+        slips = (self.slip,) if self.turned_for >= SLIP_TIME else (0.0, WORST_SLIP_SHARE)
         return (min(least * (1.0 - slip) for slip in slips),
-                max(most * (1.0 - slip) for slip in slips), margin + WORST_UNEVEN * one_wheel)
+                max(most * (1.0 - slip) for slip in slips), margin + WORST_UNEVEN_SHARE * one_wheel)
 
     def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
-        """Learn the slip: a calibrated gyro shows which share of a steady turn the wheels lose."""
-        if (self.is_calibrated and self.turned_for < SLIP_TIME and least * most > TURNING ** 2
-                and most - least < STEADY_TURN * abs(most)):
+        """Learn which share of a steady turn the wheels lose, by a calibrated gyro."""
+        is_steady_turn = (least * most > STEADY_TURN_RATE ** 2
+                          and most - least < STEADY_TURN_SPREAD * abs(most))
+        if self.is_calibrated and self.turned_for < SLIP_TIME and is_steady_turn:
             seconds = reading.end - reading.begin
             self.turned_for += seconds
-            slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP)
+            slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP_SHARE)
             self.slip += seconds / self.turned_for * (slip - self.slip)
 
 
@@ -186,11 +195,11 @@ class GyroWatch:
         self._comparison = _Comparison()
 
     def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
-        """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels, too?"""
+        """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels' samples?"""
         self._sends_wheels = self._sends_wheels or sends_wheels
         if timed.silence > RESUME_TIME:
             self._rested_for = self._alone_for = 0.0
-        elif self._alone_for < AGREED:
+        elif self._alone_for < AGREEMENT_TIME:
             self._alone_for += timed.silence
         self._orientation.on_imu(timed)
         sample, last = timed.sample, timed.before
@@ -201,7 +210,7 @@ class GyroWatch:
             readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
                                       sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
-            readings.popleft()    # no samples of the wheels arrive
+            readings.popleft()    # too old: samples of the wheels do not arrive
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True
@@ -211,19 +220,19 @@ class GyroWatch:
         elif last is not None and time > last.stamp:
             self._add_turn(last, sample)
         self._comparison.wheels, readings = sample, self._comparison.readings
-        while readings and readings[0].end + LEAD <= time:
+        while readings and readings[0].end + LONGEST_GYRO_LEAD <= time:
             self._compare(readings.popleft())
 
     def problem(self) -> str:
-        """Returns the contradiction and its remedy, in words; '' if there is none."""
+        """Returns a text about the contradiction and its remedy, or ''."""
         if self._orientation.stands:
             return ORIENTATION_STANDS
         return self._gyro_lies if self._contradicts else ''
 
     @property
     def is_checked(self) -> bool:
-        """Were gyro and wheels compared at rest, or is there nothing to compare?"""
-        return not self._sends_wheels or max(self._rested_for, self._alone_for) >= AGREED
+        """Were gyro and wheels compared at rest, or does the robot not send its wheels?"""
+        return not self._sends_wheels or max(self._rested_for, self._alone_for) >= AGREEMENT_TIME
 
     def _add_turn(self, last: WheelSample, sample: WheelSample) -> None:
         begin, end = last.stamp, sample.stamp
@@ -236,32 +245,31 @@ class GyroWatch:
             turns.popleft()
 
     def _compare(self, reading: _GyroRate) -> None:
-        comparison, first, last = self._comparison, reading.begin - LAG, reading.end + LEAD
-        least, most, one_wheel, known_since = math.inf, -math.inf, 0.0, math.inf
-        for begin, end, rate, fastest in comparison.turns:
-            if end > first and begin < last:
-                if fastest and end - begin > MEAN_ONLY:
-                    return
-                known_since = min(known_since, begin)
-                least, most, one_wheel = min(least, rate), max(most, rate), max(one_wheel, fastest)
-        if known_since > first:
+        """Add up the turn of a gyro's reading that the wheels' turns around it do not explain."""
+        comparison = self._comparison
+        turns = comparison.turns_around(reading)
+        if turns is None:
             return
         self.has_compared = True
+        least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
         comparison.learn_slip(reading, least, most)
+        one_wheel = max(turn.one_wheel for turn in turns)
         least, most, margin = comparison.plausible(least, most, one_wheel)
         nearest = clamp(reading.rate, least - margin, most + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
         excess = 0.0 if stands else reading.rate - nearest
         seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
-        self._rested_for += seconds if rests else 0.0
-        if self._alone_for < AGREED:
+        if rests:
+            self._rested_for += seconds
+        if self._alone_for < AGREEMENT_TIME:
             self._alone_for = 0.0
         if excess and not reading.is_repeated:
             comparison.agreed_for = 0.0
             comparison.unexplained += excess * seconds
-            self._contradicts = self._contradicts or abs(comparison.unexplained) > UNEXPLAINED
+            if abs(comparison.unexplained) > MAX_UNEXPLAINED_TURN:
+                self._contradicts = True
         elif not excess and (rests or not self._contradicts):    # at rest a contradiction ends
             comparison.agreed_for += seconds
-            if comparison.agreed_for >= AGREED:
+            if comparison.agreed_for >= AGREEMENT_TIME:
                 comparison.unexplained, self._contradicts = 0.0, False
                 comparison.is_calibrated = comparison.is_calibrated or rests

@@ -1,14 +1,14 @@
-"""The local frame: the pose of the robot, relative to the pose that was last declared.
+"""The local frame, in which a reset declares the pose of the robot.
 
-Theory of the lab: A is the odometry's frame ``odom``, B the frame ``local``. A place p_A is, in B,
-``p_B = R(theta)^-1 (p_A - t)``, where (t, theta) is the pose of B in A.
+In the theory of the lab, A is the frame ``odom``, B is the frame ``local``, and (t, theta)
+is the pose of B in A. The place p_A is ``p_B = R(theta)^-1 (p_A - t)`` in B.
 
-A reset declares "the robot is *here*, now, in local". It uses the odometry's pose and the IMU's
+A reset declares the robot's present pose in local. The reset uses the odometry's pose and the IMU's
 yaw, both of one instant:
 
 * The place comes from the odometry. So the *odometry's* yaw of that instant gives the direction
-  of B in A. The IMU's yaw would be wrong: its zero direction differs from the odometry's by some
-  constant, and every displacement would be turned by that constant.
+  of B in A. The zero directions of IMU and odometry differ by a constant angle. So the IMU's yaw
+  would turn every displacement by that angle.
 * The heading comes from the IMU, relative to the IMU's yaw of that instant.
 
 Units: metres, radians. Source: the Transformation lab's handout, corrected for declared poses that

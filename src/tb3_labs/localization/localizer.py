@@ -1,12 +1,12 @@
 """Follows the robot in a local frame that can be declared again at any moment.
 
-IMU and odometry arrive in any order, each at its own rate. A *fix* is the robot's pose at the
-instant of one odometry message, with the IMU's yaw interpolated to its stamp. A *reset* uses the
-values of both sensors, interpolated to the moment of the request, once both sent a later sample. So
-it corrects any earlier error. If the robot turns, an error of the samples' age becomes an error of
-the reset. If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
+Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
+the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits for
+later samples of both sensors, and uses the values interpolated to the moment of the request. So a
+reset corrects any earlier error. If the robot turns, an error of the samples' age becomes an error
+of the reset. If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
 (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
-lost: there is no local frame until a reset declares one.
+lost. Then a local frame does not exist until a reset declares a new frame.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -25,8 +25,8 @@ from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: Motion is extrapolated from the latest samples for two control periods at most [s]. Within this
-#: time the effect of a command is measured; the later motion is not known.
+#: Motion is extrapolated from the latest samples for two control periods at most [s]. The later
+#: motion is not known.
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -47,11 +47,11 @@ class Reset:
     requested_at: float = 0.0        # [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None: no sample
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
-    sample_delay: float = 0.0        # samples of that instant are stamped this much later [s]
-    before: Optional[Pose2] = None   # the pose at that instant in the old frame, if known
+    sample_delay: float = 0.0        # samples of the request's moment are stamped this much later
+    before: Optional[Pose2] = None   # the pose at the request in the old frame, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
-    hint: str = ''                   # what its caller may want to do next
+    hint: str = ''                   # added to the answer for the caller
 
     @property
     def done(self) -> bool:
@@ -60,16 +60,16 @@ class Reset:
 
     @property
     def is_over(self) -> bool:
-        """Was it carried out, or refused?"""
+        """Was the reset carried out or refused?"""
         return self.done or bool(self.problem)
 
     @property
     def answer(self) -> str:
-        """Its outcome in words, once it is over."""
+        """The text of the outcome, for a reset that is over."""
         return self.problem or '{} to {}{}'.format(PRINTED_POSE_SET, self.declared, self.hint)
 
     def give_up(self) -> None:
-        """End a reset for which its caller waits no longer: the old frame stays."""
+        """End a reset, since the caller no longer waits for the answer. The old frame stays."""
         if not self.is_over:
             self.problem = 'no sample of imu and odom at that instant'
 
@@ -78,7 +78,7 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, timing: SampleTiming) -> None:
-        """`timing`: the timing of the samples; its clock gives the stamp of an instant."""
+        """`timing` times the samples. Its clock converts a time to a stamp."""
         self._timing, self._clock = timing, timing.clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
@@ -91,7 +91,7 @@ class Localizer:
         self._jumps: List[Jump] = []
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
-        self._resets: List[Reset] = []    # in the order of their requests, until pop_resets()
+        self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
         self._awaits_imu = True    # from a silence of both sensors to the next IMU sample
 
@@ -119,11 +119,9 @@ class Localizer:
         self._carry_out_resets()
 
     def pop_fix(self) -> Optional[Fix]:
-        """Returns the latest Fix once, and drops older ones; None if there is no new Fix.
-
-        The first Fix declares the frame, unless a reset declared it before. No Fix is returned
-        while the pose is lost, or for a sample after the instant of a reset that is not carried out
-        yet: the Fix would be in the old frame.
+        """Returns the latest Fix once, and drops older fixes. Returns None without a new Fix, while
+        the pose is lost, and for a sample that is later than a waiting reset: the Fix would be in
+        the old frame. The first Fix declares the frame, if no reset has declared a frame before.
         """
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
@@ -153,7 +151,7 @@ class Localizer:
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at `reset.requested` at `now`.
 
-        Resets are carried out in the order of their requests. `sample_delay`: time by which samples
+        Resets are carried out in the order of the requests. `sample_delay`: time by which samples
         are older than their stamps show [s].
         """
         reset.requested_at, reset.sample_delay = now, sample_delay
@@ -162,7 +160,7 @@ class Localizer:
 
     @property
     def has_resets(self) -> bool:
-        """Is there a reset that is not carried out yet?"""
+        """Does a reset wait for samples?"""
         return bool(self._waiting)
 
     @property
@@ -187,7 +185,7 @@ class Localizer:
                       self._yaw_noise.deviation, extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` after a request, but not after the samples that its reset waits for?"""
+        """Is `stamp` later than a reset's request, but not later than the reset's samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 
@@ -202,7 +200,7 @@ class Localizer:
                 self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
 
     def _shift(self, shift: Pose2) -> None:
-        """Move ``local`` with ``odom``, whose old frame has the pose `shift` in the new one."""
+        """Convert ``local`` to a new ``odom``, in which the old ``odom`` has the pose `shift`."""
         self._buffer.shift(shift)
         if self.frame is not None:
             self.frame = replace(self.frame, odom_T_local=shift @ self.frame.odom_T_local)
@@ -212,7 +210,7 @@ class Localizer:
             if reset.stamp is None:
                 reset.stamp, reset.epoch = (
                     self._clock.stamp_of(reset.requested_at), self._clock.epoch)
-            if reset.epoch != self._clock.epoch:    # the samples of its instant are lost
+            if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             readings = None if reset.stamp is None else self._buffer.at(

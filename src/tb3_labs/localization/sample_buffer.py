@@ -1,11 +1,11 @@
-"""The recent samples of both sensors, and their readings at one instant.
+"""The recent samples of both sensors, and the values of both sensors at one instant.
 
 A node reads every message of the odometry, but not every sample of the IMU. In a longer gap of the
-IMU, its yaw is assumed to turn as the odometry's yaw does.
+IMU, the IMU's yaw is assumed to turn as the odometry's yaw does.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
-Edge cases: a new epoch of that clock empties the buffer; a gap of the odometry longer than
-`MAX_GAP` is not interpolated; the order of arrival between the two sensors does not matter.
+Edge cases: A new epoch of the sender's clock empties the buffer. A gap of the odometry longer than
+`INTERPOLATED_GAP` is not interpolated. Either sensor's message may arrive first.
 """
 import math
 from bisect import bisect_left
@@ -16,23 +16,23 @@ from tb3_labs.geometry.angles import difference, interpolate_angle, wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import OdometrySample
-from tb3_labs.supervision.timeouts import MAX_BRIDGE, MAX_GAP
+from tb3_labs.supervision.timeouts import BRIDGED_GAP, INTERPOLATED_GAP
 
 #: Samples are remembered for this long [s].
 SAMPLE_MEMORY = 1.5
 
 
 class Track:
-    """Values of one source over time, in order of time."""
+    """The recent values of one source, in order of time."""
 
     def __init__(self, between: Callable[[Any, Any, float], Any]) -> None:
-        """`between(start, end, fraction)`: the value at a `fraction` (0 to 1) of the way."""
+        """`between(start, end, fraction)` interpolates at a `fraction` (0 to 1) of the way."""
         self._between = between
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value, whose `time` is not before the last value's. A second value at the
-        same time replaces the first."""
+        """Append a value. `time` must not be earlier than the latest value. A second value at the
+        same time replaces the first value."""
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))
@@ -45,12 +45,12 @@ class Track:
 
     @property
     def newest(self) -> float:
-        """Time of the latest value; minus infinity if there is none."""
+        """Time of the latest value; minus infinity before the first value."""
         return self._samples[-1][0] if self._samples else -math.inf
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
-        """Returns the samples (time, value) before and after `time`. A sample of exactly that time
-        is returned as both. Returns None if `time` is outside of the track."""
+        """Returns the samples (time, value) before and after `time`, or None if `time` is outside
+        of the track. A sample at exactly `time` is returned twice."""
         index = bisect_left(self._samples, (time,))
         if index == len(self._samples):
             return None
@@ -60,14 +60,14 @@ class Track:
         return (self._samples[index - 1], after) if index else None
 
     def at(self, time: float) -> Any:
-        """Returns the value at `time`; None if it is too early, too late, or in a gap."""
+        """Returns the value at `time`; None if `time` is too early, too late, or in a gap."""
         around = self.around(time)
         if around is None:
             return None
         (begin, start), (end, stop) = around
         if begin == end:
             return start
-        if end - begin > MAX_GAP:
+        if end - begin > INTERPOLATED_GAP:
             return None
         return self._between(start, stop, (time - begin) / (end - begin))
 
@@ -96,7 +96,7 @@ class SampleBuffer:
             self._unpaired.popleft()
 
     def shift(self, shift: Pose2) -> None:
-        """Convert all samples to a new frame ``odom``, in which the old one is at `shift`."""
+        """Convert all samples to a new ``odom``, in which the old ``odom`` has the pose `shift`."""
         self._odometry.change(lambda pose: shift @ pose)
         self._unpaired = deque((time, sample._replace(pose=shift @ sample.pose))
                                for time, sample in self._unpaired)
@@ -111,22 +111,22 @@ class SampleBuffer:
         return pair
 
     def at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
-        """(odom_T_base, IMU yaw) at `stamp` [s, sender's clock]; None if not known (yet)."""
+        """Returns (odom_T_base, IMU yaw) at `stamp` [s, sender's clock]; None if not known."""
         pose = self._odometry.at(stamp)
         yaw = None if pose is None else self._imu_yaw_at(stamp)
         return None if yaw is None else (pose, yaw)
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """Returns the IMU's yaw [rad]: by its own samples, or in a gap by the odometry's turn."""
+        """Returns the IMU's yaw [rad]. In a gap of the IMU, the odometry gives the turn."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
             return yaw
         (begin, start), (end, stop) = around
         before, here, after = (self._odometry.at(moment) for moment in (begin, time, end))
-        if end - begin > MAX_BRIDGE or before is None or here is None:
+        if end - begin > BRIDGED_GAP or before is None or here is None:
             return None
         yaw = start + difference(here.yaw, before.yaw)
-        if after is not None:    # else there is no odometry after the gap yet
+        if after is not None:    # the odometry may not have reached the end of the gap yet
             drift = difference(stop - start, difference(after.yaw, before.yaw))
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)

@@ -1,14 +1,13 @@
-"""The timing of samples, and the noise of an IMU. Each sample of a sensor is timed here, once.
+"""The timing of samples, and the noise of an IMU. Each sample of a sensor is timed once, here.
 
-A :class:`SampleTiming` measures the silence before a sample, and learns the sender's clock. It
-makes a :class:`TimedSample`, which has all times that other files need, and keeps the latest sample
-of each sensor.
+A :class:`SampleTiming` measures the silence before a sample, and learns the sender's clock. For
+each sample, SampleTiming makes a :class:`TimedSample`, which has all times that other files need.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
-are ordered by their stamps. The *least delay* between stamp and arrival within the last seconds
-converts one clock to the other, since it belongs to the fastest message. If the stamps are not
-a clock, arrivals take their place for both sensors.
+are ordered by their stamps. The *least delay* between stamp and arrival in the last seconds belongs
+to the fastest message, and converts one clock to the other clock. If the stamps are not a clock,
+the arrivals are used in place of the stamps, for both sensors.
 
 Units: seconds. Cases:
 
@@ -16,7 +15,7 @@ Units: seconds. Cases:
 * A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
   stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
-  *epoch*. Instants of different epochs cannot be compared.
+  *epoch*. Times of different epochs cannot be compared.
 * Stamps are not a clock if they are zero, stand still, run back, or differ between two sources.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
@@ -27,30 +26,30 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import (
-    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND, MAX_OFF, NOISE_GAP, SMALL_STEP, Least)
+    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND_TIME, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, Least)
 
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
-#: Weight of each new sample in the variance of the noise, after the first ones.
+#: Least weight of a new sample in the variance of the noise.
 NOISE_WEIGHT = 0.02
 #: A robot turns slowly if its rate is below this [rad/s].
-SLOW_TURN = 0.2
+SLOW_TURN_RATE = 0.2
 #: A robot turns evenly if its rate changes by less than this between two samples [rad/s].
-EVEN_TURN = 0.03
+EVEN_TURN_CHANGE = 0.03
 
 
 class TimedSample(NamedTuple):
-    """A sample, and all times that other files need; made by :class:`SampleTiming` alone."""
+    """A sample, and all times that other files need. Only :class:`SampleTiming` makes it."""
 
     sample: Any           # an ImuSample or OdometrySample
-    before: Any           # the sample before, of the same sensor; None for the first
-    arrival: float        # [s, receiver's clock]
-    time: float           # of the measurement [s, sender's clock; or by arrival]
-    epoch: int            # of the sender's clock: times of different epochs cannot be compared
-    measured_at: float    # [s, receiver's clock], as if the fastest message needed no time
-    silence: float        # the silence before it, by arrivals [s]; infinite for the first
-    all_silent: float     # the same, of both sensors together
-    by_stamps: float      # time since `before` by their stamps [s]; 0 for the first
+    before: Any           # the sample before, of the same sensor; None for the first sample
+    arrival: float        # time of arrival [s, receiver's clock]
+    time: float           # time of measurement [s, sender's clock]; `arrival` without stamps
+    epoch: int            # epoch of the sender's clock
+    measured_at: float    # `time` [s, receiver's clock], if the fastest message needs no time
+    silence: float        # time without a sample of the sensor [s]; infinite for the first sample
+    all_silent: float     # time without a sample of either sensor [s]
+    by_stamps: float      # stamp minus the stamp of `before` [s]; 0 for the first sample
 
     def age(self, now: float) -> float:
         """Returns the time since the measurement [s]; 0 if the receiver's clock went back."""
@@ -58,7 +57,7 @@ class TimedSample(NamedTuple):
 
     @property
     def step(self) -> float:
-        """Time since `before` [s]: by stamps if they are a clock, otherwise by arrivals."""
+        """Time since the sample `before` [s], by stamps if possible, otherwise by arrivals."""
         is_clock = 0.0 < self.by_stamps <= self.silence + CLOCK_STEP
         return self.by_stamps if is_clock else self.silence
 
@@ -68,7 +67,7 @@ class SampleTiming:
 
     def __init__(self) -> None:
         self.clock = SenderClock()
-        #: The latest sample of each sensor; None before the first.
+        #: The latest sample of each sensor; None before the first sample.
         self.imu: Optional[TimedSample] = None
         self.odometry: Optional[TimedSample] = None
 
@@ -98,10 +97,10 @@ def _silence(last: Optional[TimedSample], now: float) -> float:
 
 
 class SenderClock:
-    """The robot's clock, as the stamps of its messages show it."""
+    """The robot's clock, learned from the stamps of its messages."""
 
     def __init__(self) -> None:
-        #: Number of the epoch; the first is 0.
+        #: Number of the epoch; the first epoch has the number 0.
         self.epoch = -1
         #: False once the stamps have shown that they are not a clock.
         self.uses_stamps = True
@@ -111,8 +110,8 @@ class SenderClock:
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
                 all_silent: float) -> float:
-        """Returns the time of a sample of `source` on the sender's clock, or else its arrival.
-        `silence`: of this source before the sample [s]; `all_silent`: of all sources [s]."""
+        """Returns the time of a sample of `source` on the sender's clock, or `arrival` if the
+        stamps are not a clock. `silence`, `all_silent`: see TimedSample."""
         if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
             self.uses_stamps = False
             self._new_epoch()
@@ -131,9 +130,8 @@ class SenderClock:
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """Returns when a sample that has just arrived was measured, on the receiver's clock, as if
-        the fastest message needed no time. `time`: the same on the sender's clock, as
-        :meth:`time_of` has returned it."""
+        """Returns the time of measurement of a sample that has just arrived, on the receiver's
+        clock, if the fastest message needs no time. `time`: the result of :meth:`time_of`."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -144,13 +142,13 @@ class SenderClock:
             return True
         if source not in self._last or stamp >= self._last[source][0]:
             self._behind_since.pop(source, None)
-        elif arrival - self._behind_since.setdefault(source, arrival) > MAX_BEHIND:
+        elif arrival - self._behind_since.setdefault(source, arrival) > MAX_BEHIND_TIME:
             return True
         least = self._least.value
         if least is None or abs(arrival - stamp - least) < CLOCK_STEP:
             self._off_since.pop(source, None)
             return False
-        return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF
+        return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF_TIME
 
     def _is_new_clock(self, source: str, stamp: float, arrival: float, silence: float,
                       all_silent: float) -> bool:
@@ -163,7 +161,7 @@ class SenderClock:
         if source not in self._last:
             return False
         _, last_stamp = self._last[source]
-        # Messages that were delayed arrive together, but their stamps differ as usual.
+        # Delayed messages arrive together, but their stamps differ as usual.
         return not -SMALL_STEP <= stamp - last_stamp <= silence + CLOCK_STEP
 
     def _new_epoch(self) -> None:
@@ -177,8 +175,8 @@ class SenderClock:
 class YawNoise:
     """Learns the noise of one IMU.
 
-    The yaw of a sample is predicted from the sample before and the gyro's rate. While the robot
-    turns slowly and evenly, the measured yaw differs from this prediction by noise alone.
+    The sample before and the gyro's rate predict the yaw of a sample. While the robot turns slowly
+    and evenly, the measured yaw differs from this prediction by noise alone.
     """
 
     def __init__(self) -> None:
@@ -190,7 +188,7 @@ class YawNoise:
         before, (_, yaw, rate), step = timed.before, timed.sample, timed.step
         if before is None or not 0.0 < step < NOISE_GAP:
             return
-        if abs(rate) > SLOW_TURN or abs(rate - before.yaw_rate) > EVEN_TURN:
+        if abs(rate) > SLOW_TURN_RATE or abs(rate - before.yaw_rate) > EVEN_TURN_CHANGE:
             return
         turned = 0.5 * (before.yaw_rate + rate) * step
         # the difference of two samples has twice the variance of one

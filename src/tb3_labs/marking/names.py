@@ -4,10 +4,8 @@ import re
 from os.path import commonprefix
 from typing import NamedTuple, Tuple
 
-#: The names of the labs.
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
-#: A name of a package, a type or a field that ROS allows. ROS allows fewer letters than `\\w`.
-NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
+NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')     # ROS allows fewer letters than `\\w`
 
 
 class NodeNames(NamedTuple):

@@ -11,8 +11,8 @@ from tb3_labs.geometry.se2 import Pose2
 TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'  # fits a terminal of 80 columns
 HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by', 'time',
                           '').rstrip()
-#: Largest true error of a good drive: of its place [m], and of its heading [deg].
-MAX_TRUE_ERROR, MAX_TRUE_ERROR_DEG = 0.01, 0.5
+MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good drive [m]
+MAX_TRUE_ERROR_DEG = 0.5     # largest true error of the heading after a good drive [deg]
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class DemoDrive:
 
     state: str               # state in which the drive ended
     goal: Pose2
-    believed: Pose2          # at rest, as move_to_goal measured it
-    reached: Pose2           # at rest, truly
-    time: float              # [s]
+    believed: Pose2          # the pose at rest that move_to_goal measured
+    reached: Pose2           # the true pose at rest
+    time: float              # duration of the drive [s]
 
     @property
     def true_error(self) -> Tuple[float, float]:
@@ -42,7 +42,7 @@ class DemoDrive:
 
     @property
     def is_good(self) -> bool:
-        """Did the drive end at its goal, truly within the tolerances (bounds included)?"""
+        """Did the drive truly end at the goal, with errors of at most the largest true errors?"""
         distance, angle = self.true_error
         return (self.state == GoalState.GOAL_REACHED.name
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)

@@ -1,4 +1,4 @@
-"""Which robot is it, and what does it send? Its numbers with their sources, and its samples.
+"""Which robot is it, and what does it send? The robots' numbers with sources, and the samples.
 
-This room holds for every TurtleBot3, real or simulated; `simulation` imitates one.
+This room holds for every TurtleBot3, real or simulated. `simulation` imitates a TurtleBot3.
 """

@@ -1,8 +1,8 @@
 """The robots' numbers, each with its source.
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and
-its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets' 0.22 m/s and 2.84 rad/s
-for the Burger are rounded up: its wheels reach only 61 rpm; `motor_steps` cut off another 0.5 %.
+its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets round the Burger's speeds up
+to 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts off 0.5 % more.
 """
 import math
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ TICKS_PER_TURN = 4096
 #: Goal velocities are sent to the motors in whole steps of 0.229 rpm, cut towards zero.
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 #: The firmware applies the latest command, and sends odometry, at this rate [1/s]. Control laws
-#: give commands at the same rate, see tb3_labs.control.braking.
+#: give commands at the same rate, see tb3_labs.control.commands.
 CONTROL_RATE = 30.0
 #: Without a command for this long the wheels are commanded to zero [s].
 COMMAND_TIMEOUT = 0.5
@@ -34,13 +34,13 @@ class Twist2(NamedTuple):
 
 @dataclass(frozen=True)
 class RobotModel:
-    """One kind of TurtleBot3. The firmware clips a command to these speeds."""
+    """One kind of TurtleBot3. The firmware clips commands to `max_linear` and `max_angular`."""
 
     name: str
     wheel_radius: float       # [m]
     wheel_separation: float   # between the wheels' middles [m]
     motor_rpm: float          # fastest turn of a wheel [1/min]
-    motor_steps: int          # the same, as the motor limits it, in MOTOR_SPEED_STEP
+    motor_steps: int          # limit of the motor, in units of MOTOR_SPEED_STEP
     max_linear: float         # [m/s]
     max_angular: float        # [rad/s]
     body_radius: float        # radius of a circle that contains the robot [m]
@@ -62,15 +62,15 @@ MODELS: Dict[str, RobotModel] = {
     'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220),
 }
 DEFAULT_MODEL = 'burger'
-#: The environment variable that names the model if nothing else does.
+#: The environment variable that names the model, if the parameter is not given.
 MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
     """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the robot itself.
 
-    First each speed is clipped on its own. If both together are still too fast for a wheel, both
-    are scaled alike: the robot drives the same curve, only slower.
+    First each speed is clipped alone. If a wheel is still too fast, both speeds are scaled by the
+    same factor, so that the robot drives the same curve more slowly.
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)
@@ -84,7 +84,7 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model called `name`; ``ValueError`` if it is unknown. `source`: the parameter
+    """Returns the model called `name`; ``ValueError`` for an unknown name. `source`: the parameter
     or variable that has the name."""
     try:
         return MODELS[name]
@@ -94,8 +94,8 @@ def robot_model(name: str, source: str = 'model') -> RobotModel:
 
 
 def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
-    """Returns the model called `name`; ``ValueError`` if it is unknown. If `name` is NOT_GIVEN,
-    MODEL_VARIABLE in `environment` names the model; without it, the model is a Burger."""
+    """Returns the model called `name`; ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
+    MODEL_VARIABLE in `environment` names the model. Without this variable the model is a Burger."""
     if name != NOT_GIVEN:
         return robot_model(name)
     return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

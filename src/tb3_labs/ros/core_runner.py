@@ -26,7 +26,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
 from tb3_labs.ros.topics import DROPPED
 from tb3_labs.supervision.timeouts import (
-    CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL, Freshness)
+    CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
 #: A smaller speed turns no motor [m/s], [rad/s]; the firmware reads 1e-40 as full speed.
 LEAST_SPEED = 1e-4
@@ -174,7 +174,7 @@ class Watchdog:
         self._check, self._note_clock = check, note_clock
         self._awake = threading.Event()
         self._messages = Freshness('message', QUIET_TIME)
-        self._clock, self._last = Freshness('/clock', STANDSTILL), 0.0
+        self._clock, self._last = Freshness('/clock', STANDSTILL_TIME), 0.0
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def set_awake(self, awake):

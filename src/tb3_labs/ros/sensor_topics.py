@@ -13,7 +13,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
 #: The wheels are read once in this time [s]: each second message of a TurtleBot3. The gyro is
-#: compared with wheels whose messages are nearer than timeouts.MEAN_ONLY.
+#: compared with wheels whose messages are nearer than timeouts.MEAN_ONLY_GAP.
 WHEEL_PERIOD = 0.06
 
 

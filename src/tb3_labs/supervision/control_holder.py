@@ -1,18 +1,18 @@
 """Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
-When a node no longer holds the robot, it sends one zero, and then no more commands. By its
-ControlMessages a pad gives move_to_goal the permission to drive, and takes it back. Sources: the
-course's gamepad lab, and the failures of nodes without such a rule.
+When a node no longer holds the robot, it sends one zero, and then no more commands. A pad gives and
+takes the permission of move_to_goal by ControlMessages. Sources: the course's gamepad lab, and the
+failures of nodes without this table.
 """
 import math
 from enum import Enum
 from typing import List
 
-from tb3_labs.supervision.timeouts import RENEWAL
+from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
 class ControlHolder(Enum):
-    """The node that may drive, as a `gamepad` knows it."""
+    """The node that may drive, in the knowledge of a node `gamepad`."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'
@@ -22,20 +22,20 @@ class ControlHolder(Enum):
 class ControlEvent(Enum):
     """An event that may change the holder.
 
-    READY: messages of the pad arrive, and its sticks are at rest (or its hold button was pressed
-    again). After LOST nobody may drive, since the operator has no stop button any more.
+    READY: messages of the pad arrive, and the sticks are at rest (or the hold button was pressed
+    again). After LOST nobody may drive, since the person has no stop button any more.
     """
 
     READY = 'pad ready'
-    RELINQUISH = 'relinquish'    # this button was pressed
-    REGAIN = 'regain'            # this button was pressed
+    RELINQUISH = 'relinquish'    # the relinquish button was pressed
+    REGAIN = 'regain'            # the regain button was pressed
     GRANTED = 'granted'          # a terminal or another pad gave control
     TAKEN = 'taken'              # another node, or move_to_goal itself, took control
     STOPPED = 'stopped'          # another node sent False while a stick was pushed
     LOST = 'pad lost'
 
 
-#: {(holder, event): holder after it}. An event that is not here changes nothing.
+#: {(holder, event): holder after the event}. Other events do not change the holder.
 NEXT_HOLDER = {
     (ControlHolder.NOBODY, ControlEvent.READY): ControlHolder.GAMEPAD,
     (ControlHolder.NOBODY, ControlEvent.RELINQUISH): ControlHolder.MOVE_TO_GOAL,
@@ -51,14 +51,14 @@ NEXT_HOLDER = {
 
 
 class ControlMessages:
-    """The messages of one pad for `ctrl_relinq`: True gives the robot to move_to_goal, False takes
-    it back. A pad that has just started sends nothing, since no person has pressed a button."""
+    """The messages of one pad for `ctrl_relinq`. True gives the robot to move_to_goal, False takes
+    the robot back. A pad sends no message before a person has pressed a button."""
 
     def __init__(self) -> None:
-        #: Did this pad give control to move_to_goal? Then the pad must renew the permission.
+        #: Did this pad give control to move_to_goal? Then this pad must renew the permission.
         self.grants = False
         self._waiting: List[bool] = []
-        #: Time of the last True without an answer of move_to_goal [s].
+        #: Time of the last True, if move_to_goal has not answered it yet [s].
         self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
@@ -70,20 +70,21 @@ class ControlMessages:
         return messages
 
     def pop_renewal(self, now: float) -> bool:
-        """Returns True if a renewal is due. Then the caller sends it."""
-        is_due = self.grants and now - self._sent_at >= RENEWAL
+        """Returns True if a renewal is due. The caller must send the renewal."""
+        is_due = self.grants and now - self._sent_at >= RENEWAL_PERIOD
         if is_due:
             self._sent_at = now
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True for a press that was delayed by `lateness` [s], and one renewal for each
-        `RENEWAL` since the press: their number shows the delay."""
-        self.grants, self.granted_at, self._sent_at = True, now, now
-        self._waiting += [True] * (1 + int(lateness / RENEWAL))
+        """Queue a True for a press that was delayed by `lateness` [s], and a renewal for each
+        `RENEWAL_PERIOD` since the press. The number of renewals shows the delay."""
+        self.grants = True
+        self.granted_at = self._sent_at = now
+        self._waiting += [True] * (1 + int(lateness / RENEWAL_PERIOD))
 
     def stop(self, caused_at: float) -> None:
-        """Queue a False for any holder: at `caused_at` control was taken, or the pad was lost."""
+        """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
         self.grants = False
-        self.stopped_at = max(self.stopped_at, caused_at)    # a late B is older than a loss
+        self.stopped_at = max(self.stopped_at, caused_at)    # a late B may be older than a loss
         self._waiting.append(False)

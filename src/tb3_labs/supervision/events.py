@@ -1,9 +1,9 @@
 """An Event is a message that a person may have caused: a True, a False, or a turn. An Output is the
 decision of a core, with log lines for the person.
 
-A message is doubtful if it may repeat a message from before this node could hear its sender. This
-holds for the first message on a connection, if the sender is older than this node, or had another
-connection before: for a latched message always, for others until `REPEATS_WITHIN` has passed.
+A message is doubtful if it may repeat a message from before this node could hear the sender. The
+first message on a connection is doubtful if the sender is older than this node, or had another
+connection before. A latched message stays doubtful, other messages only for `REPEATS_WITHIN`.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """
@@ -19,7 +19,7 @@ Content = TypeVar('Content')
 
 
 class Age(Enum):
-    """The age of a message, compared with the node that hears it."""
+    """The age of a message, compared with the node that receives the message."""
 
     NEW = 'it was sent after this node could hear its sender'
     RESTARTED = 'the same, by a new process that bears the name of an earlier sender'
@@ -30,21 +30,22 @@ class Age(Enum):
 
     @property
     def is_doubtful(self) -> bool:
-        """May it be older than this node, or than a lost connection?"""
+        """May the message be older than this node, or than a lost connection?"""
         return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME)
 
 
 @dataclass(frozen=True)
 class Event(Generic[Content]):
-    """A message: its content, when it arrived [s], and its sender."""
+    """A message, and all that is known about its sender and its age."""
 
     content: Content
+    #: Time of arrival [s].
     at: float
     sender: str = ''
     age: Age = Age.NEW
     #: Does the sender announce that it renews its permission?
     renews: bool = False
-    #: When it was sent [s, sender's clock]; 0 if that is unknown.
+    #: Time of sending [s, sender's clock]; 0 if unknown.
     sent_at: float = 0.0
 
 
@@ -53,24 +54,24 @@ class SenderConnection(NamedTuple):
 
     sender: str
     process: str = ''         # another process may have the same name later
-    since: float = -math.inf  # when the connection was made [s]
+    since: float = -math.inf  # time at which the connection was made [s]
     latches: bool = False     # the sender repeats its last message to each new connection
     renews: bool = False      # see Event
 
 
 class MessageAges:
-    """Finds the Age of each message of one topic, by the connection on which it arrives."""
+    """Finds the Age of each message of one topic, by the connection of the message."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
-        """This node begins to listen now; `present`: the senders that were there before."""
+        """`now`: this node begins to listen; `present`: the senders that exist before."""
         self._present, self._begun_at = frozenset(present), now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
-        self._stamps: Dict[str, Tuple[float, float]] = {}    # the same: (stamp, clock)
+        self._stamps: Dict[str, Tuple[float, float]] = {}    # by the senders: (stamp, clock)
 
     def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
                clock: float = 0.0) -> Age:
-        """Returns the Age of a message that arrives on `connection` now. `stamp`: its stamp, or 0;
-        `clock`: the time now on the clock of stamps. A driver that hangs repeats its stamp."""
+        """Returns the Age of a message that arrives now. `stamp`: the message's stamp, or 0;
+        `clock`: the present time on the clock of stamps. A driver that hangs repeats a stamp."""
         before, stamped = self._latest.get(connection.sender), self._stamps.get(connection.sender)
         self._latest[connection.sender] = connection
         self._stamps[connection.sender] = stamp, clock
@@ -80,10 +81,10 @@ class MessageAges:
         if before is None and connection.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != connection.process
-        if is_restarted and connection.renews:    # it sends nothing before a person acts
+        if is_restarted and connection.renews:    # sends nothing before a person acts
             return Age.RESTARTED
         if connection.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
-            return Age.OLD    # if it had sent nothing before, its first message would come later
+            return Age.OLD    # a first message would come later
         if connection.latches and not connection.renews:
             return Age.LATCHED
         if now - connection.since < REPEATS_WITHIN:
@@ -92,14 +93,14 @@ class MessageAges:
 
 
 class LogLine(NamedTuple):
-    """A line of a core for its user; `warning`: is it logged as a warning?"""
+    """A line of a core for the user."""
 
     text: str
-    warning: bool
+    warning: bool    # is the line logged as a warning?
 
 
 class LogQueue:
-    """Collects the lines until they are logged."""
+    """Collects the lines of a core until its node logs them."""
 
     def __init__(self) -> None:
         self._waiting: List[LogLine] = []
@@ -115,18 +116,18 @@ class LogQueue:
 
 @dataclass(frozen=True)
 class Output:
-    """The decision of a core: its node carries it out. A node may add fields."""
+    """The decision of a core, which the node of the core carries out. A node may add fields."""
 
-    #: The command to send, a turtlebot3.Twist2; zero is a stop. None: no command is due.
+    #: The command to send, a turtlebot3.Twist2. Zero is a stop. None: a command is not due.
     command: Optional[Tuple[float, float]] = None
-    #: Is one zero sent before the command, because the driver has changed?
+    #: Must the node send one zero before the command, because the driver has changed?
     stops_first: bool = False
     #: Lines for the user.
     log_lines: Sequence[LogLine] = ()
-    #: May the robot move, so that the clock must be looked at often?
+    #: Must the node look at the clock often, because the robot may move?
     watched: bool = False
 
     @property
     def has_more(self) -> bool:
-        """Is there anything to be carried out after the command?"""
+        """Must the node do anything after sending the command?"""
         return bool(self.log_lines)

@@ -1,12 +1,12 @@
 """Is a goal accepted, and which goal does a cancel end?
 
-Each goal replaces the goal before it, whoever sent it. A sender *repeats* a goal when it sends the
-goal again within `SENDER_PAUSE`, unchanged but for its stamp. The rules:
+Each goal replaces the goal before, of any sender. A sender *repeats* a goal if it sends the goal
+again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
 
-* A cancel ends the goal that it names, or each goal up to its stamp, or every goal.
-* A goal that its sender had sent twice or more when a cancel ended it stays ended, until the sender
-  changes it, or pauses. A goal that a person sends once again is accepted at once.
-* The same holds when the drive to a repeated goal was given up: a repetition is not a new request.
+* A cancel ends the goal with the same name, or each goal up to the cancel's stamp, or every goal.
+* A repeated goal that was canceled stays ended until the sender changes the goal, or pauses. A goal
+  that was sent only once before the cancel is accepted again at once.
+* A repeated goal also stays ended after its drive was given up.
 * A repetition during the drive to this goal, or during the wait for sensors, changes nothing.
 
 Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sleep
@@ -17,18 +17,18 @@ from typing import Any, Dict, List, NamedTuple, Optional
 
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
 
-#: The text of a goal that is rejected because its sender repeats it.
+#: The reason for rejecting a goal that was ended before, and that its sender repeats.
 STAYS_ENDED = 'its sender repeats it since before it was ended'
 
 
 class GoalRequest(NamedTuple):
-    """A goal as it arrived."""
+    """A goal as received."""
 
-    goal: Any             # a pose and its frame; equal for goals that are unchanged
+    goal: Any             # a pose and a frame; equal for goals that are unchanged
     sender: str = ''
-    name: str = ''        # the GoalID's name; '' if it has none
-    stamp: int = 0        # the GoalID's stamp [ns, sender's clock]; 0 if it has none
-    client: Any = None    # the client gets the GoalAnswers
+    name: str = ''        # name in the GoalID, or ''
+    stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
+    client: Any = None    # receives the GoalAnswers
 
     def is_named_by(self, name: str, stamp: int) -> bool:
         """Does a cancel with this name and stamp mean this goal?"""
@@ -56,7 +56,7 @@ class GoalAnswer(NamedTuple):
 
 
 class _Repetition:
-    """One sender's unchanged goals without a pause between them."""
+    """A goal that one sender sends, perhaps repeatedly, without a pause."""
 
     def __init__(self, request: GoalRequest) -> None:
         self.goal, self.latest = request.goal, request
@@ -74,12 +74,12 @@ class GoalRequests:
         #: The request of the goal that was accepted last.
         self.present = present
         self._sleep = sleep
-        self._open: Optional[GoalRequest] = None    # its client waits for its end
+        self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         self._answers: List[GoalAnswer] = []
         self._repetitions: Dict[str, _Repetition] = {}    # by sender
 
     def note(self, request: GoalRequest, now: float) -> None:
-        """Take in a goal. Call this for each goal, also for a goal that is refused."""
+        """Take in a goal. Call this for each goal, also for a refused goal."""
         self._forget(now)
         repetition = self._repetition_of(request)
         if repetition is None:
@@ -89,12 +89,12 @@ class GoalRequests:
         repetition.source.received(now)
 
     def stays_ended(self, request: GoalRequest) -> bool:
-        """Does a goal that was just heard repeat a goal that was ended?"""
+        """Does a noted goal repeat a goal that was ended?"""
         repetition = self._repetition_of(request)
         return repetition is not None and repetition.is_ended
 
     def refusal_line(self, request: GoalRequest) -> str:
-        """Returns the line for a goal that stays ended; '' after the first time."""
+        """Returns the log line for a goal that stays ended, or '' after the first call."""
         repetition = self._repetition_of(request)
         if repetition is None or repetition.was_logged:
             return ''
@@ -103,23 +103,23 @@ class GoalRequests:
                 f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
 
     def is_repeated(self, request: GoalRequest) -> bool:
-        """Does a goal that was just heard repeat the present goal?"""
+        """Does a noted goal repeat the present goal?"""
         repetition = self._repetition_of(request)
         return repetition is not None and repetition.is_repeated and (
             repetition is self._repetition_of(self.present))
 
     def accept(self, request: GoalRequest) -> None:
-        """Drive to the goal of `request` from now on."""
+        """Make `request` the present goal. Cancel the goal before."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self._answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present = self._open = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
-        """Reject `request` with an answer to its client."""
+        """Answer the client of `request` that the goal is rejected."""
         self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
-        """Answer the client of a drive that has ended, once."""
+        """Answer the client of the present goal, if the client waits for an answer."""
         if self._open is not None:
             self._answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
@@ -130,14 +130,14 @@ class GoalRequests:
         return answers
 
     def give_up(self, now: float) -> None:
-        """Give up the present goal: a repetition does not start it again."""
+        """Give up the present goal. A repetition does not start the drive again."""
         self._forget(now)
         repetition = self._repetition_of(self.present)
         if repetition is not None:
             repetition.end()
 
     def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
-        """Take in a cancel. Returns True if it ends the present goal."""
+        """Take in a cancel. Returns True if the cancel ends the present goal."""
         self._forget(now)
         for repetition in self._repetitions.values():
             if repetition.latest.is_named_by(name, stamp):

@@ -5,36 +5,35 @@ holds until a person releases the machine again.
 
 * The first True of a sender is a *grant*, and so is each True that follows a False of this sender.
   The robot may be driven while a grant holds.
-* A repeated True, without a False in between, only renews a grant, if its sender renews.
+* A repeated True, without a False in between, only renews a grant of a sender that renews.
 * A False of any sender ends the grants of all senders.
-* If the renewals stop for `LAPSE`, the grant is suspended. A renewal before `LONGEST_LAPSE`
-  restores it. After a longer silence it has expired.
-* A grant needs its robot. It is void if the sensors that a drive needs are not there within
-  `RESUME_TIME` (or `ROBOT_START`, while they were never there).
-* If this process did not run for longer than `LONGEST_LAPSE`, all grants have expired. A True that
+* A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the grant.
+  After a silence of `EXPIRE_AFTER` the grant has expired.
+* A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
+  never were fresh, the limit is `ROBOT_START`.
+* If this process did not run for longer than `EXPIRE_AFTER`, all grants have expired. A True that
   arrives while the process wakes is ignored, since the True may be older than a stop.
-* A stop is never doubted, only a grant. A doubtful True (:mod:`tb3_labs.supervision.events`) gives
-  nothing, until a False and then a True follow. A latched False that is older than this node does
-  not take the permission that was given at the start.
+* A stop is never doubtful. A doubtful True (:mod:`tb3_labs.supervision.events`) gives no grant. A
+  latched False that is older than this node does not end the grant at the start.
 * A True is ignored if it was sent more than `OLDEST_GRANT` ago, before another sender's False, or
   before this node started or woke. If the renewals of a sender arrive faster than one in each
-  `RENEWAL`, its True was delayed.
+  `RENEWAL_PERIOD`, the True of this sender was delayed.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
-Edge case: a sender that renews must renew once before the robot may move. So the True of a sender
+Edge case: A sender that renews must renew once before the robot may move. So the True of a sender
 that died, or a delayed True, does not move the robot.
 """
 import math
-from typing import Callable, Dict, Set
+from typing import Dict, Set
 
-from tb3_labs.supervision.events import Age, Event
+from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import (
-    CONFIRMATION, LAPSE, LONGEST_LAPSE, OLDEST_GRANT, RENEWAL, RESUME_TIME, ROBOT_START, Freshness,
-    SleepWatch)
+    CONFIRMED_AFTER, EXPIRE_AFTER, OLDEST_GRANT, RENEWAL_PERIOD, RESUME_TIME, ROBOT_START,
+    SUSPEND_AFTER, Freshness, SleepWatch)
 
 
 class _Grant:
-    """The permission that one sender gave, and its renewals."""
+    """The permission that one sender gave, and the renewals by this sender."""
 
     def __init__(self, now: float, renews: bool) -> None:
         #: Arrival of the True, and the latest time at which it can have been sent [s].
@@ -43,17 +42,17 @@ class _Grant:
         self.had_sensors = False
         self._renews = renews
         self._received_for = 0.0
-        self._source = Freshness('control', LAPSE)
+        self._source = Freshness('control', SUSPEND_AFTER)
         self._source.received(now)
 
     def renew(self, now: float) -> None:
-        """Take in a later True. Too many in a short time show that the first one was delayed."""
+        """Take in a renewal. Too many renewals in a short time show that the grant was delayed."""
         self._source.received(now)
         self._received_for = now - self.granted_at
         self.sent_before = self.granted_at
-        delay = RENEWAL * (self._source.count - 1) - self._received_for
-        # after the longest lapse the clocks may differ by as much
-        if self._renews and delay > 0.0 and self._received_for < LONGEST_LAPSE:
+        delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
+        # later the two clocks may differ by as much as a delay
+        if self._renews and delay > 0.0 and self._received_for < EXPIRE_AFTER:
             self.sent_before -= delay
 
     def silent_for(self, now: float) -> float:
@@ -61,21 +60,21 @@ class _Grant:
         return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """Does the grant hold? False if its sender is silent, or has not renewed it yet."""
+        """Does the grant hold? False if the sender is silent, or has not renewed the grant yet."""
         return not self._renews or (
-            self._source.is_fresh(now) and self._received_for >= CONFIRMATION)
+            self._source.is_fresh(now) and self._received_for >= CONFIRMED_AFTER)
 
 
 class Permission:
     """The permission that follows from the messages of all senders."""
 
-    def __init__(self, granted: bool, log: Callable[[str, bool], None]) -> None:
-        """`granted`: is there a grant at the start? `log(text, warning)`: logs for the user."""
+    def __init__(self, granted: bool, log: LogQueue) -> None:
+        """`granted`: is there a grant at the start? `log` takes the lines for the user."""
         #: Number of grants so far.
         self.count = 0
         self._sensor_problem, self._patience = 'no sensors yet', ROBOT_START
-        # For each sender: its grant, its last message, the time of its last False.
-        self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, False)} if granted else {}
+        # The grant, the last message, and the time of the last False, all by sender.
+        self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, renews=False)} if granted else {}
         self._last_value: Dict[str, bool] = {}
         self._stops: Dict[str, float] = {}
         self._refused: Set[str] = set()    # senders whose ignored True was logged
@@ -91,17 +90,17 @@ class Permission:
 
     @property
     def has_grant(self) -> bool:
-        """Is there a grant that has not ended? It may be suspended."""
+        """Is there a grant that has not ended, perhaps a suspended grant?"""
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
-        """Begin to hear senders: the start of the process is not a sleep."""
+        """Begin to hear senders. The start of the process is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
-            self._grants[''] = _Grant(now, False)
+            self._grants[''] = _Grant(now, renews=False)
 
     def set_sensor_problem(self, sensor_problem: str) -> None:
-        """Take in the problem of the sensors after each :meth:`update`; '' if all are fresh."""
+        """Take in the problem of the sensors, or ''. Call this after each :meth:`update`."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
             self._patience = RESUME_TIME
@@ -142,10 +141,10 @@ class Permission:
                                  'then True, gives control again')
 
     def _refuse(self, sender: str, text: str) -> None:
-        """Log once that a True is ignored, since a sender repeats it ten times a second."""
+        """Log only once that a sender's True is ignored: a sender may repeat the True for ever."""
         if sender not in self._refused:
             self._refused.add(sender)
-            self._log(text, True)
+            self._log.add(text, warning=True)
 
     def update(self, now: float) -> None:
         """Suspend or end grants that were not renewed in time. Call this ten times a second."""
@@ -153,20 +152,20 @@ class Permission:
         if math.isnan(self._began_at):
             self._began_at = now
         self.sleep.update(now)
-        if self.sleep.slept_for > LONGEST_LAPSE:
+        if self.sleep.slept_for > EXPIRE_AFTER:
             self._began_at = now
             if self._grants:
                 self._grants = {}
-                self._log('Control is gone: ' + self.sleep.as_text(), True)
+                self._log.add('Control is gone: ' + self.sleep.as_text(), warning=True)
         for sender, grant in list(self._grants.items()):
             if not grant.had_sensors and now - grant.granted_at > self._patience:
                 self._end(sender, f'{self._sensor_problem} for {self._patience:.0f} s (is the '
                                   'robot running?)')
-            elif grant.silent_for(now) > LONGEST_LAPSE:
+            elif grant.silent_for(now) > EXPIRE_AFTER:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant whose renewals show that its True was delayed."""
+        """End a grant if the number of renewals shows that the True was delayed too long."""
         if grant.granted_at - grant.sent_before > OLDEST_GRANT:
             self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.granted_at):
@@ -175,7 +174,7 @@ class Permission:
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:
-        self._log(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
-                  'gives it again', True)
-        self._refused.add(sender)    # so its next True is not logged
+        self._log.add(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
+                      'gives it again', warning=True)
+        self._refused.add(sender)    # so the refusal of the sender's next True is not logged
         del self._grants[sender]

@@ -1,8 +1,8 @@
-"""May a motion continue? Its sensors must be alive, and the robot must obey.
+"""May a motion continue? The sensors must be alive, and the robot must obey.
 
-A sensor is lost if no message arrives. It is frozen if it repeats one reading while the robot
-moves, because its driver hangs. A robot is stalled if commands to move bring it no nearer
-to its goal. The robot has settled when its samples show it at rest.
+A sensor is lost if its messages stop. A sensor is frozen if it repeats one reading while the robot
+moves, because the driver of the sensor hangs. A robot is stalled if commands to move bring it no
+nearer to its goal. A robot has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -14,28 +14,28 @@ from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
 #: The reason why a robot stands although its sensors are fresh.
-UNCHECKED = 'gyro and wheels are not compared yet: the robot must rest for a second'
+UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If the command is to drive faster than this, the readings must show a motion [m/s].
-SURELY_DRIVES = 0.02
+SURE_DRIVE_SPEED = 0.02
 #: If the command is to turn faster than this, the readings must show a motion [rad/s].
-SURELY_TURNS = 0.1
-#: The robot is stalled if it got no nearer for this long while it was commanded to move [s].
+SURE_TURN_RATE = 0.1
+#: The robot is stalled if commands to move bring it no nearer for this long [s].
 STALL_TIME = 1.3
-#: The robot got nearer if the remaining way is less by at least this much [m or rad].
+#: The robot got nearer if the remaining way has shrunk by at least this much [m or rad].
 STALL_STEP = 0.004
 #: A drive waits for the robot to settle for at most this time in total [s].
 LONGEST_REST = 4.0
-#: The goal is missed when the remaining way grows again by this much, half a second at full speed
-#: [m or rad]. A short stall of the network makes the robot overshoot by less.
+#: The goal is missed if the remaining way grows again by this much [m or rad]. In a short stall of
+#: the network a robot overshoots by less.
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
-MOVING = 0.005
+MOVING_SPEED = 0.005
 #: Samples at rest must span this time, nearly one control period of the robot [s].
 SETTLING_TIME = 0.03
 
 
 class SensorStatus(Enum):
-    """The state of the sensors of a robot that is being driven."""
+    """The state of the sensors during a motion, and what the robot must do."""
 
     FRESH = 'go on'
     SILENT = 'stand'
@@ -44,17 +44,17 @@ class SensorStatus(Enum):
 
 
 class Sensor(Freshness):
-    """A sensor that a motion needs: the time and the content of its last message."""
+    """A sensor that a motion needs: the time and the content of the last message."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
-        #: Contents of the last message, without its stamp.
+        #: Content of the last message, without the stamp.
         self.reading: Any = None
-        #: The reading has not changed for this long, although it must change [s].
+        #: Time for which the reading has not changed although it must change [s].
         self.repeated_for = 0.0
         #: The longest time between two messages since the last pause [s].
         self.longest_gap = 0.0
-        self._changed_at = math.nan    # when the reading changed; NaN: at the next check
+        self._changed_at = math.nan    # time of the last change; NaN: the time of the next check
 
     def received(self, now: float, reading: Any = None) -> float:
         """Take in a valid message with this content. Returns the silence before it [s]."""
@@ -66,7 +66,7 @@ class Sensor(Freshness):
         return silence
 
     def check_repetition(self, must_change: bool, now: float) -> None:
-        """Set `repeated_for`; `must_change`: the reading must change, since the robot moves."""
+        """Set `repeated_for`. `must_change`: does the robot move, so that readings must change?"""
         if not (must_change and self._changed_at <= now):    # the clock may have gone back
             self._changed_at = now
         self.repeated_for = now - self._changed_at
@@ -76,7 +76,7 @@ class Sensor(Freshness):
         self.longest_gap, self.repeated_for, self._changed_at = 0.0, 0.0, math.nan
 
     def clock_went_back(self, now: float) -> None:
-        """Adapt to a receiver's clock that may have gone back to `now`."""
+        """Adapt to a receiver's clock that may have gone back."""
         if self._received_at is not None:
             self._received_at = min(self._received_at, now)
 
@@ -88,48 +88,48 @@ class SensorWatch:
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
         #: The status at the last :meth:`update`. The first update after a silence finds BACK_SOON
-        #: or TIMED_OUT, the next one FRESH.
+        #: or TIMED_OUT, the next update finds FRESH.
         self.status = SensorStatus.SILENT
         #: The reason why the robot stands; '' while all sensors are fresh.
         self.hold_reason = ''
-        #: Length of the last silence [s], since the request of the motion if that came later.
+        #: Length of the last silence, without the time before the request of the motion [s].
         self.silent_for = 0.0
         self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
-        self._since = math.nan          # begin of the silence; NaN: at the next update
-        self._were_fresh = False        # at the last update
+        self._silent_since = math.nan   # begin of the silence [s]; NaN: the time of the next update
+        self._were_fresh = False        # were the sensors fresh at the last update?
 
     def request_motion(self) -> None:
-        """Begin to wait for the sensors: a motion is requested now."""
-        self._since = math.nan
+        """Begin to wait for the sensors of a motion that is requested now."""
+        self._silent_since = math.nan
 
     def update(self, now: float, is_checked: bool = True) -> None:
-        """Find the status. To be called repeatedly, also at each step of a drive. `is_checked`:
-        were gyro and wheels compared? A motion waits for the sensors, then as long again for this
-        comparison.
+        """Find the status. Call this often, also at each step of a drive. `is_checked`: were gyro
+        and wheels compared? A motion waits for the sensors, then as long again for the comparison.
         """
-        oldest, are_fresh = 0.0, True
         for source in self._sources:
             source.clock_went_back(now)
-            age = source.age(now)
-            oldest = age if age > oldest else oldest
-            # A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro
-            # for 2.6 s, in which it must not move.
-            are_fresh = are_fresh and age <= source.timeout and source.count > 1
-        silent_for = now - self._since if self._since <= now else 0.0
-        self._since = now - silent_for
+        # A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro for
+        # 2.6 s, and must not move.
+        are_fresh = self.are_fresh(now) and all([source.count > 1 for source in self._sources])
+        silent_for = now - self._silent_since if self._silent_since <= now else 0.0
+        self._silent_since = now - silent_for
         is_late = silent_for > self._patience
         if are_fresh and (is_checked or not self._were_fresh):
-            self._since = now - oldest
+            self._silent_since = now - max([source.age(now) for source in self._sources])
             self._patience = RESUME_TIME
         self._were_fresh = are_fresh
-        if not (are_fresh and is_checked):
-            if are_fresh:
-                self.hold_reason = UNCHECKED
-            elif not self.hold_reason:    # it stays the same when another sensor is lost
-                self.hold_reason = self.problem(now)
-            self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
-            self.silent_for = silent_for
+        if are_fresh and is_checked:
+            self._end_silence(silent_for, is_late)
             return
+        if are_fresh:
+            self.hold_reason = UNCHECKED_GYRO
+        elif not self.hold_reason:    # a second lost sensor does not change the reason
+            self.hold_reason = self.problem(now)
+        self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
+        self.silent_for = silent_for
+
+    def _end_silence(self, silent_for: float, is_late: bool) -> None:
+        """Set the status of fresh sensors, at the first update after a silence or later."""
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
         if is_late:
@@ -148,9 +148,9 @@ class SensorWatch:
             source.pause()
 
     def problem(self, now: float, with_age: bool = False) -> str:
-        """Returns the lost sensors, in words; '' while all sensors are fresh.
+        """Returns a text about the lost sensors, or '' while all sensors are fresh.
 
-        If one sensor is lost, each sensor that is silent for half its timeout is named, too.
+        If one sensor is lost, the text also names each sensor that is silent for half its timeout.
         """
         if self.are_fresh(now):
             return ''
@@ -158,7 +158,7 @@ class SensorWatch:
                          for source in self._sources if source.age(now) > 0.5 * source.timeout)
 
     def frozen(self) -> str:
-        """Returns the sensors that are frozen, in words; '' if none is."""
+        """Returns a text about the frozen sensors, or ''."""
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
         return ' and '.join(f'{source.name} {fault}' for source in self._sources
                             if source.repeated_for > FROZEN_TIME)
@@ -168,25 +168,25 @@ class SensorWatch:
 
 
 class StallWatch:
-    """Watches the remaining way of one state of a drive, or of one turn."""
+    """Finds a stall in one state of a drive, or in one turn."""
 
     def __init__(self) -> None:
-        self._least: Optional[float] = math.inf    # None: the next remaining way is the least
+        self._least: Optional[float] = math.inf    # None: take the next remaining way
         self._stalled_for = 0.0
         self._rested_for = 0.0
 
     def resume(self) -> None:
         """Accept a longer remaining way, since the robot stood while its sensors were silent.
 
-        The time without progress is kept: otherwise a bad network would hide a stalled robot.
+        The time without progress is kept. Otherwise a bad network would hide a stalled robot.
         """
         self._least = None
 
     def update(self, remaining: float, linear: float, angular: float, dt: float,
                must_move: bool = True) -> str:
-        """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], the time since
-        the last update [s], and whether the command is to move, or to rest. Returns the problem
-        in words; '' if there is none.
+        """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], and the time
+        since the last update [s]. `must_move`: is the command to move, not to rest? Returns a text
+        about the problem, or ''.
         """
         if not must_move:
             self._rested_for += dt
@@ -203,7 +203,7 @@ class StallWatch:
             self._stalled_for += dt
         if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
             return ''
-        if abs(linear) > MOVING or abs(angular) > MOVING:
+        if abs(linear) > MOVING_SPEED or abs(angular) > MOVING_SPEED:
             return 'the robot moves, but no longer nearer to its goal: it has missed it'
         return 'the robot does not move although it is told to (stuck, or motors off?)'
 
@@ -211,16 +211,16 @@ class StallWatch:
 class Settling:
     """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
 
-    The samples are ordered by their times of measurement: a sample that is read again may be old.
+    The samples are ordered by the time of measurement, since a sample that is read again is old.
     """
 
     def __init__(self) -> None:
-        #: Time of the first of the samples at rest [s]; None while the robot moves.
+        #: Time of the first sample at rest [s]; None while the robot moves.
         self.since: Optional[float] = None
         self._last = 0.0      # time of the latest sample [s]
 
     def update(self, at_rest: bool, measured_at: float) -> None:
-        """Take in the latest sample: does it show a robot at rest, and when was it measured?"""
+        """Take in the latest sample. `at_rest`: does the sample show a robot at rest?"""
         if not at_rest:
             self.since = None
         elif self.since is None or measured_at < self.since:

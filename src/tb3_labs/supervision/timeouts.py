@@ -1,15 +1,15 @@
 """How old are the messages of a node? A source may be silent, a message late, the process asleep.
 
-The arrivals of messages show that their source is silent (:class:`Freshness`). Their stamps show a
+The arrivals of messages show a silent source (:class:`Freshness`). The stamps of messages show a
 delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, or its computer is
-suspended: a long time between two looks at the clock is a sleep (:class:`SleepWatch`).
+suspended. A long time between two looks at the clock is a sleep (:class:`SleepWatch`).
 
 The table below has every limit of a silence, a delay or a sleep by which a node that drives
 decides. The robot's own limits are in robot/turtlebot3.py.
 
-Units: seconds on the receiver's clock (`now`). Edge cases: a source that was never heard has an
-infinite age. If the clock goes back, the last message is treated as just received. Otherwise it
-would be treated as fresh for too long.
+Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
+infinite age. If the clock goes back, the last message is treated as just received. Otherwise the
+message would be treated as fresh for too long.
 """
 import math
 from collections import deque
@@ -17,63 +17,62 @@ from typing import Deque, Optional, Tuple
 
 # -- a sensor, a pad or a mouse is silent
 
-#: A sensor that is silent for longer than this is lost; at full speed it is a way of 5 cm.
+#: A sensor that is silent for longer than this is lost. Meanwhile a fast robot drives 5 cm.
 SENSOR_TIMEOUT = 0.22
-#: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen. A
-#: slow network and slow motors delay the motion by less.
+#: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen.
 FROZEN_TIME = 0.6
-#: A reading that is repeated for no longer than this needs no check: no new sample was due.
+#: A reading may be repeated for this long, since a new sample was not due.
 SHORT_REPETITION = 0.05
-#: A motion continues by itself after a silence of the sensors of at most this length. A grant, a
-#: goal or a turn is void if it is followed by a longer silence.
+#: A motion continues by itself after a silence of the sensors of at most this length. A longer
+#: silence after a grant, a goal or a turn makes it void.
 RESUME_TIME = 2.0
-#: The same limit before the first message of a robot: its board needs up to 14 s to start.
+#: The same limit before the first message of a robot. A board needs up to 14 s to start.
 ROBOT_START = 20.0
 #: A turn that is typed before the robot is connected waits this long for the robot.
 ROBOT_WAIT = 5.0
-#: While the board resets (firmware: 2.6 s), it is silent for longer than this.
+#: A board that resets is silent for longer than this. A reset by the firmware takes 2.6 s.
 RESET_SILENCE = 1.0
 #: A pad, or a page that drives, is lost if it is silent for longer than this.
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The odometry may show a displacement that grows with its silence; after this silence, any.
+#: The displacement that the odometry may show grows with the silence, up to this silence.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
 
-#: Gyro samples: the rate between them is unknown.
+#: Between two gyro samples with a longer gap the rate is unknown.
 GYRO_GAP = 0.15
-#: Wheel samples: the motion between them is unknown.
+#: Between two wheel samples with a longer gap the motion is unknown.
 WHEEL_GAP = 0.3
-#: Samples of moving wheels: only the mean rate is known; samples were lost, as on a busy computer.
-MEAN_ONLY = 0.08
-#: Samples of one sensor: the motion between them is not interpolated.
-MAX_GAP = 0.3
-#: The odometry bridges a gap of the IMU up to this: it is shorter than half a turn of the robot.
-MAX_BRIDGE = 1.0
-#: Samples of an IMU do not show its noise if they are farther apart than this.
+#: Between two samples of moving wheels with a longer gap only the mean rate is known.
+MEAN_ONLY_GAP = 0.08
+#: Between two samples of a sensor with a longer gap the values are not interpolated.
+INTERPOLATED_GAP = 0.3
+#: The odometry bridges a gap of the IMU up to this length, less than the time of half a turn.
+BRIDGED_GAP = 1.0
+#: Two samples of an IMU with a longer gap do not show the noise.
 NOISE_GAP = 0.1
 
 # -- the sender's clock
 
-#: A clock that goes back by less than this is being corrected. One that goes back more was set.
+#: A clock that goes back by less than this is being corrected. Otherwise the clock was set.
 SMALL_STEP = 0.1
 #: A stamp that is this far ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
 #: A message after a silence of all sources of this length belongs to a new clock.
 LONG_SILENCE = 1.5
-#: A source that is off by a clock step for longer than this does not have a clock.
-MAX_OFF = 1.0
-#: A source whose stamps went back does not have a clock if they catch up later than this.
-MAX_BEHIND = 0.5
+#: The stamps of a source are not a clock if they are off by a clock step for longer than this.
+MAX_OFF_TIME = 1.0
+#: Stamps that went back are not a clock if they catch up later than this.
+MAX_BEHIND_TIME = 0.5
 
 # -- a message is late, or repeats an earlier one
 
 #: The least delay is taken over the messages of this time.
 DELAY_WINDOW = 5.0
-#: Each message adds at most this time to the time for which its sender was heard.
-RECEIVED_BEFORE = 0.1
+#: Each message adds at most this to the time for which the sender was heard.
+MAX_RECEIVED_STEP = 0.1
 #: The delay of a pad's messages is known this long after the first one.
 LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
@@ -82,44 +81,42 @@ LONGEST_AGE = 0.1
 REPEATS_WITHIN = 2.0
 #: A message that was latched before a node began to listen arrives within this time.
 LATCHED_WITHIN = 0.3
-#: A message of move_to_goal this soon after a press of A may be older than the press.
-CROSSING = 0.3
+#: After a press of A, a message of move_to_goal may be older than the press for this long.
+CROSSING_TIME = 0.3
 #: After taking the robot back the pad waits until move_to_goal has stopped.
-HAND_BACK = 0.15
+HAND_BACK_TIME = 0.15
 
 # -- a person's permission
 
 #: Time from one renewal of a permission to the next.
-RENEWAL = 0.1
+RENEWAL_PERIOD = 0.1
 #: A renewal that comes later than this after the grant confirms the grant. An earlier renewal may
-#: have been delayed together with the grant: it does not show that the sender is alive.
-CONFIRMATION = 0.04
+#: have been delayed together with the grant, and does not show that the sender is alive.
+CONFIRMED_AFTER = 0.04
 #: A grant whose renewals stop is suspended after this silence.
-LAPSE = 0.5
+SUSPEND_AFTER = 0.5
 #: A grant expires after this silence.
-LONGEST_LAPSE = 2.0
+EXPIRE_AFTER = 2.0
 #: A True that was sent longer ago than this is ignored.
 OLDEST_GRANT = 2.0
-#: A reset that was requested longer ago than this is ignored: it would declare another place.
+#: A reset that was requested longer ago than this is ignored, since the robot may have moved.
 OLDEST_RESET = 1.0
-#: After this silence a sender of goals or turns has paused: it may ask for the same again.
+#: After this silence a sender of goals or turns has paused, and may send the same request again.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
 
 #: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
-LONGEST_GAP = 1.0
-#: Messages within this time after a sleep may be as old as the sleep. Their order is not known,
-#: since each topic is read by its own thread.
-WAKING = 0.3
+SHORTEST_SLEEP = 1.0
+#: Messages within this time after a sleep may have been sent before or during the sleep.
+WAKING_TIME = 0.3
 #: A simulated clock that does not change for this long stands still.
-STANDSTILL = 0.3
-#: While a node may move its robot, it looks at the clock when no message came for this long. It is
-#: half the shortest timeout.
+STANDSTILL_TIME = 0.3
+#: A node that may move its robot looks at the clock after a silence of half the shortest timeout.
 QUIET_TIME = 0.1
 #: After this silence the node looks at the clock with this period, until the next message.
 CHECK_PERIOD = 0.02
-#: A node that does not drive looks at the clock if no message came for this long, to find a sleep.
+#: A node that does not drive looks at the clock after a silence of this length, to find a sleep.
 IDLE_PERIOD = 0.2
 
 
@@ -154,7 +151,7 @@ class Freshness:
         return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
     def silence_with_age(self, now: float) -> str:
-        """Returns the text of `silence` with its duration: 'no imu for 1.2 s'."""
+        """Returns the text of `silence` with the duration: 'no imu for 1.2 s'."""
         age = self.age(now)
         return self.silence if math.isinf(age) else f'{self.silence} for {age:.1f} s'
 
@@ -163,21 +160,21 @@ class SleepWatch:
     """Did this process sleep? Looks at the clock for one node."""
 
     def __init__(self) -> None:
-        #: Length of the sleep that the last update found [s]; 0 if it found none.
+        #: Length of the sleep that the last update found [s], or 0.
         self.slept_for = 0.0
-        #: True if arriving messages may be as old as a sleep. Then only a stop is obeyed.
+        #: True if present messages may be older than a sleep. Then only a stop is obeyed.
         self.is_waking = False
         #: The end of the last sleep [s].
         self.woke_at = -math.inf
-        self._looks = Freshness('look at the clock', LONGEST_GAP)
+        self._looks = Freshness('look at the clock', SHORTEST_SLEEP)
 
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
         gap = self._looks.received(now)
-        self.slept_for = gap if LONGEST_GAP < gap < math.inf else 0.0
+        self.slept_for = gap if SHORTEST_SLEEP < gap < math.inf else 0.0
         if self.slept_for:
             self.woke_at = now
-        self.is_waking = now - self.woke_at < WAKING
+        self.is_waking = now - self.woke_at < WAKING_TIME
 
     def start(self, now: float) -> None:
         """Ignore the time until now."""
@@ -186,7 +183,7 @@ class SleepWatch:
 
     @property
     def doubt(self) -> str:
-        """The reason why a request that moves the robot, or its frame, is ignored now; or ''."""
+        """The reason why requests that move the robot or its frame are ignored now, or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:
@@ -195,10 +192,9 @@ class SleepWatch:
 
 
 class Lateness:
-    """The delay of a single message beyond the usual delay of its sender. The usual delay is the
-    least delay in the last `DELAY_WINDOW` seconds for which the sender was heard. If the sender's
-    clock was set, or runs faster, its new time is used after `DELAY_WINDOW` seconds.
-    """
+    """The delay of a message beyond the usual delay of its sender. The usual delay is the least
+    delay in the last `DELAY_WINDOW` seconds for which the sender was heard. If the sender's clock
+    is set, the usual delay is right again after `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
         self._least = Least()
@@ -207,23 +203,23 @@ class Lateness:
 
     def of(self, stamp: float, arrival: float) -> float:
         """Returns the extra delay [s] of a message of this stamp [sender's clock] and arrival."""
-        self._received_for += min(self._last.received(arrival), RECEIVED_BEFORE)
+        self._received_for += min(self._last.received(arrival), MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None
         return arrival - stamp - self._least.value
 
 
 class Least:
-    """The least of the values of the last `DELAY_WINDOW` seconds."""
+    """The least value of the last `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
-        #: (time, value); each value is less than all after it.
+        #: (time, value); each value is less than all later values.
         self._candidates: Deque[Tuple[float, float]] = deque()
         #: None before the first value.
         self.value: Optional[float] = None
 
     def add(self, time: float, value: float) -> None:
-        """Take in a value. A `time` before the latest one is treated as the latest one."""
+        """Take in a value. If `time` goes back, the latest time is used."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

@@ -9,7 +9,7 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
-    MAX_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
+    MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, expected, is_constant, other_field_text, slow_commands)
 from tb3_labs.watch.drive_states import (
@@ -132,7 +132,7 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
         return
     if part.state == MOVE_FORWARD:
         speed = np.median(part.linear)
-        if not 0.0 < speed <= MAX_SPEED + 0.01:
+        if not 0.0 < speed <= MAX_LINEAR_SPEED + 0.01:
             yield BrokenLink(
                 f'in {part.state} linear.x was {speed:.2f}, by the handout it is {DRIVE_SPEED:g}'
                 + ('' if speed else node_run.cached(other_field_text)), part.begin, 'linear.x')

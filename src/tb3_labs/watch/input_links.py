@@ -11,7 +11,8 @@ from typing import Any, Iterator, List, Optional
 import numpy as np
 
 from tb3_labs.handout import (
-    ANGULAR_AXIS, LINEAR_AXIS, MAX_SPEED, MAX_TURN, MOUSE_DEAD_ZONE, MOUSE_FULL, PRINTED_HEADING)
+    ANGULAR_AXIS, LINEAR_AXIS, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, MOUSE_DEAD_ZONE, MOUSE_FULL,
+    PRINTED_HEADING)
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, expected, followed_heading, is_constant, wrong_value)
 from tb3_labs.watch.device_laws import (
@@ -54,8 +55,8 @@ def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
     pad, (forward, turning) = pad_of(node_run), node_run.cached(driving_axes)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
     return [each._replace(is_weak=each.is_weak or not pad_is_known(node_run))
-            for field, axis, factor in (('linear.x', forward, MAX_SPEED),
-                                        ('angular.z', turning, MAX_TURN))
+            for field, axis, factor in (('linear.x', forward, MAX_LINEAR_SPEED),
+                                        ('angular.z', turning, MAX_ANGULAR_SPEED))
             for each in wrong_factor(node_run, pad, node_run.commands, field,
                                      [forms[axis], *forms], factor)]
 

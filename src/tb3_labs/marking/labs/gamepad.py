@@ -7,7 +7,8 @@ from typing import Dict
 import rospkg
 import yaml
 
-from tb3_labs.handout import CTRL_RELINQ, MAX_SPEED, MAX_TURN, PRINTED_RESET, SET_POSE
+from tb3_labs.handout import (
+    CTRL_RELINQ, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Criterion,
     Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
@@ -46,8 +47,8 @@ IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
 IS_UNIT = 'unit'                # had each quaternion the length 1?
 
 #: The least and the greatest command of a full stick.
-FULL_SPEED = (0.15, MAX_SPEED + ROUNDING)       # [m/s]
-FULL_TURN = (1.5, MAX_TURN + ROUNDING)          # [rad/s]
+FULL_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
+FULL_TURN = (1.5, MAX_ANGULAR_SPEED + ROUNDING)          # [rad/s]
 #: The least and the greatest command of a half stick, as a share of the full stick's command.
 HALF_SHARE = (0.25, 0.75)
 #: A node that is not blocked follows a stick within this time [s]. A wait for a service takes 1 s.
@@ -206,10 +207,10 @@ def _once(observation: Observation) -> Reason:
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, starts, limits=IN_TIME),
     Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        MAX_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
+        MAX_LINEAR_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
             *FULL_SPEED, 'm/s', STICK_TIME, OTHER_SPEED, *HALF_SHARE)),
     Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        MAX_TURN), BY_THUMB, _turns, limits=STICK_LIMITS.format(
+        MAX_ANGULAR_SPEED), BY_THUMB, _turns, limits=STICK_LIMITS.format(
             *FULL_TURN, 'rad/s', STICK_TIME, OTHER_SPEED, *HALF_SHARE)),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB, _lets_go,
               limits='zero velocity ' + STOPS_AT_ONCE),

@@ -10,8 +10,8 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import (
-    ANGLE_TOLERANCE, CTRL_RELINQ, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG, MAX_SPEED,
-    MAX_TURN, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
+    ANGLE_TOLERANCE, CTRL_RELINQ, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
+    MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
     ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost)
@@ -19,7 +19,7 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.chains import (
-    THE_LOCAL_POSE, THE_RESET, FOUR_STATES, TRANSFORMATION_SHEET, Place)
+    FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, Place)
 
 #: The parts of the lab.
 DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
@@ -153,9 +153,9 @@ def _within_limits(observation: Observation) -> Reason:
     if not len(commands):
         return 'it commanded nothing'
     turn, forward = observation.greatest_speed(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
-    if forward > MAX_SPEED + ROUNDING:
+    if forward > MAX_LINEAR_SPEED + ROUNDING:
         observation.greatest_speed(commands, LINEAR)    # sets the moment of the verdict
-    elif turn <= MAX_TURN + ROUNDING:
+    elif turn <= MAX_ANGULAR_SPEED + ROUNDING:
         return ''
     return f'it commanded up to {forward:.2f} m/s and {turn:.1f} rad/s'
 
@@ -241,7 +241,7 @@ CRITERIA = [
               _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its '
               'arrival on'.format(SILENT_AFTER)),
     Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
-        MAX_SPEED, MAX_TURN), FOUR_STATES, _within_limits,
+        MAX_LINEAR_SPEED, MAX_ANGULAR_SPEED), FOUR_STATES, _within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
         SET_POSE), THE_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '

@@ -1,13 +1,13 @@
-"""All that `controller` decides: turns, the mouse, and the driver; see :mod:`tb3_labs.nodes`.
+"""All that `controller` decides about turns, the mouse and the driver; see :mod:`tb3_labs.nodes`.
 
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`at`); radians, m/s; turns are requested in degrees.
+back (`at`); radians, m/s. Turns are requested in degrees.
 """
 import math
 from typing import Optional
 
 from tb3_labs.control.approach import PreciseTurn
-from tb3_labs.control.braking import LONGEST_IDLE, Pace
+from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
@@ -21,7 +21,7 @@ from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
 #: A robot that turns faster than this without a command of this node is driven by another [rad/s].
 DRIVEN_RATE = 0.1
-#: Least time between two lines about refused turns [s].
+#: Least time between two log lines about refused turns [s].
 REFUSAL_PERIOD = 1.0
 #: The result of a turn is logged when the robot turns slower than this [rad/s].
 JUDGING_RATE = 0.01
@@ -43,7 +43,7 @@ class ControllerCore:
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
-        self._refused_at = -math.inf             # time of the last line about a refused turn
+        self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
         self._mouse_logged = False               # was the loss of the mouse logged?
         self._log = LogQueue()
@@ -68,7 +68,7 @@ class ControllerCore:
             self._carried = 0.0
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, if the robot sends them: they only check the gyro."""
+        """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
@@ -95,8 +95,8 @@ class ControllerCore:
                           'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests, unless it only repeats a request from
-        before its connection, or before a stop."""
+        """Turn by the angle [deg] that another node requests. A request is ignored if it only
+        repeats a request from before the connection to this node, or from before a stop."""
         self._update(turn.at)
         doubts = self._repetitions.count_doubts(turn, self._sleep.is_waking)
         if not doubts:
@@ -106,7 +106,7 @@ class ControllerCore:
                           f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by an angle [deg] that a person typed: this request is never doubtful."""
+        """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
         self._update(turn.at)
         self._refused_at = -math.inf
         self._request_or_log(turn, now)
@@ -121,8 +121,8 @@ class ControllerCore:
                 self._log.add(str(refusal), warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
-        """Turn by `degrees`, left positive. During a turn this moves its goal. Raises
-        ``ValueError`` with the reason of a refusal."""
+        """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
+        Raises ``ValueError`` with the reason of a refusal."""
         angle = math.radians(degrees)
         extended = self._turn if self.driver is Driver.TURN else None
         whole = angle if extended is None else extended.remaining(self._yaw) + angle
@@ -137,7 +137,7 @@ class ControllerCore:
         self._handle(DriverEvent.TURN_REQUESTED)
 
     def _update(self, at: float) -> None:
-        """Give up a turn in which this process slept, and a mouse that is lost."""
+        """Give up a turn during which this process slept. Release a mouse that is lost."""
         self._sleep.update(at)
         if self._sleep.slept_for > RESUME_TIME:
             self._repetitions.stop()
@@ -151,7 +151,7 @@ class ControllerCore:
             self._release_mouse(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: PreciseTurn) -> None:
-        """Turn by another law from now on; a present turn keeps its goal."""
+        """Use another law from now on. A present turn keeps its goal."""
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
@@ -171,7 +171,7 @@ class ControllerCore:
                       self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:
-        """Returns the problem of the IMU; '' if there is none."""
+        """Returns the problem of the IMU, or ''."""
         return self._sensors.problem(now) or self._gyro.problem()
 
     def idle_for(self, now: float) -> float:
@@ -218,7 +218,7 @@ class ControllerCore:
         self._start_law(self._turn)
 
     def _start_law(self, turn: ActiveTurn) -> None:
-        """Begin the turn, or continue it after a stop, at the present heading."""
+        """Begin a turn at the present heading, or continue the turn after a stop."""
         self._law.start(self._yaw, turn.remaining(self._yaw))
         self._pace.pause()
 
@@ -244,7 +244,7 @@ class ControllerCore:
         assert turn is not None and imu is not None
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, imu.age(now), heading.noise)
-        self.imu.check_repetition(True, now)
+        self.imu.check_repetition(must_change=True, now=now)
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             problem = turn.stall.update(
@@ -267,7 +267,7 @@ class ControllerCore:
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
-        """Apply the table of drivers. If this ends a turn for a `reason`, the turn is given up."""
+        """Apply the table of drivers. A turn that ends for a `reason` is given up."""
         before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
         if self.driver is Driver.MOUSE:
             self._carried = 0.0
@@ -276,6 +276,6 @@ class ControllerCore:
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
             left = abs(math.degrees(self._turn.remaining(self._yaw)))
-            self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}', True)
-            self._turn = None
-            self._carried = 0.0
+            self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}',
+                          warning=True)
+            self._turn, self._carried = None, 0.0

@@ -1,7 +1,7 @@
-"""Turns positions of the mouse into a velocity.
+"""Converts positions of the mouse to a velocity of the robot.
 
 Units: positions from -1 to 1, x to the right, y up; speeds in m/s and rad/s, left positive; seconds
-on a clock that never stands still and never goes back (`now`), since a person moves the mouse.
+on a clock that never stands still and never goes back (`now`).
 Source: the course's mouse lab.
 """
 import math
@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import MOUSE_TIMEOUT, WAKING, Freshness, Lateness
+from tb3_labs.supervision.timeouts import MOUSE_TIMEOUT, WAKING_TIME, Freshness, Lateness
 
 
 class MouseState(NamedTuple):
@@ -32,11 +32,11 @@ def to_mouse(message) -> MouseState:
 
 
 class _MouseSource:
-    """One mouse, as its messages show it."""
+    """The state of one mouse, found from the messages of this mouse."""
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
-        #: Did its last message say that it is active? An active mouse repeats its messages.
+        #: Was the mouse active in its last message? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
         self._back_at = -math.inf    # end of the last silence
@@ -47,11 +47,11 @@ class _MouseSource:
         return self.reported_active and not self.is_lost
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
-        """A message arrived; `rests`: does it ask for zero?"""
+        """Take in a message. `rests`: does the message ask for zero?"""
         active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = not self.source.count
-        if not (is_first or self.reported_active) and now - self._back_at >= WAKING:
-            self.is_lost = False    # it said that it is not active
+        if not (is_first or self.reported_active) and now - self._back_at >= WAKING_TIME:
+            self.is_lost = False    # the message before showed that the mouse was not active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._back_at, self.is_lost = now, self.is_lost or active
         elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
@@ -59,7 +59,7 @@ class _MouseSource:
         if message.age is not Age.SAME:
             self.source.received(now)
         self.reported_active = active
-        if rests and now - self._back_at >= WAKING:
+        if rests and now - self._back_at >= WAKING_TIME:
             self.is_lost = False
 
     def lose(self, now: float) -> None:
@@ -67,15 +67,14 @@ class _MouseSource:
 
 
 class Mouse:
-    """Knows whether a mouse is active, and the velocity that it asks for.
+    """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
-    A mouse is treated as lost at first, when it is active but silent, and when this process slept.
-    It then stays inactive until a message shows that it is in the middle of the screen, or is
-    deactivated. A message that is delayed, or comes soon after a silence, does not show this. A
-    deactivation is always a stop.
+    A mouse is lost at first, when it is active but silent, and when this process slept. A lost
+    mouse stays inactive until a message shows that it is in the middle of the screen, or
+    deactivated. A message that is delayed, or comes soon after a silence, does not show this.
 
-    Several mice may be connected. If one is lost or deactivated, all other mice are lost, too: they
-    may have been activated before that. The active mouse with the latest message drives.
+    Several mice may be connected. If a mouse is lost or deactivated, all other mice are lost, too,
+    since a person may have activated them earlier. The active mouse of the latest message drives.
     """
 
     def __init__(self) -> None:
@@ -90,7 +89,7 @@ class Mouse:
         return any(sender.active for sender in self._senders.values())
 
     def received(self, message: 'Event[MouseState]') -> bool:
-        """A message of a mouse arrived. Returns True if the message deactivates this mouse: this is
+        """Take in a message of a mouse. Returns True if the message deactivates the mouse, which is
         a stop, also by a lost mouse."""
         (active, x, y), now, sender = message.content, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
@@ -111,19 +110,19 @@ class Mouse:
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
-        """Treat every mouse but `kept` as lost: an inactive one may have been activated since."""
+        """Treat every mouse but `kept` as lost, since a person may have activated a mouse."""
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)
 
 
 def mouse_twist(x: float, y: float) -> Twist2:
-    """Returns the velocity that a mouse at (x, y) asks for."""
+    """Returns the velocity for a mouse at (x, y)."""
     return Twist2(_speed(y), _speed(-x))
 
 
 def _speed(position: float) -> float:
-    """Returns 0 in the closed dead zone; else MOUSE_FULL times the position on the screen."""
+    """Returns 0 in the closed dead zone, otherwise MOUSE_FULL times the position."""
     if abs(position) <= MOUSE_DEAD_ZONE:
         return 0.0
     return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -28,7 +28,7 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT
 
 
 class ControllerNode:
-    """Takes in IMU, keyboard, mouse and requested turns; turns and drives the robot."""
+    """Takes in IMU, keyboard, mouse and requested turns. Turns and drives the robot."""
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
@@ -40,7 +40,7 @@ class ControllerNode:
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # every message is read: scrolling up stops at once, even if later messages came with it
+        # every message is read, so scrolling up stops at once, also before later messages
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
@@ -95,23 +95,23 @@ class ControllerNode:
 
 
 class Keyboard:
-    """Calls `on_line(text)` for each line typed or piped in, and `on_end()` once after the last.
+    """Calls `on_line(text)` for each line typed or piped in, then `on_end()` once.
 
-    It works in a terminal, in an xterm, under roslaunch (which gives its own terminal to its
-    nodes), and from a pipe. Without input (no terminal, or a job in the background) `on_end()` is
-    called at once.
+    Keyboard works in a terminal, in an xterm, from a pipe, and under roslaunch, which gives its
+    terminal to its nodes. Without input (without a terminal, or as a job in the background)
+    Keyboard calls `on_end()` at once.
     """
 
     def __init__(self, on_line, on_end):
         self._on_line = guarded(on_line)
         self._on_end = guarded(on_end)
-        # This signal stops a job in the background that reads its terminal. If the signal is
-        # ignored, the read fails instead.
+        # This signal stops a job in the background that reads its terminal. If the job ignores the
+        # signal, the read fails.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
     def _run(self):
-        if sys.stdin is not None:      # else descriptor 0 may belong to another file by now
+        if sys.stdin is not None:      # otherwise descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # Unbuffered: a thread that waits in Python's own buffer holds a lock that the
                 # interpreter needs to end.

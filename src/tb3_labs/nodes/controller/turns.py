@@ -1,8 +1,8 @@
-"""A turn: its settings, the heading, its request and its result. Its law is
-:class:`tb3_labs.control.approach.PreciseTurn`. Also the table of who drives: a turn or the mouse.
+"""The settings, the request and the result of a turn, and the table of drivers (turn or mouse).
+The law of a turn is :class:`tb3_labs.control.approach.PreciseTurn`.
 
-Units: radians, counter-clockwise positive. A turn is requested as an angle, not a heading: 180
-and -180 are different turns, and 360 is a full turn. The handout's law cannot distinguish them.
+Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
+180 and -180 are different turns, and 360 is a full turn, unlike in the handout's law.
 """
 import math
 from dataclasses import dataclass
@@ -11,25 +11,25 @@ from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.approach import PreciseTurn
-from tb3_labs.control.braking import Estimate
+from tb3_labs.control.commands import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import unwrap
-from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
+from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.stale_or_stalled import StallWatch
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness
 
-#: The yaw of a robot at rest may change by this from one sample to the next: it drifts [rad].
-STEADY_DOUBT = math.radians(0.02)
+#: The yaw of a robot at rest drifts by up to this between two samples [rad].
+RESTING_YAW_DRIFT = math.radians(0.02)
 
 #: Turns by the keys of the keyboard [deg].
-TURN_KEYS = {LEFT: TURN_DEG, RIGHT: -TURN_DEG, 'b': 180.0}
+TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """Returns the turn for a `text` [deg]: a key, or a number; else ``ValueError``."""
+    """Returns the turn [deg] for a key or a number; ``ValueError`` for another text."""
     try:
         return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:
@@ -57,8 +57,7 @@ def make_turn(config: TurnConfig, model: RobotModel,
 
 
 class Heading:
-    """The heading of a robot by its IMU alone: in the IMU's own frame, whose zero direction is
-    arbitrary [rad]."""
+    """The heading of a robot by the IMU alone [rad], in the IMU's frame with an arbitrary zero."""
 
     def __init__(self) -> None:
         #: The yaw, continuous over whole turns [rad]; None before the first sample.
@@ -74,7 +73,7 @@ class Heading:
         self.rate = sample.yaw_rate
         self._noise.learn(timed)
         if self.noise:
-            self._steady.shift(0.0, STEADY_DOUBT + abs(self.rate * timed.step))
+            self._steady.shift(0.0, RESTING_YAW_DRIFT + abs(self.rate * timed.step))
             self._steady.add(self.yaw, self.noise)
         else:    # the noise is not known yet
             self._steady = Estimate()
@@ -82,7 +81,7 @@ class Heading:
 
     @property
     def steady_yaw(self) -> float:
-        """The yaw of a robot at rest, with less noise than one sample has [rad]."""
+        """The yaw of a robot at rest [rad], with less noise than one sample."""
         return self._steady.value
 
     @property
@@ -98,17 +97,17 @@ class ActiveTurn:
     """
 
     def __init__(self, requested: float, yaw: float, carried: float, now: float) -> None:
-        """Turn by `requested` from `yaw`, and by `carried`, the error of the turn before."""
+        """Turn from `yaw` by `requested`, and also by `carried`, the error of the turn before."""
         self.requested = requested
         self.goal = yaw + carried + requested
         self.stall = StallWatch()
-        #: The remaining angle at the end, which the law has computed from many samples.
+        #: The remaining angle at the end, computed by the law from many samples.
         self.remaining_at_end = 0.0
         self._start = yaw
         self._begun_at = now
 
     def extend(self, angle: float) -> None:
-        """Turn by `angle` more, or less."""
+        """Add `angle` to the turn."""
         self.requested += angle
         self.goal += angle
         self.stall = StallWatch()
@@ -118,7 +117,7 @@ class ActiveTurn:
         return self.goal - yaw
 
     def result(self, now: float) -> str:
-        """Returns the result in words, for a robot that rests."""
+        """Returns a text about the result, for a robot that rests."""
         error, whole = self.remaining_at_end, self.goal - self._start
         side = 'short of' if error * self.requested > 0.0 else 'beyond'
         seconds = now - self._begun_at
@@ -132,7 +131,7 @@ class ActiveTurn:
 
 
 class Driver(Enum):
-    """The driver of the robot. At each change the robot is stopped first, by one zero."""
+    """The driver of the robot. At each change of the driver, one zero stops the robot first."""
 
     NOBODY = 'nobody'
     TURN = 'turn'
@@ -144,14 +143,14 @@ class DriverEvent(Enum):
 
     TURN_REQUESTED = 'turn asked'
     TURN_OVER = 'turn over'
-    MOUSE_MOVED = 'mouse moved'           # it is active, and outside its dead zone
-    MOUSE_CENTRED = 'mouse centred'       # it is active, and inside; a turn continues
-    MOUSE_RELEASED = 'mouse released'     # once, when it is deactivated or lost
+    MOUSE_MOVED = 'mouse moved'           # an active mouse is outside of the dead zone
+    MOUSE_CENTRED = 'mouse centred'       # an active mouse is in the dead zone; a turn continues
+    MOUSE_RELEASED = 'mouse released'     # the mouse was deactivated or lost
 
 
-#: {(driver, event): driver after it}. An event that is not here changes nothing. A turn during a
+#: {(driver, event): driver after the event}. Other events do not change the driver. A turn during a
 #: turn moves the goal, and a turn is refused while the mouse drives. Sources: the course's mouse
-#: lab, and the failures of nodes without such a rule.
+#: lab, and the failures of nodes without this table.
 NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
@@ -165,14 +164,14 @@ NEXT_DRIVER = {
 
 class Repetitions:
     """Finds requests that only repeat a doubtful request, or a request from before a stop. A
-    repetition is the same angle from the same sender, without a pause of `SENDER_PAUSE`."""
+    repetition is the same angle from the same sender, within `SENDER_PAUSE`."""
 
     def __init__(self) -> None:
         self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
     def count_doubts(self, event: Event, is_waking: bool = False) -> int:
-        """Take in a request. Returns the number of doubtful requests up to this one; 0 if it is
-        accepted. `is_waking`: may the request be older than a sleep of this process?"""
+        """Take in a request. Returns 0 if the request is accepted, otherwise the number of doubtful
+        requests so far. `is_waking`: may the request be older than a sleep of this process?"""
         last = self._requests.get(event.sender)
         if last is None or last.content != event.content or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _TurnRequest(event.content)
@@ -185,13 +184,13 @@ class Repetitions:
         return last.doubts
 
     def stop(self) -> None:
-        """After a stop, ignore each request that was repeated before it."""
+        """After a stop, ignore repetitions of each request that was repeated before the stop."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 
 
 class _TurnRequest:
-    """The last request of one sender, until the sender changes it, or pauses."""
+    """The last request of one sender, until the sender changes the request, or pauses."""
 
     def __init__(self, content: object) -> None:
         self.content, self.source = content, Freshness('turn', SENDER_PAUSE)

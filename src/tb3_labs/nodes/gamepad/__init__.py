@@ -1,1 +1,1 @@
-"""The node `gamepad`: it decides who holds the robot, and reads the sticks."""
+"""Driving by a pad, beside move_to_goal: the node `gamepad`."""

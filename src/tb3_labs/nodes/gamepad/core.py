@@ -1,11 +1,11 @@
-"""All that `gamepad` decides: who holds the robot, and its command; see :mod:`tb3_labs.nodes`.
+"""All that `gamepad` decides about holder and command; see :mod:`tb3_labs.nodes`.
 
 Every press of a button is used, also if several messages arrive together. B always sends False,
 for any holder of the robot. A sends True, and Y asks for a reset, unless the press may be old.
 
-A silent pad is lost if the robot depends on it: while a stick is off its middle, and while
-move_to_goal drives by its permission. A stick that is held still looks like a lost pad, unless
-joy_node repeats its messages (autorepeat_rate).
+A silent pad is lost while a stick is off its middle, and while move_to_goal drives by the pad's
+permission. A stick that is held still looks like a lost pad, unless joy_node repeats its messages
+(autorepeat_rate).
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -19,10 +19,10 @@ from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
 from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
-    CROSSING, HAND_BACK, LONGEST_LAPSE, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
+    CROSSING_TIME, EXPIRE_AFTER, HAND_BACK_TIME, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
 
-#: If the sticks are not at rest for this long, a line says that the pad does not drive yet [s].
-RESTLESS = 3.0
+#: If the sticks are not at rest for this long, a warning tells why the pad does not drive [s].
+RESTLESS_TIME = 3.0
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,9 @@ class PadOutput(Output):
 
     #: The holder of the robot, if it has changed.
     holder: Optional[ControlHolder] = None
-    #: To be published on `ctrl_relinq`, in this order. If `renews`, another True follows.
+    #: The messages for `ctrl_relinq`, in this order.
     control_messages: Sequence[bool] = ()
+    #: Must another True follow as a renewal?
     renews: bool = False
     #: Was the reset button pressed?
     reset_requested: bool = False
@@ -43,7 +44,7 @@ class PadOutput(Output):
 
 
 class GamepadCore:
-    """One pad, one robot."""
+    """Drives one robot by one pad, and gives and takes the permission of move_to_goal."""
 
     def __init__(self, config: PadConfig, model: RobotModel) -> None:
         self.holder = ControlHolder.NOBODY
@@ -54,11 +55,11 @@ class GamepadCore:
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
         self._silent_until = 0.0
-        self._command_is_due = False    # something changed, so a command is due
-        self._reset_requested = False    # since the last tick
+        self._command_is_due = False
+        self._reset_requested = False    # was a reset requested since the last tick?
         self._published_holder: Optional[ControlHolder] = None
-        self._restless_since = math.inf    # a stick is pushed, but does not drive yet
-        self._restless_logged = False      # was that logged?
+        self._restless_since = math.inf    # since then a pushed stick does not drive [s]
+        self._restless_logged = False      # was the pushed stick logged?
         self._log = LogQueue()
 
     # -- what comes in
@@ -90,14 +91,14 @@ class GamepadCore:
         """Take in whether move_to_goal has control."""
         now = has_control.at
         if has_control.content:
-            self.messages.granted_at = -math.inf    # this answers the last True
+            self.messages.granted_at = -math.inf    # move_to_goal answers the last True
             self._handle(ControlEvent.GRANTED, now)
-        elif now - self.messages.granted_at >= CROSSING:
+        elif now - self.messages.granted_at >= CROSSING_TIME:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Another node sent True or False. Its False takes the control that this pad gave, or stops
-        held sticks."""
+        """Take in a True or False of another node. A False takes the control that this pad gave, or
+        stops the robot while a stick is pushed."""
         if not message.content:
             self._on_control_taken(message.at)
 
@@ -141,7 +142,7 @@ class GamepadCore:
         self._restless_logged = self._restless_logged and not state.at_rest
         if state.at_rest and self._is_current(now):
             self._handle(ControlEvent.READY, now)
-        if now - self._restless_since > RESTLESS and not self._restless_logged:
+        if now - self._restless_since > RESTLESS_TIME and not self._restless_logged:
             self._restless_logged = True
             axes, _ = state.sent
             axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
@@ -165,9 +166,9 @@ class GamepadCore:
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
     def _check_clock(self, now: float) -> None:
-        """After a sleep the pad must be ready again. A long sleep ends its permission."""
+        """After a sleep the pad must become ready again. A long sleep ends the pad's permission."""
         self._sleep.update(now)
-        if self.messages.grants and self._sleep.slept_for > LONGEST_LAPSE:
+        if self.messages.grants and self._sleep.slept_for > EXPIRE_AFTER:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
                           warning=True)
             self._on_control_taken(now)
@@ -178,14 +179,14 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? Otherwise a line says that it may be older than `longest` [s]."""
+        """Is a press accepted? A press that may be older than `longest` [s] is only logged."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
         elif not doubt and (lateness > longest or now - lateness < self.messages.stopped_at):
             doubt = f'it was pressed {lateness:.1f} s ago, or before something took control'
         if doubt:
-            self._log.add(f'{button} does not count, {doubt}: press it again', True)
+            self._log.add(f'{button} does not count, {doubt}: press it again', warning=True)
         return not doubt
 
     # -- who holds the robot
@@ -194,7 +195,7 @@ class GamepadCore:
         before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
         self._command_is_due = self._command_is_due or self.holder is not before
         if before is ControlHolder.MOVE_TO_GOAL and self.holder is not before:
-            self._silent_until = now + HAND_BACK
+            self._silent_until = now + HAND_BACK_TIME
             if self.messages.grants:       # another node took control
                 self.messages.stop(now)
         if self.holder is before:

@@ -1,7 +1,7 @@
-"""One pad: its settings, by default for the pad of the course's lab, and its messages.
+"""The settings and the messages of one pad. The defaults are for the pad of the course's lab.
 
-Units: axes from -1 to 1, forward and left positive (as joy_node sends them). Seconds on a clock
-that never stands still and never goes back (`now`); `stamp` is on the sender's clock.
+Units: axes from -1 to 1, forward and left positive, as in joy_node; seconds on a clock that never
+stands still and never goes back (`now`). `stamp` is on the sender's clock.
 """
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.config import Config, setting
 from tb3_labs.handout import (
-    ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_TURN)
+    ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
 from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER, PAD_TIMEOUT, Freshness, Lateness
 
 #: The highest index of an axis or button that a parameter may have.
@@ -31,8 +31,8 @@ class PadConfig(Config):
     dead_zone: float = setting(0.08, 'sticks nearer to their middle are at rest', low=0.0, high=0.9)
     linear_scale: float = setting(0.26, "full stick; the robot's own limit holds as well", 'm/s',
                                   low=0.01, high=1.0)
-    angular_scale: float = setting(MAX_TURN, "full stick; the robot's own limit holds as well",
-                                   'rad/s', low=0.05, high=5.0)
+    angular_scale: float = setting(
+        MAX_ANGULAR_SPEED, "full stick; the robot's own limit holds as well", 'rad/s', 0.05, 5.0)
     drive_without_pad: bool = setting(False, 'move_to_goal may drive on when the pad is lost')
 
     @property
@@ -59,35 +59,36 @@ class PadState(NamedTuple):
 
 
 class PadListener:
-    """Takes in the messages of one pad. Are its sticks and buttons current?
+    """Takes in the messages of one pad, and finds whether the last message is current.
 
-    The silence of a pad that has never repeated a state does not show a loss: joy_node may send
-    only changes.
+    A pad that has never repeated a state may be silent, since joy_node may send only changes.
     """
 
     def __init__(self) -> None:
         self.source = Freshness('joy', PAD_TIMEOUT)
         #: The latest state; None before the first message, and after a loss.
         self.state: Optional[PadState] = None
-        #: Does the pad repeat an unchanged state? Does its driver hang, and repeat one message?
-        self.repeats = self.hangs = False
+        self.repeats = False    # has the pad repeated an unchanged state?
+        self.hangs = False      # does the pad's driver hang, and repeat one message?
         self._lateness = Lateness()
-        self._received_since = math.inf    # the lateness of messages is learned since then
+        self._received_since = math.inf    # since then the usual delay is learned [s]
         self._last: Optional[PadState] = None
-        self._newest = -math.inf         # newest stamp
-        #: For the last message: the state before it, its delay [s]; did it come after a loss?
-        self.before, self.lateness, self.came_after_loss = PadState(), 0.0, False
+        self._newest_stamp = -math.inf
+        self.before = PadState()        # the state before the last message
+        self.lateness = 0.0             # delay of the last message [s]
+        self.came_after_loss = False    # did the last message come after a loss of the pad?
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
-        """Take in the state of a message. `stamp`: time of sending, or 0; `hangs`: does the driver
-        repeat one message? In the first message only the stop button is treated as pressed now."""
+        """Take in a message. `stamp`: time of sending, or 0; `hangs`: does the driver repeat one
+        message? In the first message only the stop button is treated as just pressed."""
         if self._last is not None and state.sent == self._last.sent:
             self.repeats = True
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
-        is_silence = hangs or (stamp <= self._newest and self.lateness > PAD_TIMEOUT)
-        self._newest = max(stamp, self._newest)    # a driver that hangs may repeat several messages
+        is_silence = hangs or (stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT)
+        # not the last stamp, since a driver that hangs may repeat several messages
+        self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
         if not is_silence:
             self.source.received(now)
@@ -99,7 +100,7 @@ class PadListener:
         self.before = before
 
     def knows_lateness(self, now: float) -> bool:
-        """Have enough messages arrived to know how late a message is?"""
+        """Is the usual delay known, so that `lateness` is right?"""
         return now - self._received_since >= LATENESS_KNOWN_AFTER and (
             not self.hangs or self.source.is_fresh(now))    # two messages may have the same stamp
 

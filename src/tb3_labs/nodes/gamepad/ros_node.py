@@ -18,7 +18,7 @@ from tb3_labs.ros.topics import RENEWS, log_missing_topics, subscribe_events
 
 
 class GamepadNode:
-    """Takes in the pad, and True and False of other nodes; drives, gives and takes control."""
+    """Takes in messages of the pad and of other nodes. Drives, and gives and takes control."""
 
     def __init__(self):
         model, config = read_model(), read_config(PadConfig)

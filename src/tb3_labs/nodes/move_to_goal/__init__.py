@@ -1,1 +1,1 @@
-"""The node `move_to_goal`: its core, and its ROS side in the files ros_*.py."""
+"""Drives to goals: the core of the node `move_to_goal`, and the ROS side in files ros_*.py."""

@@ -1,17 +1,17 @@
-"""Everything that `move_to_goal` decides: pose, permission and command; see :mod:`tb3_labs.nodes`.
+"""All that `move_to_goal` decides about pose, permission and command; see :mod:`tb3_labs.nodes`.
 
 The robot moves only while this node has control, both sensors are fresh, gyro and wheels agree, the
-pose is known, and the goal is not reached. A grant or goal is void without sensors.
+pose is known, and the goal is not reached. Without sensors a grant or a goal is void.
 
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`at`); metres, radians; poses in the local frame.
+back (`at`); metres, radians. Poses are in the local frame.
 """
 import math
 from dataclasses import dataclass
 from typing import Dict, Optional, Sequence
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.braking import LONGEST_IDLE, Pace
+from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import Response
@@ -29,10 +29,10 @@ from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.stale_or_stalled import (
-    SURELY_DRIVES, SURELY_TURNS, Sensor, SensorStatus, SensorWatch)
+    SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
-#: If another node commands motions for longer than this while this node drives, a line says so [s].
+#: While this node drives, another node may command motions for this long before a warning [s].
 RIVAL_TIME = 0.3
 
 
@@ -58,14 +58,15 @@ class MoveToGoalConfig(Config):
 class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
-    #: Was control given, and not taken back? Its sender may be silent for a moment.
+    #: Was control given, and not taken back? The sender of the grant may be silent for a moment.
     has_grant: bool = False
     #: The answers to clients of goals, in order.
     answers: Sequence[GoalAnswer] = ()
     #: The status of the drive, if it is new.
     status: Optional[DriveStatus] = None
-    #: A new Fix, if there is one, and the pose of ``local`` in the odometry's frame.
+    #: A new Fix, or None.
     fix: Optional[Fix] = None
+    #: The pose of ``local`` in the odometry's frame; None before the first fix.
     odom_T_local: Optional[Pose2] = None
 
     @property
@@ -79,13 +80,13 @@ class MoveToGoalCore:
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[Response] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
-        """`response`: the known delays of this robot; `law` and this node improve it."""
+        """`response` has the known delays of this robot. `law` and this node improve them."""
         self._response = response or Response()
         self._timing, self.imu, self.odometry = SampleTiming(), Sensor('imu'), Sensor('odom')
         self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
         self._log = LogQueue()
-        self._permission = Permission(has_control, self._log.add)
+        self._permission = Permission(has_control, self._log)
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         #: May this node drive? The value at the last tick.
         self.has_control = has_control
@@ -95,8 +96,9 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._last_command = Twist2()
-        self._last_ended_attempt = 0    # number of the last attempt whose end was found
-        self._rivals_since: Dict[str, float] = {}    # since when another node drives, too
+        self._last_ended_attempt = 0    # number of the last drive whose end was found
+        #: {another node that also commands motions: the time of its first command [s]}
+        self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
 
     # -- what comes in
@@ -116,13 +118,13 @@ class MoveToGoalCore:
         self._check_localizer()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels, if they are sent: they only check IMU and odometry."""
+        """Take in a sample of the wheels. Only the checks of gyro and odometry use this sample."""
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Another node commands the robot, which may move now. A line warns of this node, but only
-        while move_to_goal drives, and not of the last commands before a grant."""
+        """Take in a command of another node, which may move the robot. A warning names the other
+        node if it commands motions for `RIVAL_TIME` while move_to_goal drives, too."""
         if not (linear or angular):
             return
         self._localizer.driven_at = now
@@ -134,7 +136,7 @@ class MoveToGoalCore:
                           'two (False on ctrl_relinq stops this one)', warning=True)
 
     def set_law(self, law: DriveLaw) -> None:
-        """Drive by another law from now on; a present drive begins again."""
+        """Use another law from now on. A present drive begins again."""
         self._machine.law = law
         self._pace = Pace(law.period)
         if self._machine.active:
@@ -145,7 +147,8 @@ class MoveToGoalCore:
         self._restart()
 
     def on_goal(self, request: GoalRequest, at: float) -> None:
-        """Drive to the RequestedPose of a goal, unless it repeats the present goal or is void."""
+        """Drive to the RequestedPose of a goal, unless the goal is refused, or only repeats the
+        present goal."""
         self.on_repetition(request, at)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
@@ -166,21 +169,21 @@ class MoveToGoalCore:
             requests.accept(request)
 
     def on_repetition(self, request: GoalRequest, at: float) -> None:
-        """Take in a goal that was sent again with its earlier GoalID."""
-        self._update_control(at)    # finds a sleep: the goal may be older than the sleep
+        """Take in a goal that was sent again with the same GoalID."""
+        self._update_control(at)    # a goal may be older than a sleep
         self._check_end(at)
         self._requests.note(request, at)
 
     def on_cancel(self, at: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
-        self._update_control(at)    # finds a sleep: no sender has paused in it
+        self._update_control(at)    # a sleep is not a pause of a sender
         if self._requests.cancel(at, name, stamp):
             self._machine.cancel()
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, at: float) -> None:
         """Declare that the robot is at `reset.requested` now. A request that may be older than a
-        sleep is refused. The Reset shows when it is over."""
+        sleep is refused. `reset.is_over` tells the caller when the reset has ended."""
         self._update_control(at)
         doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
         if doubt:
@@ -217,9 +220,9 @@ class MoveToGoalCore:
 
     def tick(self, now: float, at: float) -> DriveOutput:
         """Look at both clocks, and decide. Call this after each sample of the IMU and each request,
-        and also while there is none."""
+        and also while no message arrives."""
         self._update_control(at)
-        # at the law's own rate, and whenever a sensor is lost
+        # a command is due at the rate of the law, and if a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end(at)
@@ -244,7 +247,7 @@ class MoveToGoalCore:
                 dt = self._pace.step(now)
                 self._check_readings(now)
                 command = self._machine.step(motion, dt)
-                # in each period a repeated reading is checked: its sensor may be frozen
+                # a repeated reading is checked in each period, since its sensor may be frozen
                 if self._machine.cruises and max(
                         self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
                     self._pace.prolong()
@@ -320,12 +323,12 @@ class MoveToGoalCore:
 
     def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
-        drives = abs(self._last_command.linear) > SURELY_DRIVES
-        turns = abs(self._last_command.angular) > SURELY_TURNS
+        drives = abs(self._last_command.linear) > SURE_DRIVE_SPEED
+        turns = abs(self._last_command.angular) > SURE_TURN_RATE
         odometry = self._timing.odometry
         assert odometry is not None
         before, after = odometry.before, odometry.sample
-        # The odometry's yaw is the IMU's: if it turns, the IMU must change.
+        # The odometry takes its yaw from the IMU. So the IMU must change if that yaw changes.
         turned = before is None or before.pose.yaw != after.pose.yaw
         self.imu.check_repetition(turns or (drives and turned), now)
         self.odometry.check_repetition(drives or turns, now)
@@ -333,7 +336,7 @@ class MoveToGoalCore:
             self._machine.give_up(self._sensors.frozen())
 
     def _pause(self) -> None:
-        """Treat the next command as the first: the robot stands, or another node drives it."""
+        """Treat the next command as the first, since the robot stands or another node drives."""
         self._pace.pause()
         self._sensors.pause()
         self._last_command = Twist2()
@@ -344,10 +347,11 @@ class MoveToGoalCore:
         self._sensors.request_motion()
 
     def _check_localizer(self) -> None:
-        """Give up a drive in which a sensor jumped; begin it again after a reset."""
+        """Give up a drive in which a sensor jumped. Begin a drive again after a reset."""
         for jump in self._localizer.pop_jumps():
             if jump.outcome:
-                self._log.add(f'{jump.text[0].upper()}{jump.text[1:]}: {jump.outcome}', True)
+                text = jump.text[0].upper() + jump.text[1:]
+                self._log.add(f'{text}: {jump.outcome}', warning=True)
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
             elif self._permission.has_grant and self._machine.begun and self._machine.active:

@@ -35,11 +35,12 @@ PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: If the path has more points than this, every second point is dropped.
 PATH_POINTS = 1000
-#: All messages but the pose are sent after this time [s]. In a new frame they are sent at once.
+#: Time between two transforms, and between two messages about errors [s]. A new frame is sent at
+#: once.
 DISPLAY_PERIOD = 0.1
-#: The path is a long message: it is sent after this time [s].
+#: Time between two messages of the path, which are long [s].
 PATH_PERIOD = 0.2
-#: Markers are sent again after this time [s].
+#: Time between two messages of the markers [s].
 REPEAT_PERIOD = 1.0
 
 MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
@@ -47,12 +48,12 @@ PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 
-_permissions = [False]    # each value of _has_control:=; the last one is used
+_permissions = [False]    # each value of _has_control:=; only the last value is used
 
 
 def pop_permission():
-    """Take `_has_control:=VALUE` out of this process's arguments, before init_node(). rospy would
-    make a parameter of it, which outlives node and launch: a later start would then drive."""
+    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(), since
+    rospy would set a parameter, which outlives the launch. Then a later start would drive."""
     for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
         sys.argv.remove(word)
         value = word.partition(':=')[2]
@@ -60,7 +61,7 @@ def pop_permission():
 
 
 def _permission():
-    """Returns the has_control of this start. A respawn does not have it again."""
+    """Returns the has_control of this start. A node that roslaunch starts again has no control."""
     if 'has_control:=true' in sys.argv or rospy.has_param('~has_control'):
         rospy.logwarn('has_control without _, or on the parameter server, gives no control: a '
                       'launch file takes has_control:=true, the node _has_control:=true')
@@ -148,15 +149,15 @@ class LocalPath:
 
     def __init__(self, frame_id):
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
-        self._frame_id, self._number = frame_id, 0
+        self._frame_id, self._frame_number = frame_id, 0
         self._points = []              # (pose, its message)
         self._sent = -math.inf         # stamp
         self._has_new_points = False   # since the last message
 
     def show(self, fix):
-        """Add one localizer.Fix; publish the path now and then."""
-        if fix.frame_number != self._number:
-            self._number, self._points, self._sent = fix.frame_number, [], -math.inf
+        """Add a localizer.Fix. Publish the path once in PATH_PERIOD."""
+        if fix.frame_number != self._frame_number:
+            self._frame_number, self._points, self._sent = fix.frame_number, [], -math.inf
         here, last = fix.local_T_base, self._points[-1][0] if self._points else None
         if (last is None or last.distance_to(here) >= PATH_STEP
                 or abs(difference(here.yaw, last.yaw)) >= PATH_TURN):
@@ -171,8 +172,8 @@ class LocalPath:
 
 
 class Display:
-    """Shows each Fix, in the thread of the IMU: pose and path in local, the frame itself. Shows
-    each new status, in the thread of the CoreRunner: its words, the goal, markers for RViz.
+    """Publishes each Fix (pose, path and the frame local) in the thread of the IMU. Publishes each
+    new status (text, goal, markers for RViz) in the thread of the CoreRunner.
 
     Making a message costs more time than a step of a control law. So a message without a subscriber
     is not made, and messages for displays are sent only as often as the eye needs.
@@ -190,11 +191,11 @@ class Display:
         self._goal = None                        # of the last status
         self._markers = MarkerArray()
         self._shown = -math.inf, None            # stamp and odom_T_local of the last transform
-        self._repeated = -math.inf
+        self._markers_sent_at = -math.inf        # stamp
         self._path = LocalPath(self._local)
 
     def show(self, fix, odom_T_local):
-        """Publish one localizer.Fix."""
+        """Publish a localizer.Fix."""
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._local, fix.stamp))
         shown_at, declared = self._shown
@@ -208,14 +209,14 @@ class Display:
             distance, angle = errors(fix.local_T_base, self._goal)
             self._distance.publish(distance)
             self._angle.publish(math.degrees(angle))
-        if abs(fix.stamp - self._repeated) >= REPEAT_PERIOD:
-            # since RViz drops markers whose frame it does not know
-            self._repeated = fix.stamp
+        if abs(fix.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
+            # RViz drops a marker if it does not know the frame yet
+            self._markers_sent_at = fix.stamp
             self._marker.publish(self._markers)
         self._path.show(fix)
 
     def show_status(self, status):
-        """Publish a DriveStatus: its words, also above the robot; the goal with its tolerance."""
+        """Publish a DriveStatus as a text, and as markers of text, goal and tolerance."""
         self._goal = goal = status.goal
         self._state.publish(status.text)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
@@ -226,7 +227,7 @@ class Display:
         text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
         disc.pose.position.z, text.pose.position.z = 0.02, 0.3
-        text.text = status.text + '\n\n\n\n'    # they lift the centred text off the robot
+        text.text = status.text + '\n\n\n\n'    # empty lines lift the centred text off the robot
         self._markers = MarkerArray(markers=[arrow, disc, text])
         self._marker.publish(self._markers)
 

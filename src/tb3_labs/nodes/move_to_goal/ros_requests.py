@@ -1,6 +1,6 @@
 """The requests that move_to_goal takes: goals, and resets ("the robot is here, now").
 
-Goals come by the `move2goal` action; a goal on `move_base_simple/goal` becomes a goal of this
+Goals come by the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal of this
 action, as in move_base. Resets come in three ways: the services `reset_pose` and `set_pose`, and
 `initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.reset_client`.
 """
@@ -25,14 +25,16 @@ from tb3_labs.srv import (
 from tb3_labs.supervision.events import Age
 from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
 
-#: A reset is answered within this time, and checked with this period [s].
-ANSWER_WITHIN, ANSWER_POLL = 0.85, 0.005
+#: A reset is answered within this time [s].
+ANSWER_WITHIN = 0.85
+#: A waiting service looks with this period whether its reset is over [s].
+ANSWER_POLL = 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
 #: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM = 'odom'
-#: A longer text of a stranger is cut in the log [characters].
+#: A longer frame name of a sender is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal: the method of actionlib's handle that answers its client}
@@ -44,14 +46,16 @@ ANSWER_METHODS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
 
 
 class GoalServer(ActionServer):
-    """An ActionServer whose goals a MoveToGoalCore takes, behind its CoreRunner.
+    """Receives the goals of the action `move2goal` for a MoveToGoalCore.
 
-    A goal or cancel reaches the core while actionlib's lock is held, so that both have one order.
-    The core's answers come by :meth:`answer`, for which no lock waits.
+    actionlib's lock is held while a goal or cancel is handed to the core. So actionlib and the core
+    receive goals and cancels in the same order. :meth:`answer` sends the core's answers, and does
+    not need the lock of the core.
 
-    For 5 s actionlib (1.14.0) treats a goal with a known GoalID as the same goal, then as a new
-    goal. It accepts a repeated latched goal as new, and does not cancel an ended goal to which the
-    robot drives again after a reset. So each message comes here first (test/ros/stops.test).
+    For 5 s actionlib (1.14.0) treats a goal with a known GoalID as the same goal, later as a new
+    goal. actionlib accepts a repeated latched goal as new, and does not cancel an ended goal to
+    which the robot drives again after a reset. So this class sees each message before actionlib
+    (test/ros/stops.test).
     """
 
     def __init__(self, runner, core):
@@ -81,7 +85,7 @@ class GoalServer(ActionServer):
             ANSWER_METHODS[outcome](request.client, *result, text)
 
     def feedback(self, fix):
-        """Send a localizer.Fix to the client of the present goal, if there is one."""
+        """Send a localizer.Fix to the client of the present goal, if a goal is present."""
         handle = self._present
         if handle is not None and self.feedback_pub.get_num_connections():
             handle.publish_feedback(MoveBaseFeedback(base_position=to_pose_stamped(
@@ -95,11 +99,11 @@ class GoalServer(ActionServer):
                                         reset=True)
 
     def internal_goal_callback(self, goal):
-        """Take in a goal; actionlib's own subscriber calls this."""
+        """Take in a goal. actionlib's own subscriber calls this method."""
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """Obey every cancel, also an old one; actionlib's own subscriber calls this."""
+        """Obey every cancel, also an old cancel. actionlib's own subscriber calls this method."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
@@ -113,7 +117,8 @@ class GoalServer(ActionServer):
         with self.lock:
             self.register_goal_callback(handles.append)
             super().internal_goal_callback(goal)
-            handle = handles[0] if handles else None    # none: a known goal, or its cancel
+            # actionlib makes no handle for a known goal, or a goal that was canceled before
+            handle = handles[0] if handles else None
             goal_id = handle.get_goal_id() if handle else goal.goal_id    # actionlib may make an id
             request = GoalRequest(None, sender_of(connection_of(message)), goal_id.id,
                                   goal_id.stamp.to_nsec(), handle)
@@ -134,8 +139,8 @@ class GoalServer(ActionServer):
 
 
 class Resets:
-    """Offers `reset_pose`, `set_pose` and `initialpose`. A reset waits in a MoveToGoalCore for the
-    samples of its moment."""
+    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
+    both sensors have sent the samples of the moment of the request."""
 
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
@@ -181,8 +186,8 @@ class Resets:
         return str(problem)
 
     def _reset(self, requested):
-        """Reset to a RequestedPose. Returns the localizer.Reset; ``ValueError`` if it is refused,
-        or not carried out within ANSWER_WITHIN."""
+        """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
+        is refused, or not carried out within ANSWER_WITHIN."""
         reset, runner = Reset(requested), self._runner
         runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
         if not wait_until(lambda: runner.query(lambda: reset.is_over), ANSWER_WITHIN, ANSWER_POLL):
@@ -198,8 +203,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. It drops a latched message
-    that may be old, with a warning."""
+    """Returns a function that passes messages of `topic` to `callback`. The function drops each
+    latched message that may be old, with a warning."""
     to_age = ages(topic)
 
     def on_message(message):
@@ -214,8 +219,8 @@ def only_new(topic, callback):
 
 
 def to_requested_pose(header, pose):
-    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be
-    named with this node's namespace, or without it. Raises ``ValueError`` for other frames."""
+    """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The frame's name
+    may have this node's namespace or not. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM, frame(ODOM))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):

@@ -1,4 +1,4 @@
-"""The status of a drive: its text on `goal_state`, and lines for the user when it changes."""
+"""The status of a drive, the text of the status on `goal_state`, and log lines about changes."""
 import math
 from typing import Callable, NamedTuple, Optional, Tuple
 
@@ -19,24 +19,24 @@ class DriveStatus(NamedTuple):
 
     state: GoalState
     goal: Optional[Pose2]
-    tolerance: float              # of the distance to the goal [m]
-    attempt: int                  # number of the drive: each goal and restart begins a new one
-    begun: bool                   # was the robot commanded to move in this attempt?
-    active: bool                  # is the drive going on?
-    failure: str                  # reason why the drive was given up; '' if it was not
-    hold_reason: str              # reason why the robot stands during a drive, or ''
+    tolerance: float              # largest distance from a goal that is reached [m]
+    attempt: int                  # number of the drive; each goal and restart begins a new drive
+    begun: bool                   # was the robot commanded to move in this drive?
+    active: bool                  # has the drive not ended yet?
+    failure: str                  # the reason why the drive was given up, or ''
+    hold_reason: str              # the reason why the robot stands during the drive, or ''
     has_control: bool             # may the node drive?
-    sensor_problem: str           # lost or contradicting sensors, in words; '' if there are none
+    sensor_problem: str           # a text about lost or contradicting sensors, or ''
 
     def remaining(self, motion: Optional[Motion]) -> Tuple[float, float]:
-        """Returns the distance [m] and the angle [deg, not negative] from here to the goal."""
+        """Returns the distance [m] and the angle [deg, not negative] from the robot to the goal."""
         assert self.goal is not None and motion is not None
         distance, angle = errors(motion.pose, self.goal)
         return distance, abs(math.degrees(angle))
 
     @property
     def text(self) -> str:
-        """The text on `goal_state`; '' until the first command."""
+        """The text for the topic `goal_state`; '' before the first command to move."""
         if self.failure:
             return with_reason(GAVE_UP, self.failure)
         if not self.active:
@@ -49,32 +49,32 @@ class DriveStatus(NamedTuple):
 
 
 class Announcer:
-    """Finds what is new in the status of a drive, and makes lines for the user."""
+    """Finds changes of the status of a drive, and logs them for the user."""
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._printed: Tuple = ()      # attempt, goal and text of the last line
-        self._begun = 0                # the attempt that began last
-        self._begun_at = 0.0           # the time at which it began
-        self._progress_at = 0.0
+        self._logged: Tuple = ()       # attempt, goal and text of the last log line
+        self._begun = 0                # number of the drive that began last
+        self._begun_at = 0.0           # time at which this drive began [s]
+        self._progress_at = 0.0        # time of the last log line [s]
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
         """Log a new status, and once a second the progress of a drive. Returns True if the status
-        is new. `motion()`: the robot's Motion now."""
+        is new. `motion()` returns the robot's present Motion."""
         key = (status.attempt, status.goal, status.text)
-        if not status.text or key == self._printed:
+        if not status.text or key == self._logged:
             if abs(now - self._progress_at) >= PROGRESS_PERIOD:
                 self._progress_at = now
                 if status.text in DRIVING:
                     self._log.add(f'{status.text}: {to_go(*status.remaining(motion()))}')
             return False
-        self._printed, self._progress_at = key, now
+        self._logged, self._progress_at = key, now
         begins = status.begun and status.attempt != self._begun
         if begins:
             self._begun, self._begun_at = status.attempt, now
         if status.failure:
-            self._log.add(f'Goal ({status.goal}) given up: {status.failure}', True)
+            self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
         elif not status.active:
             distance, angle = status.remaining(motion())
             self._log.add(f'{handout.PRINTED_REACHED}! {distance:.3f} m and {angle:.1f} deg off, '

@@ -1,14 +1,13 @@
-"""The commands of a law: their rhythm, the speed to brake by, and the dead time of a robot.
+"""The commands of a law: the times of the commands, and the braking speed in spite of delays.
 
-*Rhythm*: a step reads the latest samples and gives one command. The robot takes a new command once
-in each of its control periods (turtlebot3.CONTROL_RATE). So a law asks for one step in each period
-(its ``period``), and `Pace` says when that step is due. A command that does not change holds for
-two periods.
+*Times*: A step reads the latest samples and gives one command. The robot takes one new command in
+each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and a `Pace`
+finds when the step is due. A command that does not change holds for two periods.
 
-*Dead time*: a robot obeys late. A command is under way for the *delay*, and the motors follow with
-a first-order *lag*. A controller that brakes by the measured position alone overshoots by the
-travel that is still to come. A Smith predictor brakes by the way that would remain if the robot
-were commanded to stop now,
+*Delays*: A command reaches the robot after the *delay*, and the motors follow with a first-order
+*lag*. A controller that brakes by the measured position alone overshoots by the travel that is
+still to come. A Smith predictor brakes by the way that would remain if the robot were commanded to
+stop now,
 
     remaining - (speed of the motors) * lag - (travel of the commands under way)
 
@@ -16,8 +15,8 @@ The middle term is the way that a first-order motor coasts: the integral of v ex
 v lag. An `Estimate` filters the noise of the way at rest.
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are treated
-alike. Edge cases of a Pace: a clock that goes back makes a step due. The first step, and the first
-step after a pause, is treated as one period long.
+alike. Edge cases of a Pace: A clock that goes back makes a step due. The first step after the start
+or a pause is treated as one period long.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
 (1957), 217-219.
 """
@@ -28,15 +27,15 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Steps after the first step are planned earlier by this [s]. The sample for a step may come 5 ms
-#: late, and the robot obeys the command before until a late command arrives.
-EARLY = 0.0035
-#: While the robot is not driven, samples are not read for a little more than a period [s].
+#: All steps after the first are planned earlier by this [s], since the sample for a step may come
+#: 5 ms late. Until a late command arrives, the robot obeys the command before.
+STEP_LEAD = 0.0035
+#: If the node does not drive, the next sample is read after this time, about one period [s].
 LONGEST_IDLE = 0.036
 #: In 95 of 100 cases the true value is within two standard deviations of the estimate.
 STANDARD_ERRORS = 2.0
 #: A sample that is this many standard deviations away contradicts the estimate.
-CONTRADICTION = 4.0
+CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
 COMMAND_MEMORY = 1.4
 #: A smaller lag is treated as this lag, since time is divided by the lag [s].
@@ -44,20 +43,20 @@ LEAST_LAG = 1e-6
 
 
 class LawStep(NamedTuple):
-    """A law's answer: the command, the remaining way [m or rad], and whether it is finished."""
+    """The command of a law for one step."""
 
     command: Twist2
-    remaining: float
-    finished: bool
-    cruises: bool = False    # the command will hardly change in the next period
+    remaining: float         # the remaining way [m or rad]
+    finished: bool           # has the robot reached the goal of the law?
+    cruises: bool = False    # True if the command will hardly change in the next period
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
     """Returns the fastest speed from which a robot can stop within the remaining way.
 
-    `deceleration` is in [1/s^2], `gain` in [1/s]. Far away this is the braking profile sqrt(2 a d)
-    of constant deceleration a. The slope of that profile is infinite at 0, and no motor can follow
-    it. So near the end the speed is the line gain x d. Both meet without a step or a kink.
+    `deceleration` a is in [1/s^2], `gain` in [1/s]. At a large distance d the speed is the braking
+    profile sqrt(2 a d). The slope of this profile is infinite at 0, and no motor can follow that
+    slope. So near 0 the speed is the line gain x d. Line and profile meet without a step or a kink.
     """
     distance = abs(remaining)
     meeting = deceleration / gain ** 2
@@ -67,7 +66,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 class Pace:
-    """Steps of `period` [s] on average. After a late step the next steps come at the usual pace."""
+    """Finds when the next step is due: after `period` [s] on average, also after a late step."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -91,7 +90,7 @@ class Pace:
         """Take a step. Returns the time since the last step [s]."""
         last, self._last = self._last, now
         if last is None:
-            self._next = now + self._period - EARLY
+            self._next = now + self._period - STEP_LEAD
             return self._period
         self.skip(now)
         return max(0.0, now - last)
@@ -105,19 +104,21 @@ class Pace:
         self._next += self._period
 
     def pause(self) -> None:
-        """Treat the next step as the first: the robot stands, or another node drives it."""
+        """Treat the next step as the first, since the robot stands or another node drives."""
         self._last = None
 
 
 class CommandHistory:
-    """The commands since a start, each for one period of the robot. Earlier commands were stops."""
+    """The commands since the start of an approach. All commands before the start were stops."""
 
     def __init__(self, period: float) -> None:
         """`period`: each command is obeyed for this long [s]."""
         self._period = period
         self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
-        #: Time since the start, and the begin of the period in which a present command holds [s].
-        self.now = self.begin = 0.0
+        #: Time since the start [s].
+        self.now = 0.0
+        #: Begin of the period for which a command that is sent now holds [s].
+        self.begin = 0.0
         #: The latest command.
         self.command = 0.0
         self._same_since = 0.0
@@ -134,7 +135,7 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded(self, until: float) -> float:
-        """Returns the travel commanded until `until` [s], which is after the latest command."""
+        """Returns the travel commanded until `until` [s], a time after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
@@ -173,7 +174,7 @@ class CommandHistory:
         return 0.0
 
     def only_stops_since(self, time: float) -> bool:
-        """Were only stops commanded for the periods from `time` on?"""
+        """Were all commands stops for the periods that begin at `time` or later?"""
         return not any(command for begin, command in self._sent if begin >= time)
 
 
@@ -184,13 +185,13 @@ def first_order_response(speed: float, command: float, lag: float, dt: float) ->
 
 def remaining_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
                       lag: float, gain: float = 1.0) -> float:
-    """Returns the part of `remaining` that would remain after a stop that is commanded now."""
+    """Returns the way that would remain if the robot were commanded to stop now."""
     return remaining - motor_speed * lag - gain * history.travel_under_way(delay)
 
 
 class Estimate:
-    """An estimate of a number from samples. While the number does not change, the estimate is their
-    mean. When the number changes, later samples have more weight."""
+    """An estimate of a number from samples. While the number does not change, the estimate is the
+    mean of the samples. When the number changes, later samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.
@@ -199,11 +200,11 @@ class Estimate:
 
     @property
     def uncertainty(self) -> float:
-        """The likely bound of the estimate's error; see STANDARD_ERRORS."""
+        """The likely bound of the estimate's error, `STANDARD_ERRORS` standard deviations."""
         return STANDARD_ERRORS * math.sqrt(self._variance)
 
     def shift(self, by: float, doubt: float = 0.0) -> None:
-        """Take in a change of the number by `by`; `doubt`: the standard deviation of `by`."""
+        """Add `by` to the number. `doubt` is the standard deviation of `by`."""
         self.value += by
         self._variance += doubt * doubt    # for a large doubt ** would raise, * gives infinity
 
@@ -214,9 +215,10 @@ class Estimate:
         """
         spread = noise * noise
         surprise = abs(sample - self.value)
-        known = spread > 0.0 and surprise <= CONTRADICTION * math.sqrt(self._variance + spread)
+        expected = math.sqrt(self._variance + spread)
+        agrees = spread > 0.0 and surprise <= CONTRADICTING_DEVIATIONS * expected
         share = 1.0
-        if known and math.isfinite(self._variance):
+        if agrees and math.isfinite(self._variance):
             share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)
         self._variance = share * spread
