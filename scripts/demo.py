@@ -18,7 +18,7 @@ Calls
     reset_pose    tb3_labs/ResetPose
 Parameters: see DemoConfig in tb3_labs.nodes.demonstration.
 """
-import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import contextlib
 import os

@@ -9,7 +9,7 @@ Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
                  the right, y up, (0, 0) in the middle
 """
-import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import os
 import threading

@@ -12,7 +12,7 @@ Subscribes
     goal_state       std_msgs/String: its words are printed
     distance_error, angle_error_deg   std_msgs/Float32 [m, deg]
 """
-import tb3_labs.ros.start    # noqa: F401 (first: what is missing is one line)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: what is missing is one line)
 
 import sys
 import threading
