@@ -44,7 +44,7 @@ class Panel:
         config = read_config(PanelConfig)
         pages = Pages(config, read_model().body_radius)
         rospy.on_shutdown(pages.release)
-        # not logged: anyone who knows the address, with its token, may drive
+        # printed and not logged, since anyone who knows the address with its token may drive
         only = '' if config.control else ' (it only shows)'
         print(f'Panel: open {pages.address} in a browser{only}')
 

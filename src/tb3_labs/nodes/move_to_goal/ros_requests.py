@@ -19,7 +19,7 @@ from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.topics import WarningThrottle, ages, sender_connection, subscribe
+from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
@@ -200,7 +200,7 @@ def _in_degrees(pose):
 def only_new(topic, callback):
     """Returns a function that passes messages of `topic` to `callback`. It drops a latched message
     that may be old, with a warning."""
-    to_age = ages(topic)
+    to_age = age_reader(topic)
 
     def on_message(message):
         if to_age(message) in (Age.LATCHED, Age.OLD):
