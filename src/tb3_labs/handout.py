@@ -7,8 +7,8 @@ skeletons are the handouts' own text: they repeat these values, and test_handout
 
 #: The angle of a turn, and how far from its goal a turn may end [deg].
 TURN_DEG, HDG_TOL = 90.0, 10.0
-#: The letters that turn left and right.
-LEFT, RIGHT = 'l', 'r'
+#: The keys of a turn to the left, and of a turn to the right.
+LEFT_KEY, RIGHT_KEY = 'l', 'r'
 #: The command for each degree of error; the slowest and the fastest turn [rad/s].
 K_HDG, MIN_ANG_Z, MAX_ANG_Z = 0.1, 0.5, 1.5
 #: The mouse commands zero within this distance of the screen's middle, from -1 to 1. At the edge of
@@ -41,5 +41,5 @@ PRINTED_RESET = 'Pose reset successfully'
 
 # -- the relative names of topics, and of the service of both labs
 
-IMU_TOPIC, ODOM, JOY, MOUSE_INFO = 'imu', 'odom', 'joy', 'mouse_info'
+IMU_TOPIC, ODOM_TOPIC, JOY, MOUSE_INFO = 'imu', 'odom', 'joy', 'mouse_info'
 CTRL_RELINQ, CMD_VEL, SET_POSE = 'ctrl_relinq', 'cmd_vel', 'set_pose'

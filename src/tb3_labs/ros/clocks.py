@@ -24,10 +24,8 @@ def ros_time():
 
 
 def steady_time():
-    """Returns the seconds of a clock that never stands still or goes back.
-
-    Unlike time.monotonic(), the clock runs while the computer is suspended: permissions get old.
-    """
+    """Returns the seconds of a clock that never stands still or goes back. Unlike time.monotonic(),
+    the clock runs while the computer is suspended, so that permissions get old."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 

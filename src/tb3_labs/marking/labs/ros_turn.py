@@ -10,7 +10,7 @@ from std_msgs.msg import Bool as BoolMessage
 from std_msgs.msg import Header
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.handout import LEFT, MOUSE_INFO
+from tb3_labs.handout import LEFT_KEY, MOUSE_INFO
 from tb3_labs.marking.labs import imu as imu_lab
 from tb3_labs.marking.labs import turn as turn_lab
 from tb3_labs.marking.labs.criteria import LOST
@@ -193,11 +193,11 @@ def both(trial):
         trial.node.start()
     with mouse_of(trial, turn_lab.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        _try_turn(trial, turn_lab.TURN_BESIDE, LEFT, seconds=turn_lab.BESIDE_TIME)
+        _try_turn(trial, turn_lab.TURN_BESIDE, LEFT_KEY, seconds=turn_lab.BESIDE_TIME)
         trial.watch(turn_lab.AFTER_TURN, turn_lab.MOUSE_HELD, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)
-        moving = trial.moves_after(lambda: trial.node.type(LEFT), turn_lab.TURN_REACTION)
+        moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), turn_lab.TURN_REACTION)
         time.sleep(WELL_UNDER_WAY)
         with trial.stimulus(turn_lab.IN_TURN, {WAS_MOVING: moving}) as record:
             hand.at(0.0, 1.0)
@@ -211,7 +211,7 @@ def _is_idle(trial):
 
 
 def _in_a_turn(trial):
-    return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT),
+    return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT_KEY),
                                turn_lab.TURN_REACTION)
 
 

@@ -6,7 +6,8 @@ from typing import Iterable, List, NamedTuple, Sequence
 import numpy as np
 
 from tb3_labs.handout import (
-    CONTROLLER_GOODBYE, HDG_TOL, LEFT, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT, TURN_DEG)
+    CONTROLLER_GOODBYE, HDG_TOL, LEFT_KEY, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT_KEY,
+    TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, AT_ONCE, IMU_EXTRAS, IN_TIME, LINEAR, NEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE,
     Criterion, Reason, ends_cleanly, not_stopped, prints, starts, steers, stops_robot,
@@ -39,12 +40,12 @@ class TurnStimulus(NamedTuple):
 SLIPPERY = 0.3
 #: stimulus -> TurnStimulus
 TURN_STIMULI = {
-    LEFT: TurnStimulus(LEFT, TURN_DEG, 40.0),
-    'l across 180': TurnStimulus(LEFT, TURN_DEG, 130.0),
-    'r across 180': TurnStimulus(RIGHT, -TURN_DEG, 220.0, SLIPPERY),
-    RIGHT: TurnStimulus(RIGHT, -TURN_DEG, 130.0, SLIPPERY),
-    'r across 0': TurnStimulus(RIGHT, -TURN_DEG, 40.0, SLIPPERY),
-    'l across 0': TurnStimulus(LEFT, TURN_DEG, -50.0, SLIPPERY),
+    LEFT_KEY: TurnStimulus(LEFT_KEY, TURN_DEG, 40.0),
+    'l across 180': TurnStimulus(LEFT_KEY, TURN_DEG, 130.0),
+    'r across 180': TurnStimulus(RIGHT_KEY, -TURN_DEG, 220.0, SLIPPERY),
+    RIGHT_KEY: TurnStimulus(RIGHT_KEY, -TURN_DEG, 130.0, SLIPPERY),
+    'r across 0': TurnStimulus(RIGHT_KEY, -TURN_DEG, 40.0, SLIPPERY),
+    'l across 0': TurnStimulus(LEFT_KEY, TURN_DEG, -50.0, SLIPPERY),
 }
 #: The turns in which the heading jumps, from 180 to -180 or from 360 to 0 degrees.
 ACROSS = [name for name in TURN_STIMULI if 'across' in name]
@@ -93,7 +94,7 @@ ON_A_CARPET = f'as left, also if the wheels slip by {SLIPPERY:.0%}'
 def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + AFTER_STOP,
            seconds: float = TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
-    scene, turn = observation.scene(name), TURN_STIMULI.get(name, TURN_STIMULI[LEFT])
+    scene, turn = observation.scene(name), TURN_STIMULI.get(name, TURN_STIMULI[LEFT_KEY])
     after = f'after {turn.typed} ({name[2:]})' if name in ACROSS else f'after {turn.typed}'
     observed_deg, it_turned = scene.turned_deg, f'it turned {_degrees(scene.turned_deg)}'
     if not scene.facts[MOVED]:
@@ -155,7 +156,7 @@ def _answers_nonsense(observation: Observation) -> Reason:
         return (f'an answer to "{TYPED_NONSENSE}" could not be read: {scene.lines} lines were '
                 f'printed in {scene.end - scene.begin:.1f} s')
     words = set(re.findall(r'[a-z]+', scene.printed.lower()))
-    if not (words & {LEFT, 'left'} and words & {RIGHT, 'right'}):
+    if not (words & {LEFT_KEY, 'left'} and words & {RIGHT_KEY, 'right'}):
         return f'the answer to "{TYPED_NONSENSE}" did not name both valid inputs, l and r'
     return ''
 
@@ -218,7 +219,7 @@ def _mouse_drives(observation: Observation) -> Reason:
 def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
     """Returns sentences on mistakes that cost no points."""
     printed = [observation.scene(name, may_die=True).printed.splitlines()[1:]
-               for name in (LEFT, NONSENSE) if observation.has(name)]
+               for name in (LEFT_KEY, NONSENSE) if observation.has(name)]
     remarks = []
     if len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
         remarks.append('After "{}" it printed its prompt alone, and no error. See {}.'.format(
@@ -233,9 +234,9 @@ def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> Lis
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START, starts, limits=IN_TIME),
     Criterion('left', TURNS, f'l turns {TURN_DEG:g} degrees left', LAW,
-              partial(turned, name=LEFT), limits=TURN_LIMITS),
+              partial(turned, name=LEFT_KEY), limits=TURN_LIMITS),
     Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', TO_RIGHT,
-              partial(turned, name=RIGHT), limits=ON_A_CARPET),
+              partial(turned, name=RIGHT_KEY), limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW,
               lambda observation: _turned_each(observation, ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW,

@@ -14,7 +14,7 @@ from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.braking import Estimate
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import unwrap
-from tb3_labs.handout import LEFT, MAX_ANG_Z, RIGHT, TURN_DEG
+from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event
@@ -25,7 +25,7 @@ from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness
 STEADY_DOUBT = math.radians(0.02)
 
 #: Turns by the keys of the keyboard [deg].
-TURN_KEYS = {LEFT: TURN_DEG, RIGHT: -TURN_DEG, 'b': 180.0}
+TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:

@@ -31,7 +31,7 @@ ANSWER_WITHIN, ANSWER_POLL = 0.85, 0.005
 STATUS_PERIOD = 0.5
 #: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
-ODOM = 'odom'
+ODOM_FRAME = 'odom'
 #: A longer text of a stranger is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
@@ -217,7 +217,7 @@ def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. A frame may be
     named with this node's namespace, or without it. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
-    in_odom = name in (ODOM, frame(ODOM))
+    in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
         name = name if len(name) <= LONGEST_QUOTE else name[:LONGEST_QUOTE] + '...'
         raise ValueError(
