@@ -125,9 +125,9 @@ class Demo:
         print(WHAT_NEXT)
 
     def _drive(self, after_reset):
-        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. On a
-        busy computer sensors are late, and a drive may be given up before the robot moves. Then the
-        drive begins again."""
+        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. If a
+        busy computer's late sensors end the drive before the robot moves, the drive begins
+        again."""
         after_reset = after_reset or self._first('has_control')[1]
         _, world_T_local = self._first('ground_truth', rospy.get_time())
         for attempt in range(MOST_ATTEMPTS):

@@ -77,8 +77,7 @@ class FakeTurtlebot3:
 
 
 def _with_values(settings, *sets):
-    """Returns `settings` with the values of all `sets` {name: value}. A setting that is not the
-    default stays the same."""
+    """Returns `settings` with the values in `sets`. A setting that the user gave stays the same."""
     default, changes = SimulatorConfig(), {}
     for values in sets:
         for name, value in values.items():

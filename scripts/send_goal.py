@@ -65,8 +65,7 @@ class Progress:
 
 
 def drive(goal):
-    """Send the goal, and wait for the end of the drive. Returns the exit status. A signal cancels
-    the goal."""
+    """Send the goal, and wait for its end. Returns the exit status. A signal cancels the goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(SERVER_TIMEOUT)):

@@ -112,8 +112,7 @@ class Address:
 
     @property
     def lan_address(self) -> str:
-        """The address on the way to the master. If the master is on this computer, the first
-        address of this computer; '' if there is none."""
+        """The address on the way to the master; this computer's first one if the master is here."""
         for address in (self.outgoing_address, *self.own):
             if address and not is_loopback(address):
                 return address

@@ -55,9 +55,7 @@ class Peer:
         self.name, self.port = (found.group(1), int(found.group(2))) if found else ('', 0)
 
     def ask(self, method, *arguments):
-        """Call `method`, and return the answer. If there is no answer, return None and set
-        `problem`.
-        """
+        """Call `method`. Returns the answer. Without an answer returns None, and sets `problem`."""
         self.address = address_of(self.name)
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
@@ -139,9 +137,9 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns (right topic, likeness) for the `topic` of a node. The right topic is this
-        robot's topic of `names` that is most like `topic`. Returns ('', 0.0) if `topic` is right,
-        or belongs to another robot."""
+        """Returns (right topic, likeness): this robot's topic, with one of `names`, that is most
+        like the `topic` of a node. Returns ('', 0.0) if `topic` is right, or belongs to another
+        robot."""
         place, _, word = topic.rpartition('/')
         if topic in [self.namespace + name for name in LAB_TOPICS] or (
                 self._is_of_another_robot(place + '/', topic, node)):
@@ -238,8 +236,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
 # The way there ----------------------------------------------------------------------------------
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Line:
-    """Do the robot's nodes answer at the addresses that the master knows? `peers` is {node: Peer}.
-    """
+    """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
     remedy = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
         if not peer.problem:

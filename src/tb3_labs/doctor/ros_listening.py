@@ -77,8 +77,7 @@ def examine_messages(graph, address, round_trip, is_wall_time):
 
 def listen(namespace, address):
     """Returns (all ReceivedMessages of a robot's topics, time of the end [s]). `address` is this
-    computer's address on the way to the master. The doctor's node uses it in place of ROS_IP, which
-    may be wrong."""
+    computer's address on the way to the master, and replaces ROS_IP, which may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []

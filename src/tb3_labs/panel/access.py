@@ -40,8 +40,7 @@ class PanelConfig(Config):
 
 
 class Access:
-    """Checks requests by the names of this computer, and by the token. If the token is '', no
-    request needs a token."""
+    """Checks requests by the names of this computer, and by the token if it is not ''."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names` are names and addresses of this computer. The names of the loopback are added."""
@@ -54,9 +53,8 @@ class Access:
                 token: Optional[str]) -> Optional[str]:
         """Returns the reason why a request is refused; None if the request is accepted.
 
-        `host` and `origin` are headers of the request; a missing header is None. Programs that are
-        not browsers send no origin. `token` is the token in the request; None if the requested file
-        needs no token.
+        `host` and `origin` are headers of the request; a missing header is None. Only browsers send
+        an origin. `token` is the token in the request; None if the request needs no token.
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)

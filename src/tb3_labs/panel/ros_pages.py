@@ -46,8 +46,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends. Any thread may call this method.
-        """
+        """Stop the robot if a page drives, since this node ends. Any thread may call release()."""
         released = threading.Event()
 
         def release():

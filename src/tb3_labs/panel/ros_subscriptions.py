@@ -67,8 +67,8 @@ class RobotSubscriptions:
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read_view(self, question):
-        """Returns ``question(view)``. The question may change the view. Any thread may call this
-        method."""
+        """Returns ``question(view)``, which may change the view. Any thread may call
+        read_view()."""
         with self._lock:
             return question(self._view)
 

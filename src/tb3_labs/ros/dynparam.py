@@ -66,8 +66,7 @@ def settings_of(node):
 
 
 def value_of(text, kind):
-    """Returns the value in a typed text. The value may not be of type `kind`: then the node refuses
-    the value."""
+    """Returns the value in a typed text. The node refuses a value that is not of type `kind`."""
     if kind is float:
         return number_or_text(text)    # YAML reads 1e-3 as a text, and 400 digits are not a float
     try:

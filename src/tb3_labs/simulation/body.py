@@ -118,8 +118,7 @@ class Drivetrain:
         self._update_rates()
 
     def _roll(self, left: float, right: float) -> None:
-        """Turn the motors by the angles `left` and `right` [rad], so that the robot drives one arc.
-        """
+        """Turn the motors by `left` and `right` [rad], so that the robot drives one arc."""
         self._left_angle += left
         self._right_angle += right
         left *= self._left_radius
@@ -236,8 +235,7 @@ class Body:
         return later
 
     def motion_changed(self) -> None:
-        """Begin a new motion. Call this after each change of goal speeds, physics or IMU settings.
-        """
+        """Begin a new motion. Call this after a change of goal speeds, physics or IMU settings."""
         self.imu.follow(self._moved_until, self.drivetrain.turning)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 

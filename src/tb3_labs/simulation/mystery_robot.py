@@ -81,8 +81,8 @@ class HiddenFault:
         self._sound = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """Returns the robot's settings at the time `now` [s]. While the settings are equal, the
-        same object is returned."""
+        """Returns the settings at the time `now` [s], as the same object until the settings
+        change."""
         is_sound = not self.fault.setting and now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
         return self._sound if is_sound else self._faulty
 
@@ -103,8 +103,8 @@ def draw(number: int) -> Tuple[Fault, float, int]:
 
 
 def _order(block: int) -> List[int]:
-    """Returns the order of FAULT_KINDS in a block. Its first fault is not the block before's last.
-    """
+    """Returns the order of FAULT_KINDS in a block. It does not begin with the last block's last
+    fault."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
         order[:2] = order[1], order[0]

@@ -33,9 +33,7 @@ class Rhythm:
     """The moments 1/rate, 2/rate, ... after `start` [s]. Each moment is returned once, in order."""
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
-        self._rate = 0.0
-        #: The next moment [s]. An attribute is faster than a property.
-        self.due = 0.0
+        self._rate = self.due = 0.0    # `due`: the next moment [s]; not a property, for speed
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
@@ -122,8 +120,7 @@ class Sensors:
         self.resetting = False
         #: world_T_odom. The last reset set it, from the true pose.
         self.origin = Pose2()
-        #: Stamp [s], angles [rad] and speeds [rad/s] of the wheels at each odometry sample, also at
-        #: a sample that a fault dropped.
+        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, sent or not.
         self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
         self._plan_faults(0.0)
 
