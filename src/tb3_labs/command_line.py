@@ -1,7 +1,4 @@
-"""The command lines and the output files of tools. A wrong argument gives one line of text.
-
-    mark.py: argument --lab: invalid choice: 'trun' (choose from imu, turn); --help tells more
-"""
+"""The command lines and the output files of tools. A wrong argument gives one line of text."""
 import argparse
 import errno
 import os
