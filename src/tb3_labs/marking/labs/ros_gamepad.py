@@ -19,11 +19,10 @@ from tb3_labs.marking.labs import gamepad as lab
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.labs.ros_move2goal import NAMES, fields_of
 from tb3_labs.marking.trial.ros_stimuli import UNDER_WAY, Repeater
+from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
-#: The pad has this number of axes and of buttons.
-NUMBER_OF_AXES, NUMBER_OF_BUTTONS = 8, 11
 #: A button is pressed for PRESS [s]; Y is held for HOLD [s].
 PRESS, HOLD = 0.15, 0.6
 
@@ -35,13 +34,13 @@ class HeldPad(Repeater):
         """`numbers`: name -> number of its axes and buttons."""
         super().__init__(JOY, Joy)
         self.numbers = SimpleNamespace(**numbers)
-        self._buttons = [0] * NUMBER_OF_BUTTONS
+        self._buttons = [0] * PAD_BUTTONS
         self.sticks()
         self.wait_for_subscriber()
 
     def sticks(self, forward=0.0, left=0.0):
         """Hold the sticks at these values, each -1 to 1."""
-        self._axes = [0.0] * NUMBER_OF_AXES
+        self._axes = [0.0] * PAD_AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
         self._publish()
@@ -49,7 +48,7 @@ class HeldPad(Repeater):
     def others(self, seconds=0.3):
         """Push each axis without a function for this time [s]."""
         used = self.numbers.linear_axis, self.numbers.angular_axis
-        for number in sorted(set(range(NUMBER_OF_AXES)) - set(used)):
+        for number in sorted(set(range(PAD_AXES)) - set(used)):
             self._axes[number] = 1.0
             self._publish()
             time.sleep(seconds)
