@@ -16,7 +16,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 from tb3_labs.terminal import run_tool
 
 #: A line on the terminal has at most this many characters.
-LONGEST = 1000
+LONGEST_PRINTED = 1000
 
 
 def parse(words):
@@ -75,7 +75,7 @@ def _fail(problem):
 
 def _print(words):
     """Print words on the terminal. They may quote a stranger's bag, so they are made printable."""
-    print(f'lab_report.py: {printable(str(words)[:LONGEST])}', file=sys.stderr)
+    print(f'lab_report.py: {printable(str(words)[:LONGEST_PRINTED])}', file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -22,11 +22,11 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
 #: An interval of a topic longer than this is a gap [s].
-GAP = 0.3
+LEAST_GAP = 0.3
 #: If a robot moves farther than this between two poses, it was put elsewhere [m].
-LEAP = 0.3
+LEAST_LEAP = 0.3
 
-Kind = TypeVar('Kind', bound='Samples')
+SamplesType = TypeVar('SamplesType', bound='Samples')
 
 
 @dataclass(frozen=True)
@@ -39,16 +39,16 @@ class Samples:
     def __len__(self) -> int:
         return len(self.time)
 
-    def take(self: Kind, index: Any) -> Kind:
+    def take(self: SamplesType, index: Any) -> SamplesType:
         """Returns the samples at a numpy index: a mask, a slice, or integers."""
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
-    def between(self: Kind, begin: float, end: float) -> Kind:
+    def between(self: SamplesType, begin: float, end: float) -> SamplesType:
         """Returns the samples in [begin, end) [s]. The times must not run back."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @classmethod
-    def joined(cls: Type[Kind], parts: Sequence['Samples']) -> Kind:
+    def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
         """Returns the samples of all parts, in their order. The parts may have more columns."""
         if not parts:
             return cls.none()
@@ -56,7 +56,7 @@ class Samples:
                      for column in fields(cls)))
 
     @classmethod
-    def none(cls: Type[Kind]) -> Kind:
+    def none(cls: Type[SamplesType]) -> SamplesType:
         """Returns samples of length 0."""
         return cls(*(np.empty(0) for _ in fields(cls)))
 
@@ -109,8 +109,8 @@ class Poses(Yaws):
 
     @property
     def leaps(self) -> np.ndarray:
-        """The indices of the first poses after a jump by more than LEAP."""
-        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAP) + 1
+        """The indices of the first poses after a jump by more than LEAST_LEAP."""
+        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAST_LEAP) + 1
 
     def pose(self, index: int) -> Pose2:
         """Returns the pose at `index`."""
@@ -211,7 +211,7 @@ class LogLines(Samples):
 
 
 @dataclass(frozen=True)
-class Values(Samples):
+class Numbers(Samples):
     """One number for each message."""
 
     value: np.ndarray
@@ -242,16 +242,16 @@ class RunData:
     frames: Poses = Poses.none()                     # of local in odom
     states: States = States.none()
     resets: Poses = Poses.none()                     # of the robot in local, as declared
-    turn_requests: Values = Values.none()            # turns [rad], left positive
-    control: Values = Values.none()                  # ctrl_relinq; 1: a node may drive
+    turn_requests: Numbers = Numbers.none()            # turns [rad], left positive
+    control: Numbers = Numbers.none()                  # ctrl_relinq; 1: a node may drive
     pad: PadSamples = PadSamples.none()
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # of the robot's namespace
     devices: Tuple[str, ...] = ()                    # recorded ones of joy, mouse_info
     senders: Tuple[str, ...] = ()                    # of the commands; (): unknown
-    sender_index: Values = Values.none()             # of each command, in senders
+    sender_index: Numbers = Numbers.none()             # of each command, in senders
     starts: Tuple[float, ...] = ()                   # times of the node [s]; (): unknown
-    letters: Values = Values.none()                  # typed: 1 for l, -1 for r, 0
+    letters: Numbers = Numbers.none()                  # typed: 1 for l, -1 for r, 0
     events: States = States.none()                   # of a trial, by the marker
     printed: States = States.none()                  # by the node of a trial
     variables: Variables = Variables.none()          # of nodes, by the probe in them
@@ -288,10 +288,11 @@ def yaw_offset(run: RunData) -> YawOffset:
     are NaN without such messages."""
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
-    close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)
-    if not close.any():
+    before = np.abs(imu_time[after - 1] - at)
+    is_close = (np.abs(imu_time[after] - at) < LEAST_GAP) & (before < LEAST_GAP)
+    if not is_close.any():
         return YawOffset(math.nan, math.nan, math.nan)
-    offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[close])
+    offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[is_close])
     tenth = max(1, len(offset) // 10)
     return YawOffset(wrap(float(offset.mean())), float(offset.std()),
                      float(offset[-tenth:].mean() - offset[:tenth].mean()))

@@ -65,16 +65,16 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
              TURN_STEP, TURNS),
         *(Link('At which error does a turn end, and by which command?', check, TURN_STEP, TURNS)
-          for check in (turn_links.wrong_stop, turn_links.not_over)),
+          for check in (turn_links.wrong_stop, turn_links.turning_stayed_true)),
         *(Link('Which command belongs to the mouse at the upper edge, at the left one, in the '
                'middle, inactive?', check, MOUSE_STEP, MOUSE)
           for check in input_links.MOUSE_LINKS),
-        Link('How large is the command for an error of 90?', turn_links.slow_law, TURN_STEP,
+        Link('How large is the command for an error of 90?', turn_links.low_gain, TURN_STEP,
              TURNS)),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
              drive_links.wrong_control, CONTROL_STEP, CONTROL),
-        Link('Look at state after a reset.', drive_links.state_kept, THE_RESET.at_step(1),
+        Link('Look at state after a reset.', drive_links.state_not_reset, THE_RESET.at_step(1),
              DRIVES),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
              'local_x, local_y and local_yaw.', drive_pose.wrong_pose, THE_LOCAL_POSE.at_step(3),
@@ -84,14 +84,15 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.wrong_law, DRIVE_STEP, DRIVES),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
              drive_links.not_silent, CONTROL_STEP, CONTROL),
-        Link('How large is each command?', drive_links.slow_law, DRIVE_STEP, DRIVES)),
+        Link('How large is each command?', drive_links.other_gain, DRIVE_STEP, DRIVES)),
     'gamepad': tuple(
         Link(question, check, BY_THUMB.at_step(1), PAD) for question, check in zip((
             'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
             'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
             'How large is each command?'), input_links.PAD_LINKS))}
 #: lab -> the variables of its node by the handout
-NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
+VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
+                    'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
@@ -112,14 +113,14 @@ def remarks(run: Any, lab: str) -> List[str]:
     return [f'{sentence(each)} See {TURN_STEP}.' for each in broken]
 
 
-def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
+def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """Returns (node, Link, BrokenLink) of each node of a recording whose lab is known and whose
     chain is broken. Weak ones do not count: the node may be right."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
         names = {bare_name(name) for name in node_run.variables}
-        labs = [lab for lab, known in NAMES.items() if known <= names]
+        labs = [lab for lab, known in VARIABLES_OF_LAB.items() if known <= names]
         broken = first_broken(node_run, CHAINS[labs[0]], weak=False) if labs else None
         if broken:
             found.append((node, *broken))

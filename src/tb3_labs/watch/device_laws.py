@@ -9,7 +9,7 @@ from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Se
 import numpy as np
 
 from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, expected
-from tb3_labs.watch.quantities import ARRIVAL_LEAD, RECENT_TIME, Quantity, ages, thinned
+from tb3_labs.watch.quantities import ARRIVAL_LEAD, RECENT_TIME, Quantity, sample_ages, subsampled
 from tb3_labs.watch.variables import Series
 
 #: A command follows an input within ANSWER_DELAY [s]. An input that does not change for HELD_TIME
@@ -76,8 +76,8 @@ def factor_of(series: Series, form: Quantity, share: float) -> float:
     ratios, counts = np.unique(np.round(series.value[both] / last[both], 6), return_counts=True)
     factor = float(ratios[np.argmax(counts)])
     product = form._replace(value=factor * form.value, scale=max(abs(factor), 1e-6))
-    some = thinned(series.take((series.value != 0.0) | (last != 0.0)))
-    return factor if np.mean(np.isfinite(ages(some, product))) >= share else np.nan
+    some = subsampled(series.take((series.value != 0.0) | (last != 0.0)))
+    return factor if np.mean(np.isfinite(sample_ages(some, product))) >= share else np.nan
 
 
 def followed_form(series: Series, forms: Sequence[Quantity], share: float,
@@ -112,7 +112,7 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
             return
         is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
     else:
-        is_wrong = settled & ~np.isfinite(ages(series, right._replace(
+        is_wrong = settled & ~np.isfinite(sample_ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))
         if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * (settled & (wanted != 0.0)).sum()):
             return

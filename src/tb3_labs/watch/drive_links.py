@@ -13,8 +13,8 @@ from tb3_labs.handout import (
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, expected, is_constant, other_field_text, slow_commands)
 from tb3_labs.watch.drive_states import (
-    GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval, control_intervals,
-    frames, own_pose, state_intervals)
+    HANDOUT_GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval,
+    control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
 #: The tolerance of each state [rad], [m]; the gain of each rotation [1/s].
@@ -25,7 +25,7 @@ GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a has_control that does not follow ctrl_relinq."""
-    series, starts = node_run.find('has_control'), node_run.run.starts
+    series, starts = node_run.variable('has_control'), node_run.run.starts
     if series is None:
         return
     for begin, end, value in control_intervals(node_run):
@@ -39,12 +39,12 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
                              f'{series.name} was {part.text[-1]}', part.time[0], series.name)
 
 
-def state_kept(node_run: NodeRun) -> Iterator[BrokenLink]:
+def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a state that a reset did not set back."""
-    series = node_run.find('state')
+    series = node_run.variable('state')
     if series is None:
         return
-    for frame in node_run.cached(frames):
+    for frame in node_run.cached(local_frames):
         part = series.between(frame.begin + LONGEST_LAG, frame.end)
         soon = series.between(frame.begin - SHORT_LAG, frame.begin + LONGEST_LAG).text
         if frame.is_reset and len(part.text) and ROTATE_TO_GOAL not in soon and (
@@ -60,8 +60,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a goal that is not the one that was asked for."""
     goals = node_run.run.goals      # in a recording they may be those of another node
     is_asked = len(goals) and len(node_run.run.starts)
-    for name, requested in zip(GOAL, (goals.x, goals.y, goals.yaw)) if is_asked else ():
-        series = node_run.find(name)
+    for name, requested in zip(HANDOUT_GOAL, (goals.x, goals.y, goals.yaw)) if is_asked else ():
+        series = node_run.variable(name)
         # a yaw may be in degrees
         rights = [requested[0], np.degrees(requested[0]) if 'yaw' in name else requested[0]]
         if series is not None and is_constant(series) and (
@@ -157,7 +157,7 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     """Yields a state that does not end at its tolerance, and an unknown state that stays."""
     if part.state not in TOLERANCES:
         # a state more, which the node leaves by itself, is no mistake
-        is_left = part.after in STATES or part.end - part.begin < 1.0
+        is_left = part.next_state in STATES or part.end - part.begin < 1.0
         if part.state not in STATES and not is_left:
             yield BrokenLink(f"state became {part.state}, which is none of {', '.join(STATES)}",
                              part.begin, 'state')
@@ -166,16 +166,16 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     times = node_run.reading_times
     times = times[(times >= part.begin) & (times <= part.end)]
     pose = own_pose(node_run, times)
-    passed = STATES[STATES.index(part.state):STATES.index(part.after)] \
-        if part.after in STATES else ()
+    passed = STATES[STATES.index(part.state):STATES.index(part.next_state)] \
+        if part.next_state in STATES else ()
     for state in passed:
         last_error = pose.error(state)[-1]
         if last_error > TOLERANCES[state] + POSE_TOLERANCE:
-            yield BrokenLink(f'state went from {part.state} to {part.after} at '
+            yield BrokenLink(f'state went from {part.state} to {part.next_state} at '
                              + error_text(state, last_error), part.end, 'state')
     error, tolerance = pose.error(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
-    if part.after or not len(near) or part.end - times[near[0]] <= 1.0:
+    if part.next_state or not len(near) or part.end - times[near[0]] <= 1.0:
         return
     is_left = error[near[0]:].max() > tolerance + POSE_TOLERANCE
     if is_left or not part.angular[part.time > times[near[0]] + LONGEST_LAG].any():
@@ -218,7 +218,7 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
                 f'{sent.angular[k]:.2f}: no zero followed', begin)
 
 
-def slow_law(node_run: NodeRun) -> Iterator[BrokenLink]:
+def other_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that come too seldom, and, as weak, another gain or speed."""
     for part in node_run.cached(state_intervals):
         if len(part.time) < 4 or part.state not in TOLERANCES:

@@ -99,10 +99,10 @@ PAD_LINKS = law_link(stick_laws, weak=False), wrong_control, law_link(stick_laws
 
 # -- the mouse of the IMU lab
 
-#: `turning` is known within KNOWN_WITHIN [s].
-KNOWN_WITHIN = 0.15
+#: `turning` is known within TURNING_UNCERTAINTY [s].
+TURNING_UNCERTAINTY = 0.15
 #: No turn comes before this stimulus.
-BESIDE = 'l beside the mouse'
+TURN_BESIDE_MOUSE = 'l beside the mouse'
 
 
 def mouse_of(node_run: NodeRun) -> Device:
@@ -115,11 +115,14 @@ def mouse_of(node_run: NodeRun) -> Device:
 
 def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
     """Returns the share of the time around each time in which the node turned, 0.5 if unknown."""
-    turning = node_run.flag('turning')
+    turning = node_run.boolean_variable('turning')
     if turning is None:
-        return 0.5 * (times > stimulus_begin(node_run, BESIDE))
-    return np.array([np.append(turning.between(time - KNOWN_WITHIN, time + KNOWN_WITHIN).value,
-                               turning.at(time)).mean() for time in times])
+        return 0.5 * (times > stimulus_begin(node_run, TURN_BESIDE_MOUSE))
+    shares = []
+    for time in times:
+        near = turning.between(time - TURNING_UNCERTAINTY, time + TURNING_UNCERTAINTY).value
+        shares.append(np.append(near, turning.at(time)).mean())
+    return np.array(shares)
 
 
 def mouse_forms(received: Any, axis: str) -> List[Quantity]:
@@ -154,7 +157,7 @@ def mouse_ignored(node_run: NodeRun) -> Iterator[BrokenLink]:
         node_run.commands, mouse_of(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
         lambda begin, end: not node_run.may_run(begin, end) or turning_share(
-            node_run, np.arange(begin - KNOWN_WITHIN, end, KNOWN_WITHIN)).any())
+            node_run, np.arange(begin - TURNING_UNCERTAINTY, end, TURNING_UNCERTAINTY)).any())
 
 
 MOUSE_LINKS = law_link(mouse_laws, weak=False), mouse_ignored, law_link(mouse_laws, weak=True)

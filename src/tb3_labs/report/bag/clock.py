@@ -13,7 +13,7 @@ from typing import Any, Dict, List, Optional, Tuple
 import numpy as np
 
 #: Arrivals of a topic that run back by less are not a clock that was set [s].
-SET_BACK = 0.05
+LEAST_SET_BACK = 0.05
 #: A longer silence of all topics is left out of the times [s].
 LONGEST_OUTAGE = 3600.0
 #: A recording whose clock was set more often has no times.
@@ -23,7 +23,7 @@ SAME_CLOCK = 0.1
 #: A message is late if it comes this much later than others [s].
 LATE_BY = 0.5
 #: The stamp of a message that comes later than this is ignored [s]: no recorder is busy so long.
-IGNORED_BEYOND = 10.0
+LONGEST_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is in time.
 LEAST_IN_TIME_SHARE = 0.25
 #: The sender's clock was set if more than this share of its messages, all at the start or all at
@@ -70,7 +70,7 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     in_time = np.flatnonzero(delay < LATE_BY)
     if len(in_time) < LEAST_IN_TIME_SHARE * len(stamp):
         return np.maximum.accumulate(arrival)
-    by_stamp = delay < IGNORED_BEYOND
+    by_stamp = delay < LONGEST_BELIEVED_DELAY
     most_late = OTHER_CLOCK_SHARE * len(stamp)
     first, last = in_time[0], in_time[-1]
     if first > most_late:       # the sender's clock was set at `first`
@@ -113,13 +113,13 @@ def _first_set_back(arrival: np.ndarray, topic: np.ndarray) -> Optional[int]:
     """Returns the index of the first message after the clock was first set back, or None. A file
     may hold one topic behind another: only the arrivals of one topic must be in order."""
     by_topic = np.argsort(topic, kind='stable')
-    is_back = (np.diff(arrival[by_topic]) < -SET_BACK) & (np.diff(topic[by_topic]) == 0)
+    is_back = (np.diff(arrival[by_topic]) < -LEAST_SET_BACK) & (np.diff(topic[by_topic]) == 0)
     if not is_back.any():
         return None
     # messages of other topics may have come between the jump and this message
     shown_by = int(by_topic[1:][is_back].min())
     until = arrival[:shown_by + 1]
-    is_before = until >= np.maximum.accumulate(until) - SET_BACK
+    is_before = until >= np.maximum.accumulate(until) - LEAST_SET_BACK
     return int(np.flatnonzero(is_before)[-1]) + 1
 
 

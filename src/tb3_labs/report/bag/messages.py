@@ -21,7 +21,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
     LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
-    Values, Variables, Yaws)
+    Numbers, Variables, Yaws)
 
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
@@ -45,7 +45,7 @@ LONGEST_EVENT = 200000
 #: 1000.
 LARGEST_NUMBER = 1e5
 #: Stands for the yaw in a row until the yaws of all rows are computed from their quaternions.
-YAW = 0.0
+YAW_LATER = 0.0
 
 
 def declared_by(line: str) -> Optional[Pose2]:
@@ -76,9 +76,9 @@ def make_collectors(parts, prefix, limits):
     # field: arguments of its Collector; a field that is missing here has poses
     kinds = {
         'imu': (Orientations, lambda message: [
-            (message.header, YAW, message.angular_velocity.z, *_wxyz(message.orientation))]),
+            (message.header, YAW_LATER, message.angular_velocity.z, *_wxyz(message.orientation))]),
         'odometry': (OdometrySamples, lambda message: [
-            (message.header, message.pose.pose.position.x, message.pose.pose.position.y, YAW,
+            (message.header, message.pose.pose.position.x, message.pose.pose.position.y, YAW_LATER,
              message.twist.twist.linear.x, message.twist.twist.angular.z,
              *_wxyz(message.pose.pose.orientation))]),
         'commands': (Twists, lambda message: [
@@ -86,16 +86,16 @@ def make_collectors(parts, prefix, limits):
                 message.linear.y, message.linear.z, message.angular.x, message.angular.y)))]),
         'states': (States, _text), 'events': (States, _text, LONGEST_EVENT),
         'printed': (States, _text, LONGEST_EVENT),
-        'turn_requests': (Values, lambda message: [(None, math.radians(message.data))]),
-        'control': (Values, lambda message: [(None, float(message.data))]),
+        'turn_requests': (Numbers, lambda message: [(None, math.radians(message.data))]),
+        'control': (Numbers, lambda message: [(None, float(message.data))]),
         'pad': (PadSamples, lambda message: [
             (None, *_filled(message.axes, PadSamples.AXES),
              *_filled(message.buttons, PadSamples.BUTTONS))]),
         'mouse': (MouseSamples, lambda message: [
             (message.header, message.xPos, message.yPos, float(message.status.data))]),
-        'sender_index': (Values, None),    # the reader of the bag knows the senders
+        'sender_index': (Numbers, None),    # the reader of the bag knows the senders
         'frames': (Poses, lambda message: [
-            (each.header, each.transform.translation.x, each.transform.translation.y, YAW,
+            (each.header, each.transform.translation.x, each.transform.translation.y, YAW_LATER,
              *_wxyz(each.transform.rotation)) for each in message.transforms
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/')]),
         'log': (LogLines, lambda message: [
@@ -111,8 +111,8 @@ class Collector:
     """Gathers the samples of one topic.
 
     ``rows_of(message)`` returns a row for each sample in a message: the header with the stamp, or
-    None, then the sample's numbers or words. A row with a yaw has YAW in the yaw's place, and the
-    quaternion w, x, y, z at its end.
+    None, then the sample's numbers or words. A row with a yaw has YAW_LATER in the yaw's place, and
+    the quaternion w, x, y, z at its end.
     """
 
     def __init__(self, limits, kind, rows_of, longest=LONGEST_LINE):
@@ -210,4 +210,4 @@ def _text(message):
 
 def _pose(message):
     pose = getattr(message.pose, 'pose', message.pose)      # with a covariance, or without
-    return [(message.header, pose.position.x, pose.position.y, YAW, *_wxyz(pose.orientation))]
+    return [(message.header, pose.position.x, pose.position.y, YAW_LATER, *_wxyz(pose.orientation))]

@@ -27,18 +27,19 @@ MIB = 2.0 ** 20
 #: The largest header, connection and message, and the longest name [bytes].
 MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18, 200
 #: The most that a packed chunk holds; it is read in parts, and unpacked in pieces [bytes].
-MOST_CHUNK, PART, PIECE = 2 ** 26, 2 ** 12, 2 ** 20
+MOST_CHUNK, PACKED_PART, UNPACKED_PIECE = 2 ** 26, 2 ** 12, 2 ** 20
 #: A bag begins with this.
 BAG_VERSION = b'#ROSBAG V2'
 #: The kinds of records, by the field `op` of their headers.
 MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
-LENGTH, LONG, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
-CONVERT = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
+UINT32, UINT64, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
+CONVERT_BAG = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
 #: Files that users take for bags: (first bytes, the kind of file, the remedy).
 OTHER_FILES = (
     (b'#ROSBAG V1', 'a bag of version 1',
      'convert it where it was recorded: rosbag fix {} run.bag'),
-    (b'SQLite format 3', 'a bag of ROS 2', CONVERT), (b'\x89MCAP', 'a bag of ROS 2', CONVERT),
+    (b'SQLite format 3', 'a bag of ROS 2', CONVERT_BAG),
+    (b'\x89MCAP', 'a bag of ROS 2', CONVERT_BAG),
     (b'version https://git-lfs', 'a pointer of Git LFS', 'fetch the recording: git lfs pull'),
     (b'<', 'a web page or XML', 'download the file itself: the link led to a page, of a login '
      'perhaps'),
@@ -125,20 +126,20 @@ class Bag:
                  is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
         """Yields the messages from here to the end of `source`: the file or an unpacked chunk."""
         while True:
-            length = source.read(LENGTH.size)
+            length = source.read(UINT32.size)
             if not length:
                 return
             self._limits.spend('records')
             # the header of the record, and the size of its data
-            head = self._read(source, LENGTH.unpack(length)[0] + LENGTH.size, MOST_HEADER)
-            header, size = _fields(head[:-LENGTH.size]), LENGTH.unpack(head[-LENGTH.size:])[0]
+            head = self._read(source, UINT32.unpack(length)[0] + UINT32.size, MOST_HEADER)
+            header, size = _fields(head[:-UINT32.size]), UINT32.unpack(head[-UINT32.size:])[0]
             kind = header[b'op'][0]
             if kind == MESSAGE:
                 yield self._message(source, header, size)
             elif kind == CONNECTION:
                 self._limits.spend('connections')
                 connection = _connection(header, self._read(source, size, MOST_CONNECTION))
-                self._connections[LENGTH.unpack(header[b'conn'])[0]] = (
+                self._connections[UINT32.unpack(header[b'conn'])[0]] = (
                     connection, is_wanted(connection))
             elif kind == CHUNK and header[b'compression'] == b'none':
                 pass    # the records of the chunk follow
@@ -146,11 +147,11 @@ class Bag:
                 yield from self._records(self._unpacked(header[b'compression'], size), is_wanted)
             else:
                 if kind == FILE:
-                    self._is_whole = 0 < LONG.unpack(header[b'index_pos'])[0] <= self._size
+                    self._is_whole = 0 < UINT64.unpack(header[b'index_pos'])[0] <= self._size
                 source.seek(size, os.SEEK_CUR)
 
     def _message(self, source: BinaryIO, header: Dict[bytes, bytes], size: int) -> Record:
-        connection, is_wanted = self._connections[LENGTH.unpack(header[b'conn'])[0]]
+        connection, is_wanted = self._connections[UINT32.unpack(header[b'conn'])[0]]
         seconds, nanoseconds = TIME.unpack(header[b'time'])
         if is_wanted and size <= MOST_MESSAGE:
             return Record(connection, (seconds, nanoseconds), self._read(source, size))
@@ -170,8 +171,8 @@ class Bag:
     def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
         """Returns the records of the packed chunk that begins here, `size` bytes long."""
         pieces_of, chunk = _unpacker(compression), BytesIO()
-        for at in range(0, size, PART):
-            for piece in pieces_of(self._read(self._file, min(PART, size - at))):
+        for at in range(0, size, PACKED_PART):
+            for piece in pieces_of(self._read(self._file, min(PACKED_PART, size - at))):
                 self._limits.spend('MiB', len(piece) / MIB)
                 if chunk.tell() + len(piece) > MOST_CHUNK:
                     raise TooLarge(f'a packed chunk holds more than {MOST_CHUNK / MIB:g} MiB')
@@ -184,7 +185,7 @@ def open_bag(path: str) -> BinaryIO:
     """Returns the open file. Raises BagProblem if it is not a file."""
     mode = os.stat(str(path)).st_mode
     if stat.S_ISDIR(mode):
-        raise BagProblem('a folder, not a bag; a bag of ROS 2 is a folder: ' + CONVERT.format(
+        raise BagProblem('a folder, not a bag; a bag of ROS 2 is a folder: ' + CONVERT_BAG.format(
             quote(str(path))))
     if not stat.S_ISREG(mode):
         raise BagProblem('not a file')
@@ -209,9 +210,9 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
         unpacker = bz2.BZ2Decompressor()
 
         def pieces_of(part: bytes) -> Iterator[bytes]:
-            yield unpacker.decompress(part, PIECE)
+            yield unpacker.decompress(part, UNPACKED_PIECE)
             while not (unpacker.needs_input or unpacker.eof):
-                yield unpacker.decompress(b'', PIECE)
+                yield unpacker.decompress(b'', UNPACKED_PIECE)
         return pieces_of
     if compression == b'lz4':
         import roslz4    # only for the bags that need it
@@ -229,8 +230,8 @@ def _connection(header: Dict[bytes, bytes], data: bytes) -> Connection:
 def _fields(data: bytes) -> Dict[bytes, bytes]:
     fields, at = {}, 0
     while at < len(data):
-        begin = at + LENGTH.size
-        at = begin + LENGTH.unpack_from(data, at)[0]
+        begin = at + UINT32.size
+        at = begin + UINT32.unpack_from(data, at)[0]
         name, equals, value = data[begin:at].partition(b'=')
         if not equals:
             raise ValueError('not a header')

@@ -37,10 +37,10 @@ CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
 #: The records of a bag are kept from the first reading to the second, if they take less than
-#: MOST_KEPT [bytes]: the data, and RECORD_OBJECT for each record.
-MOST_KEPT, RECORD_OBJECT = 2 ** 26, 500
+#: MOST_KEPT [bytes]: the data, and RECORD_OVERHEAD for each record.
+MOST_KEPT, RECORD_OVERHEAD = 2 ** 26, 500
 #: Topics by which a person drives, of any type.
-DEVICES = 'joy', 'mouse_info'
+DEVICE_TOPICS = 'joy', 'mouse_info'
 #: A line names at most this many topics that are not read.
 NAMED_TOPICS = 5
 
@@ -69,7 +69,7 @@ def _contents(bag):
     numbers, records, size = Counter(), [], 0
     for record in bag.messages(_class_of, ReadLimits()):
         numbers[record.connection] += 1
-        size += RECORD_OBJECT + len(record.data)
+        size += RECORD_OVERHEAD + len(record.data)
         if size < MOST_KEPT:
             records.append(record)
     types, senders, unknown = {}, {}, set()
@@ -127,7 +127,7 @@ def _read(bag, path, namespace, log):
     absolute = {_absolute(topic) for topic in types}
     return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
                    senders=tuple(names), devices=tuple(
-                       name for name in DEVICES if prefix + name in absolute),
+                       name for name in DEVICE_TOPICS if prefix + name in absolute),
                    dropped={part: collector.bad for part, collector in collectors.items()},
                    **samples_of(collectors))
 

@@ -16,7 +16,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
-from tb3_labs.report.run_data import GAP, Poses, RunData
+from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
@@ -108,7 +108,7 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
     """Returns (distance, angle) from the last pose to the goal; UNKNOWN if the poses end too
     early."""
-    if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - GAP:
+    if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - LEAST_GAP:
         return UNKNOWN
     last = poses.pose(-1)
     return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)

@@ -1,7 +1,8 @@
 """The movements of a run, found from its commands: for nodes that do not publish their state.
 
-A *movement* is a stretch of commands that are not zero, with pauses shorter than `PAUSE`. A reset,
-and a change of `ctrl_relinq`, end a movement and begin the next. A movement is a
+A *movement* is a stretch of commands that are not zero. Its pauses are shorter than
+`MOVEMENT_PAUSE`. A reset and a change of `ctrl_relinq` end a movement, and begin the next. A
+movement is a
 
 * turn, if no command has a forward speed;
 * drive, if a turn, a straight line and a turn were commanded; one turn may be missing. The
@@ -50,7 +51,7 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
 #: A movement ends if no command moves the robot for this time [s].
-PAUSE = 1.0
+MOVEMENT_PAUSE = 1.0
 #: The names of programs by which a person drives.
 PERSONS_PROGRAM = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
 #: The name of the program of commands that were typed in a terminal.
@@ -74,7 +75,7 @@ CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
 TAKEN_WITHIN = 0.3
 
 
-class Kind(Enum):
+class MovementKind(Enum):
     """The kinds of movements."""
 
     TURN = 'turn'
@@ -87,7 +88,7 @@ class Movement:
     """A movement from `begin` to `end`. Its commands go forward from `forward` to `turns_again`, or
     never if both are equal."""
 
-    kind: Kind
+    kind: MovementKind
     begin: float
     forward: float
     turns_again: float
@@ -133,21 +134,23 @@ def movements(run: RunData) -> List[Movement]:
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
     cut = cuts(run)
     is_cut = np.searchsorted(cut, time[moves[:-1]]) < np.searchsorted(cut, time[moves[1:]])
-    is_pause = time[moves[1:]] - ends[moves[:-1]] >= PAUSE
+    is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE
     return [_movement(run, part, ends, cut)
             for part in np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)[:MOST_MOVEMENTS]]
 
 
 def cuts(run: RunData) -> np.ndarray:
-    """Returns the times at which a movement is cut off [s]: of resets and of changes of control.
-    If control was given within PAUSE after a movement began, the node began this movement: it
-    received the message before the recorder did."""
+    """Returns the times at which a reset or a change of control cuts off a movement [s].
+
+    If a node gets control within MOVEMENT_PAUSE after a movement began, this node began the
+    movement: it received the message on ctrl_relinq before the recorder did. Then nothing is cut.
+    """
     changes = np.flatnonzero(np.diff(run.control.value)) + 1
     times, is_given = run.control.time[changes], run.control.value[changes] == 1.0
     moves = run.commands.time[moving(run.commands)]
-    begins = moves[np.diff(moves, prepend=-np.inf) >= PAUSE]
+    begins = moves[np.diff(moves, prepend=-np.inf) >= MOVEMENT_PAUSE]
     last_begin = np.append(begins, -math.inf)[np.searchsorted(begins, times) - 1]
-    is_nodes_begin = is_given & (times - last_begin < PAUSE)
+    is_nodes_begin = is_given & (times - last_begin < MOVEMENT_PAUSE)
     return np.sort(np.concatenate([run.resets.time, times[~is_nodes_begin]]))
 
 
@@ -160,19 +163,19 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray
     ahead = moves[np.abs(run.commands.linear[moves]) > NO_SPEED]
     if len(ahead):
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
-    kind = Kind.BY_HAND
+    kind = MovementKind.BY_HAND
     if len(run.control) or 'joy' in run.devices:
         was_cut_off = end == run.duration or (np.abs(cut - end) <= COMMAND_TIMEOUT).any()
-        follows_cut = ((cut <= begin) & (begin - cut < PAUSE)).any()
+        follows_cut = ((cut <= begin) & (begin - cut < MOVEMENT_PAUSE)).any()
         if (len(ahead) or was_cut_off or follows_cut) and has_control(run, (begin + end) / 2.0):
-            kind = Kind.DRIVE
+            kind = MovementKind.DRIVE
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
         if has_turn and 'mouse_info' not in run.devices and _is_line(run, forward, turns_again):
-            kind = Kind.DRIVE
+            kind = MovementKind.DRIVE
     elif 'mouse_info' not in run.devices or (
             np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED):
-        kind = Kind.TURN
+        kind = MovementKind.TURN
     return Movement(kind, begin, forward, turns_again, end)
 
 
@@ -255,12 +258,12 @@ def _continuous_odometry(run: RunData) -> Tuple[Poses, List[float]]:
 def _with_states(run: RunData, goal: Pose2) -> RunData:
     begins: List[Tuple[float, str]] = []
     taken = run.control.time[run.control.value == 0.0]
-    drives = [movement for movement in movements(run) if movement.kind is Kind.DRIVE]
+    drives = [movement for movement in movements(run) if movement.kind is MovementKind.DRIVE]
     next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
     for drive, next_begin in zip(drives, next_begins):
         begins += _states(drive)
         was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
-        goes_on = was_reset and next_begin < drive.end + PAUSE
+        goes_on = was_reset and next_begin < drive.end + MOVEMENT_PAUSE
         if drive.end < run.duration and not goes_on:
             was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
             begins.append((drive.end, CONTROL_GONE if was_taken else CAME_TO_REST))

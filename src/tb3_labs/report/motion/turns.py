@@ -15,7 +15,8 @@ from typing import Callable, List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
+from tb3_labs.report.motion.movements import (
+    NO_SPEED, TERMINAL, Movement, MovementKind, movements, programs)
 from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 
@@ -71,7 +72,7 @@ class TurnReport:
 
 
 @cached_per_run
-def turns(run: RunData) -> List[TurnReport]:
+def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
     driven = [span for span in spans(run) if span.state in DRIVING]
     everything = movements(run)
@@ -81,7 +82,7 @@ def turns(run: RunData) -> List[TurnReport]:
     for movement, next_begin in zip(everything, next_begins):
         is_driven = any(
             span.begin < movement.end and movement.begin < span.end for span in driven)
-        if movement.kind is not Kind.TURN or is_driven:
+        if movement.kind is not MovementKind.TURN or is_driven:
             continue
         for begin, end, until in _parts(run, movement, next_begin):
             report = _turn(run, begin, end, until, since)

@@ -10,12 +10,12 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tu
 import numpy as np
 
 #: The kinds of marks, each in a row; from the upper row to the lower one.
-KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
+MARK_KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
 #: The height of a row [px].
-ROW = 8
+MARK_HEIGHT = 8
 #: The distance of the lines of a curve's grid is the first of these steps that gives at most
 #: GRID_LINES intervals.
-STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
+GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
 #: A curve is split at most this often, and its rest is not thinned. A bag may be made so that each
@@ -25,7 +25,7 @@ MOST_SPLITS = 500
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
 #: The classes of the lines of variables in a figure.
-VARIABLES = ('variable', 'second')
+VARIABLE_CLASSES = ('variable', 'second')
 BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
@@ -81,19 +81,19 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
     """Yields the HTML of each mark on the line. Each kind of mark in the run has a row."""
     kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
-    rows = [kind for kind in KINDS if kind in kinds]
+    rows = [kind for kind in MARK_KINDS if kind in kinds]
     for each in data['marks']:
         yield MARK.format(kind=each['kind'], title=escape(each['text']), begin=each['begin'],
-                          top=ROW * rows.index(each['kind']), x=each['begin'] / duration,
+                          top=MARK_HEIGHT * rows.index(each['kind']), x=each['begin'] / duration,
                           width=(each['end'] - each['begin']) / duration)
-    yield f'<div style="height:{ROW * len(rows)}px"></div>'
+    yield f'<div style="height:{MARK_HEIGHT * len(rows)}px"></div>'
 
 
 def curves(data: Dict[str, Any]) -> Iterator[str]:
     """Yields the HTML of each curve, '' if nothing of it was recorded."""
     for name, caption, track, least, steps in (
             ('heading', 'heading by the IMU [&deg;]', data['heading'], 10.0, ANGLE_STEPS),
-            ('distance', 'distance to the goal [m]', data['distance'], 0.1, STEPS),
+            ('distance', 'distance to the goal [m]', data['distance'], 0.1, GRID_STEPS),
             ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0, ANGLE_STEPS)):
         yield _curve(data, name, caption, [('measured', _line_of(track))], least, (), steps)
     for column, name, caption, track, least in (
@@ -108,12 +108,12 @@ def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
     for number, figure in enumerate(data['figures']):
         is_heading = figure.reference.startswith('heading')
         names = [f'<b class="{kind}">{escape(name)}</b>' for kind, name in zip(
-            VARIABLES, figure.names)]
+            VARIABLE_CLASSES, figure.names)]
         if figure.reference:
             names.append(f'<b class="measured">{escape(figure.reference)}</b>')
         yield _curve(data, f'variable-{number}', ', '.join(names), [
-            ('measured', figure.measured), *zip(VARIABLES, figure.lines)],
-            10.0 * is_heading, figure.levels, ANGLE_STEPS if is_heading else STEPS)
+            ('measured', figure.measured), *zip(VARIABLE_CLASSES, figure.lines)],
+            10.0 * is_heading, figure.levels, ANGLE_STEPS if is_heading else GRID_STEPS)
 
 
 def _line_of(track: Dict[str, Any]) -> Line:
@@ -135,7 +135,7 @@ def _steps(data: Dict[str, Any], column: int) -> Line:
 
 def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[str, Line]],
            least: float, levels: Sequence[str] = (),
-           steps: Sequence[float] = STEPS) -> str:
+           steps: Sequence[float] = GRID_STEPS) -> str:
     """Returns the HTML of a curve, or '' without a value. `lines` are (class, line). The scale
     shows at least the range `least`, and that of the distance shows 0. `levels` are the texts at 0,
     1, 2, ... in place of numbers."""

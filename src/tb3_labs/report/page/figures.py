@@ -27,8 +27,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.resets_and_goals import Epoch, epoch_of, epochs, local_in_odom
-from tb3_labs.report.motion.turns import REST_MEAN
-from tb3_labs.report.motion.turns import turns as turns_of
+from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 from tb3_labs.report.run_data import Poses, RunData
 
 DOTS_PER_INCH = 150
@@ -70,11 +69,11 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
                   bbox_to_anchor=(0.5, 0.0))
 
 
-def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
+def turns_figure(run: RunData, alone: int = 0) -> Optional[Figure]:
     """Returns a figure of the angle left and of the rate of turn, positive in the direction of the
     request, or None without a turn. `alone` is the number of the only turn to draw, from 1; if it
     is 0, all turns are drawn."""
-    found = turns_of(run)
+    found = turn_reports(run)
     if not found:
         return None
     figure = new_figure(4.3)
@@ -109,7 +108,7 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     return figure
 
 
-def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
+def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     """Returns a figure of the path in odom and in local, side by side at one scale, with the axes
     of both frames, and the goals of the drives."""
     figure = new_figure(4.0)

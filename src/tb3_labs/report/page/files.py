@@ -16,9 +16,9 @@ from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import MOUSE_FULL
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import PAUSE, moving
+from tb3_labs.report.motion.movements import MOVEMENT_PAUSE, moving
 from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
-from tb3_labs.report.motion.turns import TurnReport, turns
+from tb3_labs.report.motion.turns import TurnReport, turn_reports
 from tb3_labs.report.page import figures, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
@@ -34,7 +34,7 @@ CAPTIONS = {
     'turn': 'Angle left to what was asked, and rate of turn, from the first command on.'}
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
-NOTHING = 'No drives are listed: {}. The local frame is {}.'
+NO_DRIVES_LISTED = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that should drive show an '
                'exception? Does rosnode info name cmd_vel among its publications?)')
 ONLY_ZEROS = 'each command on cmd_vel is a zero, {} in all'
@@ -50,7 +50,8 @@ WITH_MOUSE = ('Turns are found by the commands. A turn begins and ends at rest, 
               'by hand, or by another program.'.format(MOUSE_FULL))
 BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends at rest, without '
             'forward speed. A drive is a turn, a straight line and a turn, with pauses under '
-            '{:g} s. All other movements are by hand, or by another program.'.format(PAUSE))
+            '{:g} s. All other movements are by hand, or by another program.'.format(
+                MOVEMENT_PAUSE))
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
@@ -60,7 +61,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     turn_1.png; if it is 0, all turns are drawn, as turns.png.
 
     Raises OSError if nothing can be written, ValueError if there is no such turn."""
-    driven, turned = drives(run, model), turns(run)
+    driven, turned = drives(run, model), turn_reports(run)
     if turn > len(turned):
         raise ValueError(f'--turn {turn}: {run.name} has {len(turned)} turns')
     folder = output_folder(folder)
@@ -71,8 +72,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
     has_path = run.odometry.length >= SHORTEST_PATH
-    angles = write_figure(figures.turns(run, turn), angles_png)
-    ways = write_figure(figures.paths(run, driven) if has_path else None, ways_png)
+    angles = write_figure(figures.turns_figure(run, turn), angles_png)
+    ways = write_figure(figures.paths_figure(run, driven) if has_path else None, ways_png)
     files += [path for path, figure in ((angles_png, angles), (ways_png, ways)) if figure]
     parts = [f'<p>{escape(text)}</p>' for text in [
         *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]]
@@ -87,7 +88,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     parts.append(ways)
     if driven:
         parts += ['<div class="next"></div>',
-                  _part('Along the way', tables.ALONG, driven, tables.NOTE)]
+                  _part('Along the way', tables.ALONG_COLUMNS, driven, tables.DRIFT_NOTE)]
     parts.append(f"<p>Beside this page: {', '.join((path.name for path in files[1:]))}.</p>")
     write_output(files[0], document('Run report: ' + name, parts))
     return files
@@ -132,7 +133,7 @@ def nothing_driven(run: RunData) -> str:
         reason = NO_DRIVE
     elif len(run.commands):
         reason = ONLY_ZEROS.format(len(run.commands))
-    words = NOTHING.format(
+    words = NO_DRIVES_LISTED.format(
         reason, _declared(run) if 'frames' in run.derived else 'the recorded one')
     return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
 

@@ -70,12 +70,13 @@ DRIVE_COLUMNS = (
     Column('largest_deviation_deg', 'largest deviation [deg]',
            lambda drive: math.degrees(drive.deviation), '{:.2f}'))
 #: The columns on the page of one run: what was asked and reached, and the way there.
-REACHED_COLUMNS, ALONG = DRIVE_COLUMNS[1:11], DRIVE_COLUMNS[11:]
+REACHED_COLUMNS, ALONG_COLUMNS = DRIVE_COLUMNS[1:11], DRIVE_COLUMNS[11:]
 
 #: A note below the table of the times.
-NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its start, by the IMU. Least '
-        'possible: turn, line, turn at the limits of the robot and {} rad/s.'.format(
-            STRAIGHT_AFTER, MAX_ANGULAR))
+DRIFT_NOTE = (
+    'Drift: heading at the end of MOVE_FORWARD minus {} s after its start, by the IMU. Least '
+    'possible: turn, line, turn at the limits of the robot and {} rad/s.'.format(
+        STRAIGHT_AFTER, MAX_ANGULAR))
 
 
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:

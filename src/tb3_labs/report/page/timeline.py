@@ -21,7 +21,7 @@ from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
 from tb3_labs.report.page.curves import curves, mark_line, thinned, variable_curves
-from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
+from tb3_labs.report.run_data import LEAST_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: The HTML of the timeline. Its program and its style are in files of the same name.
@@ -32,11 +32,11 @@ FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading
 #: Greatest difference between a recorded value and its track, by unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits, which changes them by up to TIMELINE_ROUNDING.
-DIGITS, TIMELINE_ROUNDING = 3, 0.0005
+ROUNDED_DIGITS, TIMELINE_ROUNDING = 3, 0.0005
 #: A page has at most this many points of a track, marks, and characters of a text.
 MOST_POINTS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
 #: A page has at most this many lines of a log: of a longer one the first and the last lines.
-MOST_LINES = 2000
+MOST_LOG_LINES = 2000
 #: rosbag's own node. The page does not show its log lines, the topics that it records.
 RECORDER = 'record'
 #: A moment or a stretch on the line: kind, begin, end, text.
@@ -51,11 +51,11 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
-    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > GAP) + 1)})
+    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > LEAST_GAP) + 1)})
     kept = thinned(time, values, bounds - TIMELINE_ROUNDING, begins)
     shown = kept[::1 + len(kept) // MOST_POINTS]
-    return {'time': np.round(time[shown], DIGITS).tolist(),
-            'columns': np.round(values[shown], DIGITS).T.tolist(),
+    return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
+            'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
 
 
@@ -134,10 +134,10 @@ def _lines(log: LogLines) -> List[List[Any]]:
         times = [at for *_, at in group]
         rows.append([round(float(times[0]), 3), str(level),
                      text + (f' ({len(times)} times)' if len(times) > 1 else '')])
-    if len(rows) <= MOST_LINES:
+    if len(rows) <= MOST_LOG_LINES:
         return rows
-    first, last = rows[:MOST_LINES // 2], rows[-MOST_LINES // 2:]
-    return [*first, [first[-1][0], '', f'({len(rows) - MOST_LINES} lines are left out)'], *last]
+    first, last = rows[:MOST_LOG_LINES // 2], rows[-MOST_LOG_LINES // 2:]
+    return [*first, [first[-1][0], '', f'({len(rows) - MOST_LOG_LINES} lines are left out)'], *last]
 
 
 def section(data: Dict[str, Any]) -> str:

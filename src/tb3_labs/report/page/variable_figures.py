@@ -12,15 +12,15 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
-from tb3_labs.report.run_data import GAP, Poses, RunData, cached_per_run
+from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import Series, variables_by_node
 
 #: A page has at most this many figures, variables, points of a variable, and characters of a text.
-MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, LONGEST = 12, 40, 2000, 200
+MOST_FIGURES, MOST_SHOWN_VARIABLES, MOST_LINE_POINTS, LONGEST_VALUE = 12, 40, 2000, 200
 #: A variable with more different texts has no figure.
 MOST_LEVELS = 8
 #: A line is within this part of its range of each recorded value.
-BOUND = 1.0 / 500.0
+BOUND_SHARE = 1.0 / 500.0
 #: An angle above this is in degrees, not in radians.
 MOST_RADIANS = 7.0
 
@@ -57,12 +57,12 @@ REFERENCES = (
     Reference(('initial_odom_yaw',), 'yaw in odom', _of('odometry', 'yaw')))
 TRUTH = ('False', 'True')
 #: The handouts' other variables, which are drawn before the student's own names.
-HANDOUT = ('turning', 'state', 'has_control')
+HANDOUT_NAMES = ('turning', 'state', 'has_control')
 
 
 def nodes(run: RunData) -> List[str]:
     """Returns the names of the nodes whose variables were recorded."""
-    return list(dict.fromkeys(node[:LONGEST] for node in run.variables.node))
+    return list(dict.fromkeys(node[:LONGEST_VALUE] for node in run.variables.node))
 
 
 @cached_per_run
@@ -73,12 +73,12 @@ def variables(run: RunData) -> List[Series]:
     for node, series_of in nodes.items():
         name = '{1}' if len(nodes) == 1 else '{}: {}'
         found += [replace(
-            series, name=name.format(node.strip('/'), series.name)[:LONGEST],
-            text=np.array([text[:LONGEST] for text in series.text], dtype=object),
+            series, name=name.format(node.strip('/'), series.name)[:LONGEST_VALUE],
+            text=np.array([text[:LONGEST_VALUE] for text in series.text], dtype=object),
             # a truth value is a text here
             value=np.where(np.isin(series.text.astype(str), TRUTH) | ~np.isfinite(series.value),
                            np.nan, series.value)) for series in series_of.values()]
-    return found[:MOST_VARIABLES]
+    return found[:MOST_SHOWN_VARIABLES]
 
 
 def is_number(variable: Series) -> bool:
@@ -99,7 +99,7 @@ def texts(run: RunData) -> List[List[Any]]:
     rows = []
     for each in variables(run):
         shown = changes(each)
-        shown = shown[::1 + len(shown) // MOST_POINTS]
+        shown = shown[::1 + len(shown) // MOST_LINE_POINTS]
         rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[shown], each.value[shown])]])
@@ -118,7 +118,7 @@ def figures(run: RunData) -> List[Figure]:
             for each in group:
                 del remaining[each.name]
             found.append(_beside(run, reference, group))
-    handouts = [remaining.pop(name) for name in HANDOUT if name in remaining]
+    handouts = [remaining.pop(name) for name in HANDOUT_NAMES if name in remaining]
     for each in [*handouts, *remaining.values()]:
         levels = [] if is_number(each) else _levels(each)
         if len(changes(each)) > 1 and len(levels) <= MOST_LEVELS:
@@ -156,28 +156,28 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     if not known.any():
         return NO_LINE
     index, time, values = np.flatnonzero(known), time[known], values[known]
-    breaks = np.flatnonzero((np.diff(time) > GAP) | (np.diff(index) > 1)
+    breaks = np.flatnonzero((np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
                             | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
-    bound = max(BOUND * np.ptp(values), 1e-6)
+    bound = max(BOUND_SHARE * np.ptp(values), 1e-6)
     while True:
         kept = thinned(time, values[:, None], np.array([bound]), breaks)
-        if len(kept) <= MOST_POINTS or len(kept) <= 2 * len(breaks) + 2:
+        if len(kept) <= MOST_LINE_POINTS or len(kept) <= 2 * len(breaks) + 2:
             break
         bound *= 2.0
     points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
-              for k in kept][:MOST_POINTS]
+              for k in kept][:MOST_LINE_POINTS]
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
 def _steps(variable: Series, levels: List[str]) -> Line:
     """Returns the line of steps of a variable between its levels, which are texts."""
     heights = np.array([float(levels.index(text)) for text in variable.text])
-    begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > GAP) + 1)
+    begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > LEAST_GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
-    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_POINTS]:
-        is_silent = variable.time[end] - variable.time[end - 1] > GAP
-        if begin and variable.time[begin] - variable.time[begin - 1] > GAP:
+    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_LINE_POINTS]:
+        is_silent = variable.time[end] - variable.time[end - 1] > LEAST_GAP
+        if begin and variable.time[begin] - variable.time[begin - 1] > LEAST_GAP:
             breaks.append(len(points))
         points += [(round(float(variable.time[at]), 3), heights[begin])
                    for at in (begin, end - 1 if is_silent else end)]

@@ -25,17 +25,17 @@ from types import FunctionType, MemberDescriptorType, ModuleType
 #: The pause between two readings, and the longest pause between two searches for objects [s].
 READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
 #: A search for objects takes at most this part of the time.
-SEARCHING = 0.003
+SEARCH_SHARE = 0.003
 #: At most this many variables, objects, and objects of a class are shown. The last two limit the
 #: characters of a text, and the numbers of an array or a list.
-MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS, LONGEST, MOST_NUMBERS = 40, 20, 3, 200, 9
-#: Values of SIMPLE types are shown as Python writes them. Values of HIDDEN types are not shown.
-SIMPLE = {bool, float, type(None)}
-HIDDEN = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
+MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS, LONGEST_VALUE, MOST_NUMBERS = 40, 20, 3, 200, 9
+#: Values of SIMPLE_TYPES are shown as Python writes them. Values of HIDDEN_TYPES are not shown.
+SIMPLE_TYPES = {bool, float, type(None)}
+HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
 #: What each thread holds.
-OF_A_THREAD = frozenset(vars(threading.main_thread()))
+THREAD_ATTRIBUTES = frozenset(vars(threading.main_thread()))
 #: An object within an object within an object is the last one.
-DEEPEST = 3
+MOST_NESTED = 3
 
 
 def leave_the_path():
@@ -131,7 +131,7 @@ class WatchedNode:
                 if counts[type(each)] <= MOST_OF_A_CLASS and len(self._objects) < MOST_OBJECTS:
                     self._objects.append(reference_to(each))
         self._next = time.monotonic() + max(
-            self._pause, (time.thread_time() - begin) / SEARCHING)
+            self._pause, (time.thread_time() - begin) / SEARCH_SHARE)
         self._pause = min(LONGEST_PAUSE, 4.0 * self._pause)
 
     def _add(self, found, held, owner, known):
@@ -139,7 +139,7 @@ class WatchedNode:
             if len(found) >= MOST_SHOWN:
                 return
             try:
-                if type(value) in HIDDEN or name.startswith('__'):
+                if type(value) in HIDDEN_TYPES or name.startswith('__'):
                     continue
                 name = name.replace(f"_{owner.lstrip('_')}__", '__')    # a private one
                 for path, text in self._texts(name, value, known):
@@ -152,7 +152,7 @@ class WatchedNode:
     def _texts(self, name, value, known, depth=0):
         """[(name, text)] of a simple value, or of the parts of another one."""
         kind, module = type(value), module_of(type(value))
-        if kind in SIMPLE or kind is int and value.bit_length() <= 3 * LONGEST:
+        if kind in SIMPLE_TYPES or kind is int and value.bit_length() <= 3 * LONGEST_VALUE:
             yield name, repr(value)
         elif kind is str:
             yield name, sendable(value)
@@ -168,7 +168,7 @@ class WatchedNode:
             for k, each in enumerate(list(value)):
                 if type(each) in (bool, int, float):
                     yield from self._texts(f'{name}[{k}]', each, known)
-        elif depth < DEEPEST:
+        elif depth < MOST_NESTED:
             parts = {}
             if module.startswith('geometry_msgs.msg'):
                 parts = {part: getattr(value, part, None) for part in kind.__slots__}
@@ -199,7 +199,7 @@ def reference_to(thing):
 
 def sendable(text):
     """The beginning of a text, without what UTF-8 lacks."""
-    text = text[:LONGEST]
+    text = text[:LONGEST_VALUE]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
 
@@ -217,7 +217,7 @@ def attributes(thing):
         held.update(object.__getattribute__(thing, '__dict__'))
     except AttributeError:
         pass
-    return {name: value for name, value in held.items() if name not in OF_A_THREAD} \
+    return {name: value for name, value in held.items() if name not in THREAD_ATTRIBUTES} \
         if issubclass(type(thing), threading.Thread) else held
 
 
