@@ -1,5 +1,5 @@
-"""The chain of each lab, as data: its links, their places in the lab sheets, and the variables by
-which a lab's node is known."""
+"""The chain of each lab, as data: its links with their places in the lab sheets, and the variables
+that show to which lab a node belongs."""
 from itertools import islice
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -9,7 +9,8 @@ from tb3_labs.watch.variables import bare_name
 
 
 class Place(NamedTuple):
-    """A place in a lab sheet: a heading, and a numbered step below it (0: the whole section)."""
+    """A place in a lab sheet: a heading, and a numbered step of its section, or 0 for the whole
+    section."""
 
     sheet: str
     heading: str
@@ -25,8 +26,9 @@ class Place(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain: a question that the node's owner can answer, the function that looks for
-    broken links, the place that explains it, and the parts of the lab in which it shows."""
+    """A link of a chain: a question that a student can answer by looking at the node, the Check
+    that finds mistakes, the place that explains the link, and the parts of the lab that use the
+    link."""
 
     question: str
     check: Check
@@ -43,11 +45,11 @@ THE_LOCAL_POSE, FOUR_STATES, THE_RESET, BY_THUMB = (
 TURN_STEP, MOUSE_STEP, DRIVE_STEP, CONTROL_STEP = (
     TURN_LAB.at_step(5), TURN_LAB.at_step(2), FOUR_STATES.at_step(1),
     FOUR_STATES.at_step(2))
-#: The parts of the labs in which a link shows.
+#: The parts of the labs (see marking/labs) that use a link.
 TURNS, MOUSE = ('turns', 'both'), ('mouse', 'both')
 DRIVES, CONTROL = ('drive', 'reset'), ('drive', 'reset', 'control')
 PAD = ('sticks', 'buttons', 'no service')
-#: lab -> its links, in their order
+#: {lab: the links of its chain, in their order}
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -90,15 +92,15 @@ CHAINS: Dict[str, Sequence[Link]] = {
             'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
             'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
             'How large is each command?'), input_links.PAD_LINKS))}
-#: lab -> the variables of its node by the handout
+#: {lab: bare names of variables that the handout gives its node}
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
                  weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first link that is broken in these `parts` of the lab, by default in all parts.
-    Without `weak`, a BrokenLink that is_weak does not count."""
+    """Returns the first broken link of these `parts` of the lab, by default of all parts, or None.
+    A weak BrokenLink is skipped if `weak` is False."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -108,14 +110,14 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 
 
 def remarks(run: Any, lab: str) -> List[str]:
-    """Returns sentences on a node that earned all points: its commands may come too seldom."""
+    """Returns sentences on mistakes that cost no points: commands that come too seldom."""
     broken = islice(turn_links.too_seldom(NodeRun(run)), 1) if lab == 'turn' else ()
     return [f'{sentence(each)} See {TURN_STEP}.' for each in broken]
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """Returns (node, Link, BrokenLink) of each node of a recording whose lab is known and whose
-    chain is broken. Weak ones do not count: the node may be right."""
+    chain is broken. A node with only weak BrokenLinks may be right, and is left out."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
