@@ -1,9 +1,9 @@
-"""The recorded data of one run, as arrays: no ROS, and no search for drives, turns or resets.
+"""The recorded data of one run, as arrays.
 
-Each sample has two times, both in seconds since the recording's start. `arrival` is the time at
-which it arrived at the recorder. `time` is its stamp, converted from the sender's clock (on a real
-robot up to a second off) to the recorder's clock. So the times of two topics can be compared. If a
-message has no stamp, both times are its arrival.
+Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
+sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
+(on a real robot up to a second off) to the recorder's clock. So the times of two topics can be
+compared. If a message has no stamp, both times are the arrival.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid
@@ -21,9 +21,9 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
-#: An interval of a topic longer than this is a gap [s].
+#: A time without a message of a topic is a gap if it is longer than this [s].
 LEAST_GAP = 0.3
-#: If a robot moves farther than this between two poses, it was put elsewhere [m].
+#: A change of the position from one pose to the next is a leap if it is longer than this [m].
 LEAST_LEAP = 0.3
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
@@ -44,12 +44,12 @@ class Samples:
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
     def between(self: SamplesType, begin: float, end: float) -> SamplesType:
-        """Returns the samples in [begin, end) [s]. The times must not run back."""
+        """Returns the samples with `time` in [begin, end) [s]. The times are in order."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @classmethod
     def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
-        """Returns the samples of all parts, in their order. The parts may have more columns."""
+        """Returns the samples of all parts, in their order. A part may be of a subclass."""
         if not parts:
             return cls.none()
         return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
@@ -67,8 +67,8 @@ class Yaws(Samples):
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """Returns the continuous yaw [rad] at each time [s], linear between two samples. Before the
-        first sample it is the first yaw, after the last sample the last yaw."""
+        """Returns the continuous yaw [rad] at each time [s], linear between two samples. The yaw
+        before the first sample is the first yaw, and after the last sample the last yaw."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @functools.cached_property
@@ -109,7 +109,7 @@ class Poses(Yaws):
 
     @property
     def leaps(self) -> np.ndarray:
-        """The indices of the first poses after a jump by more than LEAST_LEAP."""
+        """The index of the first pose after each leap."""
         return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAST_LEAP) + 1
 
     def pose(self, index: int) -> Pose2:
@@ -117,8 +117,8 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, time: float) -> Pose2:
-        """Returns the pose at `time` [s], interpolated. Before the first sample it is the first
-        pose, after the last sample the last pose."""
+        """Returns the pose at `time` [s], interpolated. The pose before the first sample is the
+        first pose, and after the last sample the last pose."""
         after = int(np.searchsorted(self.time, time))
         if after in (0, len(self)):
             return self.pose(min(after, len(self) - 1))
@@ -126,7 +126,8 @@ class Poses(Yaws):
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
     def inverse(self) -> 'Poses':
-        """Returns the pose of the parent frame, seen from each pose."""
+        """Returns the inverse transforms: the pose of the parent frame in the frame of each
+        pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
@@ -138,7 +139,7 @@ class Poses(Yaws):
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
-        """Returns the same poses, seen from the parent of their frame."""
+        """Returns the same poses in the parent frame."""
         x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
         return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
 
@@ -161,7 +162,8 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class Twists(Commands):
-    """Commands with linear.y, linear.z, angular.x and angular.y, which no wheel follows."""
+    """Commands with all fields: also linear.y, linear.z, angular.x and angular.y, which no wheel
+    follows."""
 
     sideways: np.ndarray
     upward: np.ndarray
@@ -171,8 +173,8 @@ class Twists(Commands):
 
 @dataclass(frozen=True)
 class PadSamples(Samples):
-    """A gamepad's first AXES axes and first BUTTONS buttons, a row for each message. Missing ones
-    are 0."""
+    """The first AXES axes and BUTTONS buttons of a gamepad, a row for each message. A missing axis
+    or button is 0."""
 
     AXES, BUTTONS = 8, 16
 
@@ -186,7 +188,7 @@ class PadSamples(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """The mouse of mouse_info: its place, x to the right, y up, each from -1 to 1. `active` is 1 or
+    """The place of the mouse on mouse_info, x to the right, y up, from -1 to 1. `active`: 1 or
     0."""
 
     x: np.ndarray
@@ -196,14 +198,14 @@ class MouseSamples(Samples):
 
 @dataclass(frozen=True)
 class States(Samples):
-    """The states of move_to_goal, or lines of text, an array of str."""
+    """Messages of one text each, such as the states of move_to_goal; an array of str."""
 
     words: np.ndarray
 
 
 @dataclass(frozen=True)
 class LogLines(Samples):
-    """Lines on /rosout, arrays of str: their level, the name of their node, their text."""
+    """Lines on /rosout: the level, the name of the node and the text, in arrays of str."""
 
     levels: np.ndarray
     nodes: np.ndarray
@@ -219,7 +221,8 @@ class Numbers(Samples):
 
 @dataclass(frozen=True)
 class Variables(Samples):
-    """Variables of nodes, arrays of str: the node, the variable's name, the value as a text."""
+    """Readings of the variables of nodes: the node, the variable's name and the value as a text, in
+    arrays of str."""
 
     node: np.ndarray
     name: np.ndarray
@@ -265,7 +268,7 @@ Result = TypeVar('Result')
 
 
 def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Decorates a function of a run so that it computes its result only once for a run."""
+    """Decorates a function of a run. The result for each run is computed only once."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})
@@ -284,8 +287,8 @@ class YawOffset(NamedTuple):
 
 
 def yaw_offset(run: RunData) -> YawOffset:
-    """Returns the YawOffset, by the odometry messages that are not in a gap of the IMU. Its numbers
-    are NaN without such messages."""
+    """Returns the YawOffset by the odometry messages that are not in a gap of the IMU. All numbers
+    are NaN if there is no such message."""
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
     before = np.abs(imu_time[after - 1] - at)

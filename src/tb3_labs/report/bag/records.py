@@ -1,8 +1,8 @@
 """The records of a bag file, in the order in which they were recorded.
 
-A bag may come from a stranger. Its index is not used, so each byte is read once, and a recording
-that was cut off is read up to its last whole record. The definitions of its messages are not used.
-Each read, each unpacked piece, each record and each sample is taken from the budget of a
+A bag may come from a stranger. The index of the bag is not used. So each byte is read once, and a
+recording that was cut off is read up to its last whole record. The definitions of messages in the
+bag are not used. Each read, each unpacked piece, each record and each sample is spent from a
 ReadLimits. So memory and time are bounded, whatever the file claims.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
@@ -16,19 +16,21 @@ from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
-#: The budget of one reading; MiB are read or unpacked. An hour of record.launch has 1.4 million
-#: records, and takes 20 s.
+#: The budget of one reading. `MiB` limits the bytes that are read or unpacked. A recording of an
+#: hour by record.launch has 1.4 million records, and takes 20 s.
 MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
 #: The most processor time of one reading [s].
 MOST_TIME = 30.0
-#: The processor time is read once in so many calls of `spend`, since to read it takes long.
+#: Only every 64th call of `spend` reads the processor time, since this call is slow.
 CLOCK_EVERY = 64
 MIB = 2.0 ** 20
 #: The largest header, connection and message, and the longest name [bytes].
 MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18, 200
-#: The most that a packed chunk holds; it is read in parts, and unpacked in pieces [bytes].
-MOST_CHUNK, PACKED_PART, UNPACKED_PIECE = 2 ** 26, 2 ** 12, 2 ** 20
-#: A bag begins with this.
+#: The largest packed chunk, when it is unpacked [bytes].
+MOST_CHUNK = 2 ** 26
+#: A packed chunk is read in parts of this size, and unpacked in pieces of this size [bytes].
+PACKED_PART, UNPACKED_PIECE = 2 ** 12, 2 ** 20
+#: The first bytes of a bag.
 BAG_VERSION = b'#ROSBAG V2'
 #: The kinds of records, by the field `op` of their headers.
 MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
@@ -50,11 +52,11 @@ OTHER_FILES = (
 
 
 class BagProblem(ValueError):
-    """A bag cannot be reported. The message is one line with the reason and the remedy."""
+    """A bag cannot be read. The text is one line with the reason and the remedy."""
 
 
 class TooLarge(Exception):
-    """The budget is used up; the message names what is too much, and the limit."""
+    """The budget is used up. The text names the limit."""
 
 
 class ReadLimits:
@@ -75,7 +77,8 @@ class ReadLimits:
 
 
 class Connection(NamedTuple):
-    """A sender of messages on a topic: `kind` is their type, `checksum` that type's checksum."""
+    """A sender of messages on a topic. `kind`: the type of the messages; `checksum`: the checksum
+    of this type."""
 
     topic: str
     kind: str
@@ -106,9 +109,9 @@ class Bag:
 
     def messages(self, is_wanted: Callable[[Connection], bool],
                  limits: ReadLimits) -> Iterator[Record]:
-        """Yields all messages. Only wanted ones have data: ``is_wanted(their connection)``."""
+        """Yields all messages. A message has data if ``is_wanted(its connection)`` is True."""
         self._file.seek(self._begin)
-        # number of the connection: (the connection, are its messages wanted?)
+        # {number of a connection: (the connection, are its messages wanted?)}
         self._connections: Dict[int, Tuple[Connection, bool]] = {}
         self._limits, self._is_whole, self.problem = limits, False, ''
         try:
@@ -161,7 +164,7 @@ class Bag:
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
-        if source is self._file:        # the bytes of an unpacked chunk were spent before
+        if source is self._file:        # the bytes of a chunk are spent when it is unpacked
             self._limits.spend('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
@@ -193,7 +196,7 @@ def open_bag(path: str) -> BinaryIO:
 
 
 def _kind_and_remedy(first: bytes, path: str) -> str:
-    """Returns what kind of file this is, which is not a bag, and what to do."""
+    """Returns the kind of a file that is not a bag, and the remedy. `first`: its first bytes."""
     if not first:
         return 'the file is empty; copy or download it again, and look at its size: ls -l'
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
