@@ -20,7 +20,6 @@ LONGEST_PRINTED = 1000
 
 
 def parse(words):
-    """Returns the arguments of the command line."""
     parser = Parser(
         prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3.',
         epilog='Example: lab_report.py run.bag --turn 1')
@@ -74,7 +73,7 @@ def _fail(problem):
 
 
 def _print(words):
-    """Print words on the terminal. They may quote a stranger's bag, so they are made printable."""
+    """Print words on the terminal. Words from a stranger's bag may not be printable."""
     print(f'lab_report.py: {printable(str(words)[:LONGEST_PRINTED])}', file=sys.stderr)
 
 

@@ -66,8 +66,10 @@ def events_of(node_run: NodeRun, kind: str) -> List[Tuple[float, Dict[str, Any]]
 def stimulus_begin(node_run: NodeRun, name: str) -> float:
     """Returns the time at which the stimulus `name` of a trial began; inf if it did not begin."""
     states = node_run.run.states
-    begins = states.arrival[states.words == name] if len(states) else ()
-    return float(begins[0]) if len(begins) else np.inf
+    for begin, words in zip(states.arrival, states.words):
+        if words == name:
+            return float(begin)
+    return np.inf
 
 
 def factor_of(series: Series, form: Quantity, share: float) -> float:
@@ -90,7 +92,8 @@ def followed_form(series: Series, forms: Sequence[Quantity], share: float,
     several forms, this is the form whose factor is nearest to the handout's `factor`."""
     factors = [(factor_of(series, form, share), form.words) for form in forms]
     found = [each for each in factors if np.isfinite(each[0])]
-    return min(found, key=lambda each: abs(each[0] - factor), default=None)
+    found.sort(key=lambda each: abs(each[0] - factor))
+    return found[0] if found else None
 
 
 def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,

@@ -103,7 +103,7 @@ def recorded_begins(node_run: NodeRun) -> List[Begin]:
 
 def first_from(samples: Any, time: float) -> Any:
     """Returns the first of the samples that arrived from `time` on, or the last sample."""
-    return samples.take(min(np.searchsorted(samples.arrival, time), len(samples) - 1))
+    return samples.take(min(int(np.searchsorted(samples.arrival, time)), len(samples) - 1))
 
 
 def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Frame:

@@ -43,7 +43,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         if not turn.side:
             # the node read the unrecorded letter at an unknown moment before goal_yaw changed
             soon = series.at(turn.begin + 2.0 * READING_PERIOD)
-            tolerance += abs(wrap_all((soon - turn.begin_yaw) / unit, 360.0))
+            tolerance += float(abs(wrap_all((soon - turn.begin_yaw) / unit, 360.0)))
         if (np.abs(off) <= tolerance).any():
             right = right or turn
             goals = turn.goal[turn.moving]

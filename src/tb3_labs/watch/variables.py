@@ -45,13 +45,13 @@ class Series:
         return self.time[1:][self.text[1:] != self.text[:-1]]
 
 
-def last_until(times: np.ndarray, time: Any) -> Any:
+def last_until(times: Any, time: Any) -> Any:
     """Returns the index of the last of the `times`, which are in order, that is not after `time`;
     -1 if all are after. An array of times gives an array of indices."""
     return np.searchsorted(times, time, side='right') - 1
 
 
-def last_before(times: np.ndarray, time: Any) -> Any:
+def last_before(times: Any, time: Any) -> Any:
     """Returns the same as `last_until`, but for times before `time`, not equal to it."""
     return np.searchsorted(times, time, side='left') - 1
 

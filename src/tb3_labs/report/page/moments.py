@@ -1,4 +1,4 @@
-"""What stands out in a run: the marks on its timeline, and signs of a mistake in the node itself.
+"""The marks on the timeline of a run, and the signs of a mistake in the node.
 
 The marks are turns, drives, movements by hand, resets, starts, stops and gaps. The signs are
 exceptions, open TODOs, and the first broken link.
@@ -23,8 +23,10 @@ from tb3_labs.watch.chains import broken_links_of_nodes
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 #: A line of a traceback names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
-#: A page shows this many different exceptions, and of each this many characters.
-MOST_ERRORS, LONGEST_ERROR = 5, 300
+#: A page shows at most this many different exceptions.
+MOST_ERRORS = 5
+#: A page shows at most this many characters of an exception.
+LONGEST_ERROR = 300
 #: The skeletons' nodes print the name of each TODO that they reach.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
@@ -71,7 +73,7 @@ def _by_hand(run: RunData, begin: float, end: float) -> Mark:
 
 
 def printed_faults(run: RunData) -> str:
-    """Returns HTML of the faults that the node itself printed: exceptions, each once, and open
+    """Returns the HTML of the faults that the node printed: each different exception, and the open
     TODOs."""
     log = run.log
     errors: Dict[str, List[float]] = {}
