@@ -258,7 +258,7 @@ def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
 
 
 #: The frame of all samples of a run.
-WHOLE = Frame(-np.inf, np.inf, 0j, 0.0, False, 0j, 0.0, 0.0)
+WHOLE = Frame(-np.inf, place=0j, odometry_yaw=0.0, imu_yaw=0.0)
 
 
 def test_a_place_that_comes_late():

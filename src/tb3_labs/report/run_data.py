@@ -113,7 +113,6 @@ class Poses(Yaws):
         return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAST_LEAP) + 1
 
     def pose(self, index: int) -> Pose2:
-        """Returns the pose at `index`."""
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, time: float) -> Pose2:

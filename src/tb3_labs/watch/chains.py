@@ -17,7 +17,6 @@ class Place(NamedTuple):
     step: int = 0
 
     def at_step(self, step: int) -> 'Place':
-        """Returns the place of a step of this section."""
         return Place(self.sheet, self.heading, step)
 
     def __str__(self) -> str:

@@ -39,26 +39,17 @@ class Frame(NamedTuple):
     `odometry_yaw`, and the IMU has its `imu_yaw`; NaN if they are unknown."""
 
     begin: float
-    end: float
-    declared_place: complex
-    declared_yaw: float
-    is_reset: bool
-    place: complex
-    odometry_yaw: float
-    imu_yaw: float
+    declared_place: complex = 0j
+    declared_yaw: float = 0.0
+    is_reset: bool = False
+    end: float = np.inf
+    place: complex = np.nan
+    odometry_yaw: float = np.nan
+    imu_yaw: float = np.nan
 
     @property
     def words(self) -> str:
         return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
-
-
-class Begin(NamedTuple):
-    """The begin of a local frame [s], with the pose that is declared there."""
-
-    time: float
-    declared_place: complex = 0j
-    declared_yaw: float = 0.0
-    is_reset: bool = False
 
 
 def local_frames(node_run: NodeRun) -> List[Frame]:
@@ -66,39 +57,39 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
     run = node_run.run
     if not node_run.variables or not len(run.odometry) or not len(run.imu):
         return []
-    begins = recorded_begins(node_run)
+    begun = recorded_frames(node_run)
     unknown: List[float] = []
     if not run.starts:
-        unknown = unknown_begins(node_run, [each.time for each in begins])
-        begins += [Begin(time) for time in unknown]
-    begins.sort()
-    ends = [each.time for each in begins[1:]] + [run.duration + 1.0]
+        unknown = unknown_begins(node_run, [frame.begin for frame in begun])
+        begun += [Frame(begin) for begin in unknown]
+    begun.sort(key=lambda frame: frame.begin)
+    ends = [frame.begin for frame in begun[1:]] + [run.duration + 1.0]
     found: List[Frame] = []
-    for begin, end in zip(begins, ends):
-        odometry, imu = (first_from(samples, begin.time) for samples in (run.odometry, run.imu))
-        frame = Frame(begin.time, end, begin.declared_place, begin.declared_yaw, begin.is_reset,
-                      complex(odometry.x, odometry.y), odometry.yaw, imu.yaw)
+    for frame, end in zip(begun, ends):
+        odometry, imu = (first_from(samples, frame.begin) for samples in (run.odometry, run.imu))
+        frame = frame._replace(end=end, place=complex(odometry.x, odometry.y),
+                               odometry_yaw=odometry.yaw, imu_yaw=imu.yaw)
         # such a frame may have begun before the recording, or at a moment that is not known
-        if not run.starts and (not found or begin.time in unknown):
+        if not run.starts and (not found or frame.begin in unknown):
             frame = with_own_references(node_run, frame, is_first=not found)
         found.append(frame)
     return found
 
 
-def recorded_begins(node_run: NodeRun) -> List[Begin]:
-    """Returns the begins of frames at the recorded starts of the node, or else at its first
-    reading, and at the recorded resets."""
+def recorded_frames(node_run: NodeRun) -> List[Frame]:
+    """Returns the frames at the recorded starts of the node, or at its first reading if no start
+    was recorded, and at the recorded resets. Only their begins and declared poses are set."""
     run = node_run.run
     times = next(iter(node_run.variables.values())).time
     starts = run.starts or times[:1]
     first_readings = times[np.searchsorted(times, starts).clip(max=len(times) - 1)]
-    begins = [Begin(min(reading, start + REST_TIME))
-              for reading, start in zip(first_readings, starts)]
+    found = [Frame(min(reading, start + REST_TIME))
+             for reading, start in zip(first_readings, starts)]
     resets = run.resets
     for time, x, y, yaw in zip(resets.arrival, resets.x, resets.y, resets.yaw):
         if time > times[0]:
-            begins.append(Begin(time, complex(x, y), yaw, is_reset=True))
-    return begins
+            found.append(Frame(time, complex(x, y), yaw, is_reset=True))
+    return found
 
 
 def first_from(samples: Any, time: float) -> Any:
@@ -109,12 +100,11 @@ def first_from(samples: Any, time: float) -> Any:
 def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Frame:
     """Returns the frame with the robot's pose at its begin by the node's references."""
     values = []
-    for name in REFERENCES:
-        series = node_run.variable(name)
-        if series is None:
-            values.append(np.nan)
-        else:
-            values.append(series.value[0] if is_first else series.at(frame.begin + LONGEST_LAG))
+    for series in map(node_run.variable, REFERENCES):
+        value = np.nan
+        if series is not None:
+            value = series.value[0] if is_first else series.at(frame.begin + LONGEST_LAG)
+        values.append(value)
     x, y, odometry_yaw, imu_yaw = values
     return frame._replace(place=complex(x, y), odometry_yaw=odometry_yaw, imu_yaw=imu_yaw)
 

@@ -38,7 +38,6 @@ def driving_axes(node_run: NodeRun) -> List[int]:
 
 
 def pad_is_known(node_run: NodeRun) -> bool:
-    """Did the marker play the pad?"""
     return stimulus_begin(node_run, FORWARD_STICK) < np.inf
 
 

@@ -97,7 +97,6 @@ class OwnHeading(NamedTuple):
 
 
 def own_heading(node_run: NodeRun) -> OwnHeading:
-    """Returns the OwnHeading of a node."""
     series = node_run.variable('curr_yaw')
     if series is None:
         series = renamed_heading(node_run)
@@ -107,7 +106,7 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
         return OwnHeading()
     quantity, broken = followed_heading(series, node_run.imu_quantities)
     if broken is not None and 'does not follow' in broken.words:
-        for unit in (1.0, np.pi / 180.0):       # a turn needs no certain zero
+        for unit in (1.0, np.pi / 180.0):       # a node can turn by a heading from any zero
             another = heading_from_another_zero(series, node_run.heading, unit)
             if another is not None:
                 return OwnHeading(series, another)
@@ -156,7 +155,7 @@ def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
 
 
 class Letter(NamedTuple):
-    """A typed letter, with the fields of its Turn."""
+    """A typed letter. Its fields are those of its Turn."""
 
     begin: float
     end: float
@@ -203,7 +202,7 @@ def letter_turns(node_run: NodeRun) -> List[Turn]:
     """Returns the Turn of each letter of a run."""
     series, quantity, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
-    if quantity is None:        # the node has no usable heading: the turn is seen by the right one
+    if quantity is None:        # without a usable heading, the right heading is taken
         quantity, series, goal = node_run.heading, None, None
     commands = commands_with_known_goal(node_run, goal)
     return [turn_of(letter, commands, quantity, series, goal)
@@ -211,8 +210,8 @@ def letter_turns(node_run: NodeRun) -> List[Turn]:
 
 
 def commands_with_known_goal(node_run: NodeRun, goal: Optional[Series]) -> Any:
-    """Returns the node's commands without those between two readings of which the second shows the
-    goal of an unrecorded letter: it is not known which of both goals such a command had."""
+    """Returns the node's commands. A command is left out if an unrecorded letter changed goal_yaw
+    between the reading before the command and the next reading."""
     commands = node_run.commands
     if len(node_run.run.letters) or goal is None:
         return commands

@@ -32,7 +32,6 @@ class Series:
         return str(self.text[max(0, last_until(self.time, time))])
 
     def take(self, index: Any) -> 'Series':
-        """Returns the readings at a numpy index."""
         return Series(self.name, self.time[index], self.text[index], self.value[index])
 
     def between(self, begin: float, end: float) -> 'Series':

@@ -69,7 +69,6 @@ def drives(run: RunData, model: RobotModel) -> List[DriveReport]:
 
 
 def _is_same_drive(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
-    """Do both states belong to one drive?"""
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
     # after a stop, or an end outside the tolerance, the robot drives to the same goal again

@@ -79,8 +79,6 @@ TAKEN_WITHIN = 0.3
 
 
 class MovementKind(Enum):
-    """The kinds of movements."""
-
     TURN = 'turn'
     DRIVE = 'drive'
     BY_HAND = 'by hand'
@@ -129,7 +127,6 @@ def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
 
 @cached_per_run
 def movements(run: RunData) -> List[Movement]:
-    """Returns all movements of a run, in order."""
     time = run.commands.time
     moves = np.flatnonzero(moving(run.commands))
     if not len(moves):

@@ -65,7 +65,6 @@ def new_figure(height: float) -> Figure:
 
 
 def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """Put a legend of three columns below the figure."""
     figure.legend(handles, labels, loc='upper center', ncol=3, fontsize=8, frameon=False,
                   bbox_to_anchor=(0.5, 0.0))
 

@@ -128,7 +128,6 @@ def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], 
 
 
 def nothing_driven(run: RunData) -> str:
-    """Returns sentences on why no drives are listed."""
     reason = NO_COMMANDS
     if len(run.states) or moving(run.commands).any():
         reason = NO_DRIVE
@@ -165,7 +164,6 @@ def _rule_of_drives(run: RunData) -> str:
 
 
 def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
-    """Returns the rule by which the turns of a run were found."""
     words = [_rule(run)] if 'states' not in run.derived else []
     if not all(turn.was_sent for turn in reports):
         words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(

@@ -104,7 +104,6 @@ def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
 
 
 def write_table(path: Path, rows: Iterable[Sequence[Any]]) -> None:
-    """Write a CSV file."""
     text = StringIO(newline='')
     csv.writer(text, lineterminator='\n').writerows(rows)
     write_output(path, text.getvalue())

@@ -74,7 +74,6 @@ def script_frames():
 
 
 def is_main(frame):
-    """Is this the frame of a main program?"""
     return frame.f_code.co_name == '<module>' and frame.f_globals.get('__name__') == '__main__'
 
 
