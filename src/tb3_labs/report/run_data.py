@@ -245,18 +245,18 @@ class RunData:
     states: States = States.none()
     resets: Poses = Poses.none()                     # of the robot in local, as declared
     turn_requests: Numbers = Numbers.none()            # turns [rad], left positive
-    control: Numbers = Numbers.none()                  # ctrl_relinq; 1: a node may drive
+    control: Numbers = Numbers.none()                  # ctrl_relinq: 1 if a node may drive
     pad: PadSamples = PadSamples.none()
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # of the robot's namespace
-    devices: Tuple[str, ...] = ()                    # recorded ones of joy, mouse_info
-    senders: Tuple[str, ...] = ()                    # of the commands; (): unknown
+    devices: Tuple[str, ...] = ()                    # joy, mouse_info, if recorded
+    senders: Tuple[str, ...] = ()                    # of the commands; () if unknown
     sender_index: Numbers = Numbers.none()             # of each command, in senders
-    starts: Tuple[float, ...] = ()                   # times of the node [s]; (): unknown
-    letters: Numbers = Numbers.none()                  # typed: 1 for l, -1 for r, 0
-    events: States = States.none()                   # of a trial, by the marker
-    printed: States = States.none()                  # by the node of a trial
-    variables: Variables = Variables.none()          # of nodes, by the probe in them
+    starts: Tuple[float, ...] = ()                   # of the node [s]; () if unknown
+    letters: Numbers = Numbers.none()                  # typed: 1 is l, -1 is r, 0 others
+    events: States = States.none()                   # that the marker noted in a trial
+    printed: States = States.none()                  # what the node printed in a trial
+    variables: Variables = Variables.none()          # of nodes, read by the probe
     derived: Tuple[str, ...] = ()                    # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages

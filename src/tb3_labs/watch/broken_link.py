@@ -13,7 +13,7 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.watch.quantities import Quantity, headings, matching_quantities, median_pause
 from tb3_labs.watch.variables import Series, bare_name, last_until, variables_of
 
-#: A variable that changes less often than its quantity has pauses longer than this [s].
+#: A variable is late if its pauses are longer than this while its quantity changes [s].
 LONGEST_UPDATE_GAP = 0.3
 #: A node whose variables were not read for longer than this may have ended [s].
 LONGEST_READING_GAP = 0.4
@@ -22,7 +22,7 @@ LONGEST_COMMAND_GAP = 0.45
 #: A variable that follows no quantity is compared with the heading once more. The tolerance is then
 #: larger by this factor.
 COARSE_FACTOR = 30.0
-#: A variable with at most this many values is not called constant.
+#: A variable with this many values, or fewer, is not judged as constant.
 FEWEST_READINGS = 10
 
 
@@ -226,6 +226,6 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on a field that has a speed in place of angular.z; '' if there is none."""
+    """Returns a clause on the first field beside angular.z that has a speed; else ''."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return clause and '; ' + clause

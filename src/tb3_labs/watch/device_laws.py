@@ -38,7 +38,7 @@ class Device(NamedTuple):
 
     @property
     def same_since(self) -> np.ndarray:
-        """The time at which the inputs of each message became as they are [s]."""
+        """For each message: the time since which all inputs have the same values [s]."""
         is_new = np.append(True, np.diff(self.value, axis=0).any(axis=1))[:len(self.time)]
         return np.maximum.accumulate(np.where(is_new, self.time, -np.inf))
 

@@ -1,4 +1,4 @@
-"""The turns of a run as its node had them: the letter, the goal, each command with its error."""
+"""The turns of a node by its own variables: the letter, the goal, each command with its error."""
 from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
@@ -223,8 +223,9 @@ def commands_with_known_goal(node_run: NodeRun, goal: Optional[Series]) -> Any:
 
 def turn_of(letter: Letter, commands: Any, heading: Quantity, series: Optional[Series],
             goal: Optional[Series]) -> Turn:
-    """Returns the Turn of a letter. `heading`: the quantity that the node uses; `series`: its
-    variable for the heading; `goal`: its goal_yaw. Without goal_yaw the letter gives the goal."""
+    """Returns the Turn of a letter. `heading`: the quantity that the node uses. `series`: the
+    node's variable for the heading. `goal`: goal_yaw; without goal_yaw, the letter gives the
+    goal."""
     begin, end, _, side = letter
     begin_yaw = series.at(begin) if series is not None else float(heading.at(np.array([begin]))[0])
     read, goal_before, goal_after = begin, '', ''
