@@ -23,7 +23,7 @@ PUBLIC_SUFFIXES = ('.css', '.js', '.svg')
 #: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
 #: A regular expression for the names of the files in `drawing`, which draw a robot.
-DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir()
+DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
                          if path.suffix in PUBLIC_SUFFIXES)
 #: Time between two pings of a page [s].
 PING_PERIOD = 1.0
@@ -88,7 +88,7 @@ class Server:
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page,
                                    'admit': self._admitted.add}),
-            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FILES)}),
+            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,

@@ -15,13 +15,14 @@ from tb3_labs.marking.labs.criteria import (
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
+from tb3_labs.watch.input_links import FORWARD_STICK, TURNING_STICK
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
 #: The stimuli of the sticks, in their order.
-UP, DOWN = 'left stick up', 'left stick down'
+UP, DOWN = FORWARD_STICK, 'left stick down'
 BOTH = 'left stick half up, right stick half right'
-TO_LEFT, TO_RIGHT = 'right stick left', 'right stick right'
+TO_LEFT, TO_RIGHT = TURNING_STICK, 'right stick right'
 LET_GO = 'sticks let go'
 #: stimulus -> (how far the left stick is up, how far the right stick is left), each -1 to 1
 PLACES = {UP: (1.0, 0.0), DOWN: (-1.0, 0.0), TO_LEFT: (0.0, 1.0), TO_RIGHT: (0.0, -1.0),

@@ -10,7 +10,7 @@ import numpy as np
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MOST_FINDINGS, NOT_FINITE, REQUESTED_DEG, Observation, Run, Stimulus)
 from tb3_labs.report.bag.ros_bag import read_run
-from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
+from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, States
 
 #: A node's line about a reset belongs to the call of a reset that is at most this far away [s].
 SAME_RESET = 1.0
@@ -77,10 +77,10 @@ def with_stimuli(run: RunData, observation: Observation) -> RunData:
         run, resets=samples_from_rows(Poses, sorted(resets)), variables=run.variables.take(known),
         starts=tuple(start.begin for start in observation.runs),
         states=samples_from_rows(States, [[each.begin, each.name] for each in observation.stimuli]),
-        goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Values, letters))
+        goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Numbers, letters))
 
 
-def samples_from_rows(kind: Type[Kind], rows: Sequence[Sequence[Any]]) -> Kind:
+def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
     """Returns the Samples of rows of time and the other fields. The stamps are the arrivals."""
     columns = list(zip(*rows))
     return kind(*(np.array(column, dtype=object if isinstance(column[0], str) else float)
