@@ -6,5 +6,7 @@ somebody's copy.py would run. A script looks in its own folder.
 import runpy
 import sys
 
+MODULES = {'launch': 'launch_arguments'}    # launch files of students use the name `launch`
 del sys.path[0], sys.argv[0]    # nothing in this folder is to be imported either
-runpy.run_module('tb3_labs.ros.' + sys.argv[0], run_name='__main__', alter_sys=True)
+module = MODULES.get(sys.argv[0], sys.argv[0])
+runpy.run_module('tb3_labs.ros.' + module, run_name='__main__', alter_sys=True)

@@ -18,7 +18,7 @@ Calls
     reset_pose    tb3_labs/ResetPose
 Parameters: see DemoConfig in tb3_labs.nodes.demonstration.
 """
-import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import contextlib
 import os
@@ -39,16 +39,19 @@ from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
-#: Longest wait for a node that starts, and for the end of a drive; for the recorder, which may have
-#: ended because its disk was full; for move_to_goal, before control is given again [s, wall clock].
-LONGEST_WAIT, RECORDER_TIMEOUT, GRANT_PERIOD = 120.0, 15.0, 1.0
-#: The robot rests this long after the end of a drive [s].
-REST = 0.5
-#: A drive that is given up before the robot moves begins at most this many times.
-TRIES = 10
+#: Longest wait for a message of a node, such as the end of a drive [s, wall clock].
+MESSAGE_TIMEOUT = 120.0
+#: Longest wait for the recorder, which may have ended because the disk was full [s, wall clock].
+RECORDER_TIMEOUT = 15.0
+#: Control is given again if move_to_goal does not take it within this time [s, wall clock].
+GRANT_PERIOD = 1.0
+#: The true pose is read this long after the end of a drive [s].
+REST_TIME = 0.5
+#: A drive begins at most this many times, if it is given up before the robot moves.
+MOST_ATTEMPTS = 10
 #: Topics that a recording needs from its first moment on.
-RECORDED = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
-            'ctrl_relinq', '/tf')
+RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
+                   'ctrl_relinq', '/tf')
 
 WHAT_NEXT = """
 Everything is left running. Drive it on the page of the panel, or in a second terminal, after
@@ -60,18 +63,18 @@ Ctrl+C here ends everything."""
 
 
 class ControlTaken(Exception):
-    """A person, or another node, took control: the drive is ignored."""
+    """A person, or another node, took control from the demonstration."""
 
 
 class Demo:
-    """Watches move_to_goal drive, in a separate thread, since it waits."""
+    """Lets move_to_goal drive, and judges the drives, in a separate thread."""
 
     def __init__(self):
         self._config = read_config(DemoConfig)
-        self._received = {}     # {topic: [(arrival [s], value)]}
+        self._received = {}     # {topic: [(time of arrival [s], value)]}
         self._granted = False   # does move_to_goal have control from this node?
         self._control_taken = False
-        # not latched: a latched message could come from an earlier node
+        # not latched, since a latched permission may be an old one
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         self._keep('goal_state', String, lambda message: message.data)
         self._keep('has_control', Bool, lambda message: message.data)
@@ -81,7 +84,7 @@ class Demo:
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
     def _keep(self, topic, kind, read):
-        """Keep the latest value of `topic`, or all values of goal_state."""
+        """Store the latest value of `topic`. For goal_state store all values."""
         received = self._received[topic] = []
 
         def keep(message):
@@ -107,7 +110,7 @@ class Demo:
         try:
             for number in range(1, self._config.drives + 1):
                 rospy.loginfo('--- Drive %d of %d ---', number, self._config.drives)
-                drives.append(self._drive(number > 1))
+                drives.append(self._drive(after_reset=number > 1))
             print(table(drives))
         except ControlTaken:
             drives, problem = [], 'Control was taken from the demonstration: it drives no more'
@@ -122,11 +125,12 @@ class Demo:
         print(WHAT_NEXT)
 
     def _drive(self, after_reset):
-        """Let the robot drive once from a new origin. Returns the DemoDrive. A drive that is given
-        up before the robot moves (a busy computer's sensors are late) begins again."""
+        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. If a
+        busy computer's late sensors end the drive before the robot moves, the drive begins
+        again."""
         after_reset = after_reset or self._first('has_control')[1]
         _, world_T_local = self._first('ground_truth', rospy.get_time())
-        for attempt in range(TRIES):
+        for attempt in range(MOST_ATTEMPTS):
             self._received['goal_state'].clear()
             if after_reset or attempt:
                 self._wait_for('a reset', is_reset)
@@ -136,13 +140,13 @@ class Demo:
             if not is_over(state):
                 break
         ended, state = self._first('goal_state', matches=is_over)
-        _, reached = self._first('ground_truth', ended + REST)
+        _, reached = self._first('ground_truth', ended + REST_TIME)
         return DemoDrive(state, self._first('current_goal')[1], self._first('local_pose', ended)[1],
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
-        """Give control until move_to_goal has control. A node that was slow to start ignores the
-        first permission, which may be old. A person's stop is not undone."""
+        """Publish permissions until move_to_goal has control. A node that has just started ignores
+        a permission that may be old. After a person's stop no permission is published."""
         def is_given():
             has_control = self._control_taken or self._first('has_control')[1]
             if not has_control:
@@ -154,7 +158,7 @@ class Demo:
 
     def _first(self, topic, since=0.0, matches=lambda value: True):
         """Wait for the first value of `topic` that arrived at `since` [s] or later, and for which
-        `matches(value)` is true. Returns (arrival, value)."""
+        `matches(value)` is true. Returns (time of arrival [s], value)."""
         def values():
             if self._control_taken:
                 raise ControlTaken
@@ -164,23 +168,23 @@ class Demo:
         return values()[0]
 
     def _wait_for(self, what, condition):
-        if not wait_until(condition, LONGEST_WAIT):
+        if not wait_until(condition, MESSAGE_TIMEOUT):
             raise RuntimeError('waited {:.0f} s in vain for {}; states: {}'.format(
-                LONGEST_WAIT, what, [state for _, state in self._received['goal_state']]))
+                MESSAGE_TIMEOUT, what, [state for _, state in self._received['goal_state']]))
 
 
 def is_reset():
-    """Declare the local frame again. Returns False if this was refused, for instance because the
-    sensors of a busy computer are late."""
+    """Declare the local frame again at the robot's place. Returns whether move_to_goal did it. On a
+    busy computer sensors are late, and move_to_goal refuses the reset."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 
 
 def recorder_listens():
-    """Does the node record subscribe to all topics RECORDED?"""
+    """Does the node `record` subscribe to all RECORDED_TOPICS?"""
     subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
     return all(rospy.resolve_name('record') in subscribed.get(rospy.resolve_name(topic), [])
-               for topic in RECORDED)
+               for topic in RECORDED_TOPICS)
 
 
 if __name__ == '__main__':

@@ -16,7 +16,7 @@ import sys
 try:
     import tb3_labs.doctor    # noqa: F401 (found only in a terminal that was set up)
 except ImportError:
-    # A terminal that was not set up is among the faults: the doctor must start there, too.
+    # The doctor must also start in a terminal that was not set up, since this is a common fault.
     sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
 
 from tb3_labs.command_line import Parser    # noqa: E402
@@ -26,7 +26,7 @@ from tb3_labs.terminal import run_tool    # noqa: E402
 
 
 def namespace(word):
-    """Returns '/robot3/' for 'robot3', and '/' for ''."""
+    """Returns the namespace in a typed word, such as '/robot3/' for 'robot3', and '/' for ''."""
     if not re.fullmatch(r'/?([A-Za-z]\w*(/[A-Za-z]\w*)*)?/?', word):
         raise argparse.ArgumentTypeError(f'{word} is not a namespace, such as robot3')
     return f'/{word.strip("/")}/'.replace('//', '/')
@@ -50,5 +50,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    # rosrun may append the remappings __name:= and __log:=
+    # rosrun may append the words __name:=NAME and __log:=FILE
     run_tool(lambda words: main([word for word in words if ':=' not in word]))

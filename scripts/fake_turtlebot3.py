@@ -28,7 +28,7 @@ Parameters
                   default. All that are not in STARTING may change while it runs:
                   dynparam set /turtlebot3 network_cut true
 """
-import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 from dataclasses import dataclass, replace
 
@@ -46,7 +46,7 @@ from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfi
 
 @dataclass(frozen=True)
 class FakeTurtlebot3Config(Config):
-    """The pace of the robot's time, its network, its computer, and a hidden fault."""
+    """The parameters that are not fields of SimulatorConfig."""
 
     speed: float = setting(1.0, 'pace of /clock, times real time, with use_sim_time',
                            low=0.1, high=20.0)
@@ -69,17 +69,21 @@ class FakeTurtlebot3:
             rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no '
                           'setting can be changed while it runs.', surroundings.mystery)
         else:
-            settings = _named(settings, NETWORKS[surroundings.network], HOSTS[surroundings.host])
+            settings = _with_values(settings, NETWORKS[surroundings.network],
+                                    HOSTS[surroundings.host])
             robot = FakeRobot(settings)
             LiveSettings(settings, robot.configure, fixed=STARTING)
         start(robot, surroundings.speed)
 
 
-def _named(settings, *sets):
-    """Returns `settings` with the values of `sets`; a setting that is not the default stays."""
-    plain = SimulatorConfig()
-    return replace(settings, **{name: value for named in sets for name, value in named.items()
-                                if getattr(settings, name) == getattr(plain, name)})
+def _with_values(settings, *sets):
+    """Returns `settings` with the values in `sets`. A setting that the user gave stays the same."""
+    default, changes = SimulatorConfig(), {}
+    for values in sets:
+        for name, value in values.items():
+            if getattr(settings, name) == getattr(default, name):
+                changes[name] = value
+    return replace(settings, **changes)
 
 
 if __name__ == '__main__':

@@ -16,11 +16,10 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 from tb3_labs.terminal import run_tool
 
 #: A line on the terminal has at most this many characters.
-LONGEST = 1000
+LONGEST_PRINTED = 1000
 
 
 def parse(words):
-    """Returns the arguments of the command line."""
     parser = Parser(
         prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3.',
         epilog='Example: lab_report.py run.bag --turn 1')
@@ -74,8 +73,8 @@ def _fail(problem):
 
 
 def _print(words):
-    """Print words on the terminal. They may quote a stranger's bag, so they are made printable."""
-    print(f'lab_report.py: {printable(str(words)[:LONGEST])}', file=sys.stderr)
+    """Print words on the terminal. Words from a stranger's bag may not be printable."""
+    print(f'lab_report.py: {printable(str(words)[:LONGEST_PRINTED])}', file=sys.stderr)
 
 
 if __name__ == '__main__':

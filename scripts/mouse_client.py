@@ -9,7 +9,7 @@ Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
                  the right, y up, (0, 0) in the middle
 """
-import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import os
 import threading
@@ -31,14 +31,14 @@ class MouseNode:
     def __init__(self):
         self._active = False
         self._send_now = threading.Event()
-        self._lock = threading.Lock()    # guards the publisher: nothing follows the last message
-        self._closed = False
-        # latched: a controller that starts hears at once that the mouse is not active
+        self._lock = threading.Lock()    # guards _closed and the publisher
+        self._closed = False             # was the last message published?
+        # latched, so that a controller that starts learns at once whether the mouse is active
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
-        except ValueError as problem:    # the other nodes of its launch file keep running
+        except ValueError as problem:    # only this node ends, without a failure
             rospy.logwarn(str(problem))
             end()
             return
@@ -71,25 +71,25 @@ class MouseNode:
             self._send_now.wait(SEND_PERIOD if self._active else None)
             self._send_now.clear()
 
-    def _publish(self, active, x, y):
+    def _publish(self, active, x=0.0, y=0.0):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)
         message.header.stamp = rospy.Time.now()
         self._publisher.publish(message)
 
     def _close(self):
-        """Publish that the mouse is not active: without this the robot would stop by a timeout."""
+        """Publish an inactive mouse, so that the robot stops at once, and not after a timeout."""
         with self._lock:
             self._closed = True
             if self._active:
-                self._publish(False, 0.0, 0.0)
+                self._publish(active=False)
 
 
 class Pointer:
-    """Reads the mouse by pynput, on X: its position, its moves and its wheel. Raises ``ValueError``
-    with one sentence if the mouse cannot be read, or the display is lost."""
+    """Reads the position, the moves and the wheel of the mouse by pynput, on X. Raises
+    ``ValueError`` with one sentence if the mouse cannot be read, or the display is lost."""
 
     def __init__(self, on_scroll, on_move):
-        """`on_scroll(up)` and `on_move()` are called in a thread of pynput's."""
+        """A thread of pynput calls `on_scroll(up)` and `on_move()`."""
         if os.environ.get('WAYLAND_DISPLAY'):
             raise ValueError('the mouse cannot be read in a Wayland session: log in again with '
                              'an "Xorg" (X11) session')
@@ -99,36 +99,36 @@ class Pointer:
         try:
             from pynput import mouse
             from Xlib import display
-        except ImportError as problem:    # pynput raises it, too, if it cannot open the display
+        except ImportError as problem:    # pynput raises ImportError without a display, too
             if (problem.name or '').startswith('pynput'):
                 raise ValueError('the mouse needs the Python package pynput: source '
                                  'scripts/setup.sh installs it') from None
             raise ValueError(f'cannot open the display {os.environ["DISPLAY"]}') from None
         self._mouse = mouse.Controller()
         self._root = display.Display().screen().root
-        # A daemon thread, which is never stopped or joined: on X11 a stop or a join hangs.
+        # The listener is a daemon thread. On X11 its stop() and its join() would hang.
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        # no traceback when the listener ends with its display: position() reports that
+        # If the display ends, the listener prints no traceback, since position() reports the end.
         report = threading.excepthook
         threading.excepthook = lambda died: died.thread is self._listener or report(died)
         self._listener.start()
         self._listener.wait()
 
     def position(self):
-        """(x, y), each from -1 to 1 over the whole screen, x to the right, y up."""
+        """Returns (x, y) on the screen, each from -1 to 1, x to the right, y up."""
         try:
             if not self._listener.is_alive():
                 raise EOFError('the listener has ended')
             screen = self._root.get_geometry()
             return screen_position(*self._mouse.position, screen.width, screen.height)
-        except Exception as problem:    # Xlib raises classes of its own, not all of them public
+        except Exception as problem:    # some classes of Xlib's exceptions are private
             raise ValueError(f'lost the display of the mouse ({problem})') from None
 
 
 def screen_position(pixel_x, pixel_y, width, height):
-    """Returns the position (x, y), -1 to 1, of a pixel; pixels count from the top left corner."""
+    """Returns the position (x, y), -1 to 1, of a pixel. Pixel (0, 0) is the top left corner."""
     x, y = 2.0 * pixel_x / max(width - 1, 1) - 1.0, 1.0 - 2.0 * pixel_y / max(height - 1, 1)
     return max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y))
 

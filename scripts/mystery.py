@@ -16,7 +16,7 @@ from tb3_labs.simulation.mystery_answer import MEANINGS, judge
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER
 from tb3_labs.terminal import run_tool
 
-#: The instructor's part: `mystery.py key 1-12`. The students' archive does not have it.
+#: The module for `mystery.py key 1-12`. The students' archive does not have this module.
 KEY_MODULE = 'tb3_labs.simulation.mystery_key'
 
 
@@ -53,8 +53,8 @@ def main(words):
 
 
 def _answer(words):
-    """Returns (number, fault, value or None) from the words after --answer. A fault's name may be
-    several words without quotation marks."""
+    """Returns (number, name of the fault, value or None) from the words after --answer. The name
+    may be several words without quotation marks."""
     number, *name = words
     if not number.isdecimal() or len(number) > 9:
         raise ValueError(f'number = {number!r:.40} is not valid: a whole number from 1 to '
@@ -62,7 +62,7 @@ def _answer(words):
     value = number_or_text(name[-1]) if name else None
     if isinstance(value, float):
         return int(number), ' '.join(name[:-1]), value
-    return int(number), ' '.join(name), None      # a missing value or name is reported later
+    return int(number), ' '.join(name), None      # judge() reports a missing value or name
 
 
 def _description(name, fault):

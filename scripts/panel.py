@@ -21,7 +21,7 @@ Parameters
     ~port, ~address, ~control, ...: see PanelConfig in tb3_labs.panel.access
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.start    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import sys
 
@@ -44,7 +44,7 @@ class Panel:
         config = read_config(PanelConfig)
         pages = Pages(config, read_model().body_radius)
         rospy.on_shutdown(pages.release)
-        # not logged: anyone who knows the address, with its token, may drive
+        # printed and not logged, since anyone who knows the address with its token may drive
         only = '' if config.control else ' (it only shows)'
         print(f'Panel: open {pages.address} in a browser{only}')
 

@@ -12,7 +12,7 @@ Subscribes
     goal_state       std_msgs/String: its words are printed
     distance_error, angle_error_deg   std_msgs/Float32 [m, deg]
 """
-import tb3_labs.ros.start    # noqa: F401 (first: what is missing is one line)
+import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
 
 import sys
 import threading
@@ -33,15 +33,17 @@ from tb3_labs.terminal import run_tool
 
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
     'them, such as: 1 1 90'
-#: Longest wait for move_to_goal, and time between two lines of progress [s].
-SERVER_TIMEOUT, LINE_PERIOD = 2.0, 2.0
+#: Longest wait for an answer of move_to_goal [s].
+SERVER_TIMEOUT = 2.0
+#: Time between two lines of progress [s].
+LINE_PERIOD = 2.0
 
 
 class Progress:
     """Prints `goal_state` when it changes, and the remaining distance and angle."""
 
     def __init__(self):
-        self._remaining = {}    # {topic: its latest value [m] or [deg]}
+        self._remaining = {}    # {topic: latest value [m] or [deg]}
         self._last_state = None
         for topic in ('distance_error', 'angle_error_deg'):
             subscribe(topic, Float32, lambda left, topic=topic: self._remaining.update(
@@ -49,7 +51,7 @@ class Progress:
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
     def print_progress(self):
-        """Print a line of progress, if the robot drives."""
+        """Print the remaining distance and angle, if the robot drives."""
         if self._last_state in DRIVING and len(self._remaining) == 2:
             left = to_go(self._remaining['distance_error'], self._remaining['angle_error_deg'])
             print(f'{self._last_state}: {left}', flush=True)
@@ -83,7 +85,7 @@ def drive(goal):
     try:
         progress = Progress()
         while not over.is_set():
-            pause(0.0)    # rospy may have swallowed the exception of a signal, and the wait is long
+            pause(0.0)    # raises Interrupted again, if rospy caught it
             is_over = over.wait(LINE_PERIOD)
             if rospy.is_shutdown():
                 return 1
@@ -123,5 +125,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    # an error of a closed terminal would hide the Interrupted; a lost line does not
+    # run_tool() drops the error of a closed terminal, which would hide the Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

@@ -37,7 +37,7 @@ def main(words):
         target = checked_target(options.folder.expanduser().resolve(), package, OWN_PACKAGE,
                                 Path(node).stem)
         write_package(package_files(templates, package), target)
-    except (OSError, RuntimeError, ValueError) as problem:      # ~nobody has no home: RuntimeError
+    except (OSError, RuntimeError, ValueError) as problem:      # RuntimeError: ~nobody has no home
         why = reason(problem)
         if isinstance(problem, FileExistsError):
             why = (f'{problem.filename} is already there, and stays as it is; --name gives another '

@@ -19,7 +19,7 @@ from tb3_labs.watch import watched
 
 
 def main(command):
-    """Become the node; the exit status if it cannot be started."""
+    """Become the node. Returns the exit status if the node cannot be started."""
     is_asked = command[:1] in (['-h'], ['--help'])
     if is_asked or not command or command[0].startswith('-'):
         print(__doc__.strip(), file=sys.stdout if is_asked else sys.stderr)

@@ -1,7 +1,4 @@
-"""The command line of a tool: a refusal is one line, and no output goes through a link.
-
-    mark.py: argument --lab: invalid choice: 'trun' (choose from imu, turn); --help tells more
-"""
+"""The command lines and the output files of tools. A wrong argument gives one line of text."""
 import argparse
 import errno
 import os
@@ -12,11 +9,11 @@ from typing import Any, Callable, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """Python's parser, but a refusal is one line, and --job does not mean --jobs."""
+    """Python's parser, but a wrong argument gives one line, and --job does not mean --jobs."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # a job that a script starts with `&` ignores SIGINT; a tool ends by it, as a node does
+        # A job that a script starts with `&` ignores SIGINT. A tool ends by SIGINT, as a node does.
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -26,7 +23,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number that was typed, or else the text, which a Config refuses."""
+    """Returns the number in `word`, or the word itself, which a Config refuses."""
     try:
         return float(word)
     except ValueError:
@@ -34,9 +31,9 @@ def number_or_text(word: str) -> Union[float, str]:
 
 
 def whole_number(most: int) -> Callable[[str], int]:
-    """Returns the `type` of an argument that takes whole numbers from 1 to `most`."""
+    """Returns the `type` of an argument whose valid values are whole numbers from 1 to `most`."""
     def read(word: str) -> int:
-        # int() refuses thousands of digits with another text
+        # the length is checked first, since int() raises an exception for thousands of digits
         if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):
             raise argparse.ArgumentTypeError(
                 f'{word!r:.40} is not valid: a whole number from 1 to {most}')
@@ -45,8 +42,8 @@ def whole_number(most: int) -> Callable[[str], int]:
 
 
 def output_folder(path: Union[str, Path]) -> Path:
-    """Make the folder for a tool's output if it is missing, and return it. ``OSError`` if it cannot
-    be made, or if it is a link: a stranger's files may hold one."""
+    """Returns the folder for a tool's output, and makes the folder if it is missing. ``OSError`` if
+    it cannot be made, or if it is a link, since a student's files may hold links."""
     folder = Path(str(path))
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
@@ -55,23 +52,23 @@ def output_folder(path: Union[str, Path]) -> Path:
 
 
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
-    """Write a whole file: a new file beside it is renamed over it, so that an interruption leaves
-    the old content. A link at `path` is replaced; the file to which it points stays as it is. A
-    text is written as UTF-8. ``OSError`` if the file cannot be written."""
+    """Write a whole file. The content goes into a new file, which is then renamed to `path`, so
+    that an interruption leaves the old file. If `path` is a link, the link is replaced, and its
+    target stays the same. A text is written as UTF-8. ``OSError`` if the file cannot be written."""
     path = Path(str(path))
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
     part = path.with_name(f'.{secrets.token_hex(8)}.part')
     try:
-        with open(str(part), 'xb') as file:     # x: make a new file, never open an existing link
+        with open(str(part), 'xb') as file:     # x: fails if the file, or a link, exists
             file.write(content)
         os.replace(str(part), str(path))
     finally:
-        part.unlink(missing_ok=True)    # it exists only after a failure
+        part.unlink(missing_ok=True)    # the part exists only after a failure
 
 
 def reason(problem: BaseException) -> str:
-    """Returns the reason of a failure in one line, after the name of its file if it has one."""
+    """Returns the reason of a failure in one line, after the name of the file if there is one."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
     if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
@@ -80,9 +77,9 @@ def reason(problem: BaseException) -> str:
 
 
 def printable(text: str) -> str:
-    """Returns the text in one line. Characters that do not show are escaped: \\n, \\xfc."""
+    """Returns the text in one line. Invisible characters are escaped, such as \\n and \\xfc."""
     def escaped(char: str) -> str:
-        if '\udc80' <= char <= '\udcff':    # a byte that is not UTF-8, as os.fsdecode() writes it
+        if '\udc80' <= char <= '\udcff':    # os.fsdecode() gives this for a byte that is not UTF-8
             return f'\\x{ord(char) - 0xdc00:02x}'
         return char if char.isprintable() else char.encode('unicode_escape').decode()
     return ''.join(map(escaped, text))

@@ -43,5 +43,5 @@ PRINTED_RESET = 'Pose reset successfully'
 
 # -- the relative names of topics, and of the service of both labs
 
-IMU_TOPIC, ODOM, JOY, MOUSE_INFO = 'imu', 'odom', 'joy', 'mouse_info'
+IMU_TOPIC, ODOM_TOPIC, JOY, MOUSE_INFO = 'imu', 'odom', 'joy', 'mouse_info'
 CTRL_RELINQ, CMD_VEL, SET_POSE = 'ctrl_relinq', 'cmd_vel', 'set_pose'

@@ -1,8 +1,8 @@
-"""The catkin package that a student begins a lab with.
+"""Writes the catkin package with which a student begins a lab.
 
-The folder doc/skeletons/LAB has the package's files as templates. In each of them the text
-@PACKAGE@ stands for the package's name. The ending `.in` of a template's name is dropped: with it,
-ROS's tools do not find the template itself as a package or a launch file.
+The folder doc/skeletons/LAB has the package's files as templates. In a template the text @PACKAGE@
+stands for the package's name. The name of a template may end in `.in`, so that ROS's tools do not
+find it as a package or a launch file. The name of the written file lacks this ending.
 """
 import keyword
 import re
@@ -11,7 +11,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict
 
-#: The folder with one folder of templates for each lab.
+#: This folder has a folder of templates for each lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
@@ -20,9 +20,9 @@ PACKAGE_NAME = re.compile(r'[a-z][a-z0-9_]*')
 
 
 def package_files(templates: Path, package: str) -> Dict[str, str]:
-    """Returns {path in the package: text} of all files of a package with this name.
+    """Returns {path in the package: text} of all files of the package called `package`.
 
-    `templates`: the folder doc/skeletons/LAB. Raises ``OSError`` if a template cannot be read.
+    `templates` is the folder doc/skeletons/LAB. Raises ``OSError`` if a template cannot be read.
     """
     files = {}
     for path in sorted(templates.rglob('*')):
@@ -37,12 +37,12 @@ def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
     """Returns the folder of a new `package` in `folder`, the folder src of a workspace.
     ``ValueError`` if catkin would not find the package there, or would not accept its name.
 
-    `other_modules`: names of Python modules; one of two modules with the same name hides the other.
+    `other_modules` are names of Python modules. A package with such a name would hide the module.
     """
     if not PACKAGE_NAME.fullmatch(package):
         raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '
                          'digits and underscores, a letter first, such as lab2')
-    # the folders of Python and of installed packages, not those of workspaces
+    # the folders of Python and of installed packages, without the folders of workspaces
     places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
     if (package in (*other_modules, *sys.builtin_module_names) or keyword.iskeyword(package)
             or PathFinder.find_spec(package, places)):
@@ -58,8 +58,8 @@ def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
 
 
 def write_package(files: Dict[str, str], target: Path) -> None:
-    """Write a package into the new folder `target`; programs become executable. Raises ``OSError``
-    if it cannot be written, such as ``FileExistsError`` if `target` exists."""
+    """Write a package into the new folder `target`. Programs become executable. ``OSError`` if the
+    package cannot be written, such as ``FileExistsError`` if `target` exists."""
     target.mkdir()
     for name, text in files.items():
         path = target / name
@@ -67,4 +67,4 @@ def write_package(files: Dict[str, str], target: Path) -> None:
         path.write_text(text, encoding='utf-8')
         if text.startswith('#!'):
             mode = path.stat().st_mode
-            path.chmod(mode | (mode & 0o444) >> 2)    # users who may read it may start it
+            path.chmod(mode | (mode & 0o444) >> 2)    # users who may read the file may execute it

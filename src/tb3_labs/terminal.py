@@ -1,15 +1,15 @@
-"""Prints to a terminal that may be closed, a disk that may be full, a pipe without a reader."""
+"""Prints to a terminal that may be closed, to a disk that may be full, or to a broken pipe."""
 import contextlib
 import sys
 from typing import Any, Callable, List
 
 
 class SafeStream:
-    """A stream that drops its text if its terminal is closed, its disk full, or its reader gone.
-    Otherwise a line would end a node before its last zero, or cost a student's marks."""
+    """A stream that drops a text if the terminal is closed, the disk full, or the pipe broken.
+    Otherwise a printed line could end a node before the last zero, or cost a student's marks."""
 
     def __init__(self, stream: Any) -> None:
-        self._stream = stream    # None if it was never open
+        self._stream = stream    # None if Python started without this stream
 
     def write(self, text: str) -> None:
         with contextlib.suppress(OSError, ValueError, AttributeError):
@@ -17,17 +17,17 @@ class SafeStream:
             self._stream.flush()
 
     def flush(self) -> None:
-        """Do nothing: each text was flushed when it was written."""
+        """Do nothing, since :meth:`write` flushes each text."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
 
 def run_tool(main: Callable[[List[str]], int]) -> None:
-    """Call `main` with the words of the command line, and exit with its status. A character that
-    the terminal cannot show is escaped."""
+    """Call `main` with the words of the command line, and exit with the status that it returns. A
+    character that the terminal cannot show is escaped."""
     for name in 'stdout', 'stderr':
-        with contextlib.suppress(AttributeError):    # None has no encoding
+        with contextlib.suppress(AttributeError):    # the stream is None
             getattr(sys, name).reconfigure(errors='backslashreplace')
         setattr(sys, name, SafeStream(getattr(sys, name)))
     sys.exit(main(sys.argv[1:]))

@@ -14,7 +14,7 @@ from unittest import mock
 import numpy as np
 
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, OdometrySamples, Poses, RunData, States, Values)
+    Commands, ImuSamples, OdometrySamples, Numbers, Poses, RunData, States)
 
 TIME = np.arange(201) / 20.0
 ZERO = 0.0 * TIME
@@ -78,7 +78,7 @@ IMU_RATE, ODOM_RATE, COMMAND_RATE = 100.0, 30.0, 10.0
 
 def values(times, numbers):
     time = np.array(times, dtype=float)
-    return Values(time, time, np.array(numbers, dtype=float))
+    return Numbers(time, time, np.array(numbers, dtype=float))
 
 
 def resets(*rows):

@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 
 from tb3_labs.report.run_data import (
-    Commands, OdometrySamples, Orientations, Poses, RunData, Values, Variables)
+    Commands, Numbers, OdometrySamples, Orientations, Poses, RunData, Variables)
 
 PLAIN = Path(__file__).resolve().parents[2] / 'scripts' / 'plain_move2goal_tf.py'
 HZ = 100
@@ -42,7 +42,7 @@ class SimulatedNode:
         self.pose, self.offset, self.command, self.step = pose, offset, (0.0, 0.0), 0
         self.heard, self.services, self.timers, self.problem = {}, [], [], None
         self.rows = {kind: [] for kind in (
-            Orientations, OdometrySamples, Commands, Values, Poses, Variables)}
+            Orientations, OdometrySamples, Commands, Numbers, Poses, Variables)}
         rospy = types.ModuleType('rospy')
         vars(rospy).update(
             Duration=float, loginfo=lambda *_: None,
@@ -73,7 +73,7 @@ class SimulatedNode:
             self.call(self.heard[topic], message)
 
     def give(self, given):
-        self.note(Values, float(given))
+        self.note(Numbers, float(given))
         self.say('ctrl_relinq', SimpleNamespace(data=given))
 
     def reset(self, *pose):
@@ -120,7 +120,7 @@ class SimulatedNode:
                    for kind, rows in self.rows.items()}
         return RunData('node', 0.0, self.step / HZ, columns[Orientations], columns[OdometrySamples],
                        columns[Commands], goals=Poses(*np.array([[0.0], [0.0], [-0.61], [0.61], [0.0]])),
-                       resets=columns[Poses], control=columns[Values], starts=(0.0,),
+                       resets=columns[Poses], control=columns[Numbers], starts=(0.0,),
                        variables=columns[Variables])
 
 

@@ -325,7 +325,7 @@ def test_the_nodes_around_a_robot():
     graph = RobotGraph('/robot3/', [
         [['/robot3/odom', [CORE]], ['/robot9/odom', ['/other']], ['/robot3/cmd_vel', ['/pad']],
          ['/rosout', ['/robot3/panel']]], [['/robot3/cmd_vel', ['/recorder', CORE]]], []])
-    assert (graph.others, graph.listeners, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
+    assert (graph.other_robots, graph.listeners, graph.drivers) == (['/robot9/'], [CORE], ['/pad'])
     assert graph.robot_nodes == [CORE]
 
 

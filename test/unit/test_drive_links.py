@@ -14,10 +14,10 @@ from tb3_labs.marking.labs.move2goal import CRITERIA
 from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
-from tb3_labs.report.run_data import Values, Variables
+from tb3_labs.report.run_data import Numbers, Variables
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
-from tb3_labs.watch.drive_links import not_silent, state_kept
+from tb3_labs.watch.drive_links import not_silent, state_not_reset
 from tb3_labs.watch.drive_pose import place_quantities, wrong_pose
 from tb3_labs.watch.drive_states import POSE_TOLERANCE, Frame, StateInterval
 from tb3_labs.watch.quantities import RECENT_TIME
@@ -146,7 +146,7 @@ def test_a_state_that_a_reset_sets_back_for_a_moment_was_not_kept():
     for seconds, is_kept in ((0.0, True), (0.15, False)):
         texts = rows.value.copy()
         texts[(rows.name == 'state') & (rows.arrival >= reset) & (rows.arrival < reset + seconds)] = 'ROTATE_TO_GOAL'
-        last = any(state_kept(NodeRun(replace(
+        last = any(state_not_reset(NodeRun(replace(
             run, resets=run.resets.take(slice(-1, None)),
             variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts)))))
         assert last is is_kept
@@ -157,7 +157,7 @@ def test_a_node_that_has_ended_need_not_stop_when_control_is_taken(is_over, word
     """Both recordings end in the first rotation, 0.5 s after the last reading of a node that has ended."""
     run = played()
     end = next(at for at, angular in zip(run.commands.arrival, run.commands.angular) if angular) + 1.0
-    cut = replace(run, commands=run.commands.between(0.0, end), control=Values(
+    cut = replace(run, commands=run.commands.between(0.0, end), control=Numbers(
         *(np.append(column, number) for column, number in (
             (run.control.time, end + 0.1), (run.control.arrival, end + 0.1), (run.control.value, 0.0)))))
     late = run.variables.arrival > (end - 0.4 if is_over else end + 0.3)
@@ -174,7 +174,7 @@ def test_the_commands_of_another_node_are_not_those_of_this_node():
     order = np.argsort(both.arrival)
     mixed = replace(run, commands=both.take(order))
     assert broken(mixed) is not None
-    sender = Values(mixed.commands.arrival, mixed.commands.arrival, 1.0 * (order >= len(sent)))
+    sender = Numbers(mixed.commands.arrival, mixed.commands.arrival, 1.0 * (order >= len(sent)))
     known = replace(mixed, senders=(node, '/gamepad'), sender_index=sender)
     assert first_broken(NodeRun(known, node), CHAINS['move2goal']) is None
 
@@ -183,8 +183,8 @@ def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
     """Only a gamepad drives: the node had no control."""
     run = played()
     node = str(run.variables.node[0])
-    taken = replace(run, senders=('/gamepad',), control=Values(*np.array([[0.5], [0.5], [0.0]])),
-                    sender_index=Values(run.commands.arrival, run.commands.arrival, 0.0 * run.commands.arrival))
+    taken = replace(run, senders=('/gamepad',), control=Numbers(*np.array([[0.5], [0.5], [0.0]])),
+                    sender_index=Numbers(run.commands.arrival, run.commands.arrival, 0.0 * run.commands.arrival))
     assert any(not_silent(NodeRun(taken)))
     assert not any(not_silent(NodeRun(taken, node)))
 
@@ -223,10 +223,10 @@ def test_a_node_that_was_not_there_has_not_heard_that_it_has_control():
     """It is started after a True, and waits for another one."""
     run = played()
     end = float(run.control.arrival[run.control.value == 1.0][0]) - 0.1
-    early = replace(run, starts=(), commands=run.commands.between(0.0, end), control=Values(
+    early = replace(run, starts=(), commands=run.commands.between(0.0, end), control=Numbers(
         *np.array([[0.001], [0.001], [1.0]])), variables=run.variables.between(0.01, end), duration=end)
     assert end > 1.0 and broken(early) is None
-    silent = replace(early, control=Values.none())      # nobody has published on ctrl_relinq
+    silent = replace(early, control=Numbers.none())      # nobody has published on ctrl_relinq
     assert broken(silent) is None
 
 
@@ -242,7 +242,7 @@ def test_a_reset_soon_after_the_goal_begins_the_next_drive(seconds, accused):
     """The commands of a rotation come right after a GOAL_REACHED of these seconds."""
     run = played()
     at = float(run.commands.arrival[run.commands.angular != 0.0][5])
-    node_run = NodeRun(replace(run, control=Values.none()))
+    node_run = NodeRun(replace(run, control=Numbers.none()))
     node_run.cached = lambda function: [StateInterval('GOAL_REACHED', at, at + seconds, '', *3 * [np.empty(0)], None)]
     assert any(not_silent(node_run)) is accused
 
@@ -258,7 +258,7 @@ def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
 
 
 #: The frame of all samples of a run.
-WHOLE = Frame(-np.inf, np.inf, 0j, 0.0, False, 0j, 0.0, 0.0)
+WHOLE = Frame(-np.inf, place=0j, odometry_yaw=0.0, imu_yaw=0.0)
 
 
 def test_a_place_that_comes_late():

@@ -29,7 +29,7 @@ OWN_TEXT = {
         'abs(yaw_error) > {ANGLE_TOLERANCE:g}:\n                cmd.angular.z = {GAIN_TO_GOAL:g} * yaw_error',
         'abs(yaw_error) > {ANGLE_TOLERANCE:g}:\n                cmd.angular.z = {GAIN_TO_FINAL:g} * yaw_error',
         'distance > {DISTANCE_TOLERANCE:g}:\n                cmd.linear.x = {DRIVE_SPEED:g}\n', "'{CMD_VEL}'",
-        "'{ODOM}'", "'{SET_POSE}'", "'{CTRL_RELINQ}'", "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
+        "'{ODOM_TOPIC}'", "'{SET_POSE}'", "'{CTRL_RELINQ}'", "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
     'doc/skeletons/move2goal/src/move2goal_tf.py': [
         'self.goal_x = {GOAL_X}\n', 'self.goal_y = {GOAL_Y}\n', "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
     'scripts/plain_gamepad.py': [
@@ -57,7 +57,7 @@ def test_the_line_of_a_heading_and_the_heading_at_the_goal():
 
 def test_the_labs_topics_are_those_of_the_handout():
     assert [LAB_NODES[lab].sensors for lab in (IMU, TURN, MOVE2GOAL, GAMEPAD)] == [
-        (handout.IMU_TOPIC,), (handout.IMU_TOPIC,), (handout.ODOM, handout.IMU_TOPIC), (handout.JOY,)]
+        (handout.IMU_TOPIC,), (handout.IMU_TOPIC,), (handout.ODOM_TOPIC, handout.IMU_TOPIC), (handout.JOY,)]
 
 
 def test_no_other_module_defines_the_goal_and_the_printed_words():

@@ -27,7 +27,7 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 
 
 #: Floors within ros/, from the ground up.
-ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch',
+ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch_arguments',
                'robot_description'},
               {'clocks'}, {'node'}, {'topics', 'live_settings'},
               {'dynparam', 'core_runner', 'sensor_topics', 'reset_client'}]

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 from made_run import made
 
-from tb3_labs.report.run_data import MouseSamples, Orientations, PadSamples, States, Twists, Values, Variables
+from tb3_labs.report.run_data import MouseSamples, Numbers, Orientations, PadSamples, States, Twists, Variables
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
 
@@ -56,7 +56,7 @@ def pad_run(react=right, played=PLAYED):
                     for name, value in node.items()]
     return NodeRun(made(
         duration=float(len(played)), pad=samples(PadSamples, heard), commands=samples(Twists, sent),
-        control=samples(Values, control), events=samples(States, calls[:2]), variables=samples(Variables, own),
+        control=samples(Numbers, control), events=samples(States, calls[:2]), variables=samples(Variables, own),
         states=samples(States, [(float(k), name) for k, (name, _, _) in enumerate(played)])))
 
 

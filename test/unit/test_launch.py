@@ -11,7 +11,7 @@ from roslaunch.rlutil import check_roslaunch
 from roslaunch.xmlloader import XmlLoader
 
 from pages import ROOT
-from tb3_labs.ros import launch
+from tb3_labs.ros import launch_arguments
 
 pytestmark = pytest.mark.usefixtures('among_namesakes')
 LAUNCH = ROOT / 'launch'
@@ -103,10 +103,10 @@ def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(
                        ('right', '# 99999999999 m:\ngoal_x: 1.0\nrobot:\n  slip: 0.1\n')):
         (tmp_path / (name + '.yaml')).write_text(text, encoding='latin-1')
     for words in (['tb3_labs', path.name], ['--screen', str(path)]):
-        said = launch.problem_of(words + given.split(), path)
+        said = launch_arguments.problem_of(words + given.split(), path)
         assert line in said and bool(line) == bool(said) and '\n' not in said
         # a file that another file includes is not checked
-        assert launch.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
+        assert launch_arguments.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
 
 
 @pytest.mark.parametrize('value, part', [
@@ -115,10 +115,10 @@ def test_an_argument_that_a_file_does_not_have_is_told_with_what_is_meant(
 def test_a_decimal_comma_and_a_name_without_a_value_are_told(value, part):
     """YAML reads both as an empty value; then roslaunch ends with a traceback of its own."""
     words, path = ['tb3_labs', 'fake_robot.launch', 'set:=' + value], LAUNCH / 'fake_robot.launch'
-    assert launch.problem_of(words, path) == (part and (
+    assert launch_arguments.problem_of(words, path) == (part and (
         "set:={}: {!r} is not a name with a value, such as goal_x: 0.5 (with a point)".format(value, part)))
     words[2] = 'set:={slip: 9999999999}'
-    assert launch.problem_of(words, path) == words[2] + ': a whole number beyond 2147483647 is not valid'
+    assert launch_arguments.problem_of(words, path) == words[2] + ': a whole number beyond 2147483647 is not valid'
 
 
 # ----- what the files hand on -----

@@ -25,10 +25,9 @@ from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, NodeProcess, Observation, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
-from tb3_labs.marking.labs.ros_gamepad import NUMBER_OF_AXES, NUMBER_OF_BUTTONS
 from tb3_labs.marking.trial.ros_stimuli import changed
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
-from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS, PadConfig
 from tb3_labs.report.run_data import Commands, Poses
 from tb3_labs.watch.chains import Place
 
@@ -175,8 +174,8 @@ def test_a_pad_is_played_by_the_numbers_that_the_launch_file_loads():
 def test_the_sticks_and_buttons_of_every_pad_are_there():
     for file in (ROOT / 'launch' / 'params').glob('pad_*.yaml'):
         pad = PadConfig(**pad_called(file.name[4:-5]))
-        assert max(pad.linear_axis, pad.angular_axis) < NUMBER_OF_AXES
-        assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < NUMBER_OF_BUTTONS
+        assert max(pad.linear_axis, pad.angular_axis) < PAD_AXES
+        assert max(pad.relinquish_button, pad.regain_button, pad.reset_button) < PAD_BUTTONS
 
 
 @pytest.mark.parametrize('name', ['xbocks', '../gamepad'])

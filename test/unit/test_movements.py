@@ -10,7 +10,7 @@ from recorded_run import BURGER, odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import LAB_GOAL, CAME_TO_REST, CONTROL_GONE, Kind, completed, movements
+from tb3_labs.report.motion.movements import LAB_GOAL, CAME_TO_REST, CONTROL_GONE, MovementKind, completed, movements
 from tb3_labs.report.motion.resets_and_goals import epochs
 from tb3_labs.report.run_data import Commands, Poses
 
@@ -30,17 +30,17 @@ def arc(degrees):
 
 @pytest.mark.parametrize('devices, segments, kind', [
     # one turn of a drive may be missing
-    ((), DRIVE[:2], Kind.DRIVE), ((), DRIVE[1:], Kind.DRIVE), ((), DRIVE[1:2], Kind.BY_HAND),
+    ((), DRIVE[:2], MovementKind.DRIVE), ((), DRIVE[1:], MovementKind.DRIVE), ((), DRIVE[1:2], MovementKind.BY_HAND),
     # a drive moves the robot by a tenth of a metre, and its line keeps the heading
-    ((), drive(2.0, 90.0, 0.09, 90.0), Kind.BY_HAND),
-    ((), drive(2.0, 90.0, 0.11, 90.0), Kind.DRIVE),
-    ((), arc(19.0), Kind.DRIVE), ((), arc(21.0), Kind.BY_HAND),
+    ((), drive(2.0, 90.0, 0.09, 90.0), MovementKind.BY_HAND),
+    ((), drive(2.0, 90.0, 0.11, 90.0), MovementKind.DRIVE),
+    ((), arc(19.0), MovementKind.DRIVE), ((), arc(21.0), MovementKind.BY_HAND),
     # if a mouse is there, only a turn faster than the mouse's is a turn, and nothing is a drive
-    (('mouse_info',), [turn(2.0, 90.0, 0.5)], Kind.BY_HAND),
-    (('mouse_info',), [turn(2.0, 90.0, 0.51)], Kind.TURN),
-    ((), [turn(2.0, 90.0, 0.5)], Kind.TURN), (('mouse_info',), DRIVE, Kind.BY_HAND),
+    (('mouse_info',), [turn(2.0, 90.0, 0.5)], MovementKind.BY_HAND),
+    (('mouse_info',), [turn(2.0, 90.0, 0.51)], MovementKind.TURN),
+    ((), [turn(2.0, 90.0, 0.5)], MovementKind.TURN), (('mouse_info',), DRIVE, MovementKind.BY_HAND),
     # a pad without control drives
-    (('joy',), DRIVE, Kind.BY_HAND), (('joy',), DRIVE[:1], Kind.BY_HAND)])
+    (('joy',), DRIVE, MovementKind.BY_HAND), (('joy',), DRIVE[:1], MovementKind.BY_HAND)])
 def test_the_kind_of_a_movement(devices, segments, kind):
     assert kinds(segments, devices=devices) == [kind]
 
@@ -51,40 +51,40 @@ def test_a_pause_of_a_second_ends_a_movement(pause, number):
 
 
 @pytest.mark.parametrize('switches, kind', [
-    ((1.0,), Kind.DRIVE), ((0.0, 1.0), Kind.DRIVE), ((1.0, 0.0), Kind.BY_HAND)])
+    ((1.0,), MovementKind.DRIVE), ((0.0, 1.0), MovementKind.DRIVE), ((1.0, 0.0), MovementKind.BY_HAND)])
 def test_control_decides_whatever_the_movement(switches, kind):
     control = values([0.5 + k for k in range(len(switches))], switches)
     assert kinds([(2.0, 6.0, 0.2, 0.5)], control=control, devices=('joy',)) == [kind]
 
 
 @pytest.mark.parametrize('parts, kinds_now', [
-    (dict(control=values([1.0, 5.05], [1.0, 0.0])), [Kind.DRIVE, Kind.BY_HAND]),
-    (dict(resets=resets((5.05, 0.0, 0.0, 0.0))), [Kind.BY_HAND, Kind.BY_HAND])])
+    (dict(control=values([1.0, 5.05], [1.0, 0.0])), [MovementKind.DRIVE, MovementKind.BY_HAND]),
+    (dict(resets=resets((5.05, 0.0, 0.0, 0.0))), [MovementKind.BY_HAND, MovementKind.BY_HAND])])
 def test_a_change_of_control_and_a_reset_begin_another_movement(parts, kinds_now):
     found = movements(driven([(2.0, 8.0, 0.2, 0.0)], **parts))
     assert [movement.kind for movement in found] == kinds_now
     assert (found[0].end, found[1].begin, found[1].end) == pytest.approx((5.1, 5.1, 8.0))
 
 
-@pytest.mark.parametrize('cut, kind', [(3.3, Kind.DRIVE), (6.0, Kind.BY_HAND)])
+@pytest.mark.parametrize('cut, kind', [(3.3, MovementKind.DRIVE), (6.0, MovementKind.BY_HAND)])
 def test_a_turn_alone_with_control_is_by_hand_unless_it_was_cut_off(cut, kind):
     """A reset ends it, shortly after its last command."""
     assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.5], [1.0]),
                  resets=resets((cut, 0.0, 0.0, 0.0))) == [kind]
 
 
-@pytest.mark.parametrize('given, kind', [(1.5, Kind.DRIVE), (0.5, Kind.BY_HAND)])
+@pytest.mark.parametrize('given, kind', [(1.5, MovementKind.DRIVE), (0.5, MovementKind.BY_HAND)])
 def test_a_turn_alone_that_follows_control_at_once_is_the_nodes(given, kind):
     assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.1, given], [0.0, 1.0])) == [kind]
 
 
-@pytest.mark.parametrize('heard, found', [(2.15, [Kind.DRIVE]), (2.9, [Kind.DRIVE]),
-                                          (3.1, [Kind.BY_HAND, Kind.DRIVE])])
+@pytest.mark.parametrize('heard, found', [(2.15, [MovementKind.DRIVE]), (2.9, [MovementKind.DRIVE]),
+                                          (3.1, [MovementKind.BY_HAND, MovementKind.DRIVE])])
 def test_a_recorder_that_hears_true_after_the_node_began_splits_no_drive(heard, found):
     assert kinds(DRIVE, control=values([0.1, heard], [0.0, 1.0])) == found
 
 
-@pytest.mark.parametrize('switch, kind', [(0.0, Kind.DRIVE), (1.0, Kind.BY_HAND)])
+@pytest.mark.parametrize('switch, kind', [(0.0, MovementKind.DRIVE), (1.0, MovementKind.BY_HAND)])
 def test_before_its_first_message_control_was_the_other_way(switch, kind):
     assert kinds(DRIVE, control=values([15.0], [switch])) == [kind]
 

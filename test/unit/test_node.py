@@ -17,7 +17,7 @@ import pytest
 from geometry_msgs.msg import Twist, Vector3
 from pages import SCRIPTS
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.ros import core_runner, start, topics
+from tb3_labs.ros import core_runner, early_signals, topics
 from rosgraph.network import encode_ros_handshake_header
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport, TCPServer
@@ -157,7 +157,7 @@ LAB_NODES = sorted(path.name for path in SCRIPTS.glob('*.py') if RUNS.search(pat
 def test_a_node_first_imports_what_ends_it():
     assert [name for name in LAB_NODES
             if re.search('^(?:import|from) (.*?)(?: |$)', (SCRIPTS / name).read_text(), re.M)[1]
-            != 'tb3_labs.ros.start'] == []
+            != 'tb3_labs.ros.early_signals'] == []
 
 
 @pytest.mark.parametrize('name, before_it', [(LAB_NODES[0], None), (LAB_NODES[0], ignores_ctrl_c)])
@@ -252,7 +252,7 @@ def test_a_workspace_without_a_package_of_python_is_told_what_to_type(name, monk
     """The build runs this file, too."""
     monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(SystemExit) as ended:
-        runpy.run_path(start.__file__)
+        runpy.run_path(early_signals.__file__)
     said = str(ended.value)
     assert said.startswith('tb3_labs: {} has no package {}. '.format(sys.executable, name))
     assert 'rosdep install --from-paths src --ignore-src -y.' in said and '\n' not in said

@@ -3,12 +3,12 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState, read_pad
+from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS, PadConfig, PadListener, PadState, read_pad
 from tb3_labs.supervision.control_holder import ControlMessages
 from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER
 
-AXES = [0.0] * 8
-BUTTONS = [0] * 11
+AXES = [0.0] * PAD_AXES
+BUTTONS = [0] * PAD_BUTTONS
 CONFIG = PadConfig(dead_zone=0.1)
 
 

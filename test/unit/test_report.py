@@ -22,7 +22,7 @@ from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.page.document import number, table
-from tb3_labs.report.run_data import LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
+from tb3_labs.report.run_data import LEAST_LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
@@ -30,7 +30,7 @@ from matplotlib import image
 
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.page.figures import paths
+from tb3_labs.report.page.figures import paths_figure
 from tb3_labs.report.page.files import write_csv, write_report
 
 UNKNOWN = '\u2013'
@@ -176,7 +176,7 @@ def test_without_matplotlib(bag, monkeypatch, capsys):
 def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     here = run.odometry.pose(np.searchsorted(run.odometry.time, 3.99))
     run = odometry_jumps(run, 4.0, here.inverse())
-    in_odom, in_local = paths(run, drives(run, BURGER)).axes
+    in_odom, in_local = paths_figure(run, drives(run, BURGER)).axes
     lines = [line for line in in_odom.get_lines() if len(line.get_xdata()) > 5]
     truth = [line for line in lines if line.get_color() == '#bbbbbb']
     star = [line for line in in_odom.get_lines() if line.get_marker() == '*'][0]
@@ -185,7 +185,7 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     assert len(truth) == 2 and len(lines) == 4    # before the reset, and after it
     for line in lines:
         x, y = line.get_data()
-        assert np.nanmax(np.hypot(np.diff(x), np.diff(y))) < LEAP
+        assert np.nanmax(np.hypot(np.diff(x), np.diff(y))) < LEAST_LEAP
         near = np.hypot(x[:, None] - run.odometry.x, y[:, None] - run.odometry.y).min(axis=1)
         assert np.nanmax(near) < 0.06                  # it truly ends 0.05 m beside
     true_in_local = [line for line in in_local.get_lines() if line.get_color() == '#bbbbbb'][0]

@@ -17,7 +17,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.page import timeline
 from tb3_labs.report.page.moments import moments
-from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Values
+from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Numbers
 from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')
@@ -111,7 +111,7 @@ def test_the_true_robot_stands_in_odom_where_its_first_pose_says():
 def test_marks_name_stops_silences_and_who_may_drive():
     keep = TIME[(TIME < 2.0) | (TIME > 3.0)]
     run = made(imu=ImuSamples(keep, keep, 0.0 * keep, 0.0 * keep),
-               control=Values(*np.array([(0.5, 4.0), (0.5, 4.0), (1.0, 0.0)])))
+               control=Numbers(*np.array([(0.5, 4.0), (0.5, 4.0), (1.0, 0.0)])))
     words = [(mark['kind'], mark['text']) for mark in data_of(run)['marks']]
     assert ('lost', 'imu silent for 1.1 s') in words
     assert [word for word in words if 'control' in word[1]] == [

@@ -356,4 +356,4 @@ def test_the_heading_in_any_range_can_be_used_and_no_other():
 
 def test_a_private_variable_of_an_object_is_found_by_its_name():
     rows = Variables(*np.array([[0.0], [0.0]]), *np.array([['node'], ['Controller._curr_yaw'], ['1.5']], dtype=object))
-    assert NodeRun(made(variables=rows)).find('curr_yaw').value.tolist() == [1.5]
+    assert NodeRun(made(variables=rows)).variable('curr_yaw').value.tolist() == [1.5]

@@ -7,11 +7,11 @@ import pytest
 from made_run import drive, driven, states, turn, values
 
 from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.motion.turns import turns
+from tb3_labs.report.motion.turns import turn_reports
 
 
 def one(segments, **parts):
-    found, = turns(driven(segments, **parts))
+    found, = turn_reports(driven(segments, **parts))
     return found
 
 
@@ -40,7 +40,7 @@ def test_without_topic_turn_the_nearest_quarter_is_taken(degrees, requested):
 
 @pytest.mark.parametrize('degrees', [44.0, -226.0])
 def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degrees):
-    assert turns(driven([turn(3.0, degrees)])) == []
+    assert turn_reports(driven([turn(3.0, degrees)])) == []
 
 
 @pytest.mark.parametrize('degrees', [20.0, 268.0])
@@ -50,7 +50,7 @@ def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degree
 def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, devices, number, degrees):
     run = driven([turn(3.0, degrees)], devices=devices)
     sent = values(run.commands.time, np.zeros(len(run.commands)))
-    assert len(turns(replace(run, senders=(sender,), sender_index=sent))) == number
+    assert len(turn_reports(replace(run, senders=(sender,), sender_index=sent))) == number
 
 
 @pytest.mark.parametrize('said, requested', [
@@ -74,7 +74,7 @@ def test_a_turn_that_goes_too_far_and_comes_back():
 
 def test_two_turns_in_quick_succession_are_two():
     first = turn(3.0, 90.0)
-    found = turns(driven([first, turn(first[1] + 0.6, -90.0)]))
+    found = turn_reports(driven([first, turn(first[1] + 0.6, -90.0)]))
     assert [round(math.degrees(each.turned)) for each in found] == [90, -90]
     assert found[1].begin == pytest.approx(first[1] + 0.6)
 
@@ -88,12 +88,12 @@ def test_the_robot_rests_before_and_after_a_turn(spins):
     now = (time > spins[0]) & (time < spins[1])
     run = replace(run, imu=replace(
         run.imu, yaw=run.imu.yaw + carried, yaw_rate=run.imu.yaw_rate + 0.3 * now))
-    assert turns(run) == []
+    assert turn_reports(run) == []
 
 
 def test_a_turn_whose_first_commands_the_recorder_missed():
     run = driven([turn(3.0, 90.0)])
-    found, = turns(replace(run, commands=run.commands.take(slice(3, None))))
+    found, = turn_reports(replace(run, commands=run.commands.take(slice(3, None))))
     assert math.degrees(found.turned) == pytest.approx(90.0, abs=0.3)
     assert found.begin == pytest.approx(3.0, abs=0.06)
 
@@ -107,7 +107,7 @@ def test_without_ground_truth_of_all_of_it_the_true_turn_is_unknown(known):
 
 def test_the_turns_of_a_drive_are_none():
     segments = drive(2.0, 135.0, 0.8, -135.0)
-    assert turns(completed(driven(segments))) == []
+    assert turn_reports(completed(driven(segments))) == []
     told = states((2.0, 'ROTATE_TO_GOAL'), (10.0, 'GOAL_REACHED'))
-    found = turns(driven(segments[:1] + [turn(12.0, 90.0)], states=told))
+    found = turn_reports(driven(segments[:1] + [turn(12.0, 90.0)], states=told))
     assert [each.begin for each in found] == pytest.approx([12.0])

@@ -1,33 +1,32 @@
 """What is wrong with this computer, its network or a robot? Each finding is a line.
 
-A function ``judge_*`` turns numbers and names into one Line: its severity, the reason, and what to
-do. `checks` measures, and calls these functions in order.
+A function ``judge_*`` turns numbers and names into one Line with a severity, a reason and a remedy.
+`checks` measures, and calls the functions in order.
 
-At first the doctor needs neither rospy nor a node: it asks by XML-RPC calls that only read. After
-the line `Way back` it listens to the robot, as an ordinary node that publishes nothing.
+At first the doctor uses neither rospy nor a node, but XML-RPC calls that only read. After the line
+`Way back` the doctor listens to the robot as an ordinary node that publishes nothing.
 """
 from functools import partial
 from typing import NamedTuple, Sequence
 
 
 class Line(NamedTuple):
-    """One finding. `severity`: 'ok', 'warning' or 'FAULT'; `text`: the reason; `remedy`: the thing
-    to do, or ''."""
+    """One finding."""
 
-    severity: str
+    severity: str       # 'ok', 'warning' or 'FAULT'
     subject: str
-    text: str
-    remedy: str = ''
+    text: str           # the reason
+    remedy: str = ''    # an instruction for the user
 
 
-#: ok(subject, text): the subject is right. warning(subject, text, remedy): it may cause a problem.
-#: fault(subject, text, remedy): it prevents a lab from working.
+#: ok(subject, text) finds nothing wrong. warning(subject, text, remedy) finds a possible problem.
+#: fault(subject, text, remedy) finds a problem that prevents a lab from working.
 ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 'FAULT'))
 
 
 def as_text(line: Line) -> str:
-    """Returns the line as a single line of text. Texts of other programs may contain line ends, or
-    codes that a terminal obeys: these become spaces."""
+    """Returns a finding as one line of text. Line ends and terminal codes become spaces, since
+    texts of other programs may contain them."""
     text = '{:<7} {:<8} {}'.format(line.severity, line.subject, line.text)
     if line.remedy:
         text += '. Do: ' + line.remedy
@@ -35,7 +34,7 @@ def as_text(line: Line) -> str:
 
 
 def summary(lines: Sequence[Line]) -> str:
-    """Returns the last line: how many faults there are, or that a warning may be the cause."""
+    """Returns the last line: the number of faults, or else a hint to the warnings."""
     faults = sum(line.severity == 'FAULT' for line in lines)
     if faults > 1:
         return f'{faults} faults: begin with the first fault'

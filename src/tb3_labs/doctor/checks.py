@@ -1,4 +1,4 @@
-"""The doctor's examinations, in order. Each yields a line as soon as it is known."""
+"""The doctor's examinations, in order. Each line is yielded as soon as it is known."""
 import os
 import time
 from dataclasses import replace
@@ -35,7 +35,7 @@ def examine(namespace):
         yield judge_nodes(robot)
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
-        return    # no node could answer or publish
+        return    # no node of the robot answers
     yield from _check_return_path(here, graph, alive, drivers)
     if not python.remedy:
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
@@ -45,9 +45,9 @@ def examine(namespace):
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the lines on the message type of the drivers, and on the way from the robot to this
-    computer. `alive`: {node: Peer} of the robot's nodes that answer; `drivers`: {node: Peer} of the
-    nodes that publish cmd_vel."""
+    """Yields the lines on the message type of cmd_vel, and on the way from the robot to this
+    computer. `alive` is {node: Peer} of the robot's nodes that answer. `drivers` is {node: Peer} of
+    the nodes that publish cmd_vel."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return
@@ -65,7 +65,7 @@ def _check_return_path(here, graph, alive, drivers):
         if may_be_own and node not in graph.robot_nodes and node not in other_types:
             own_drivers[node] = peer.uri
     if own_drivers:
-        time.sleep(1.0)    # in which the robot connects to a driver that was started just now
+        time.sleep(1.0)    # the robot needs this time to connect to a new driver
     connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
         address = alive[robot_node].address
@@ -76,7 +76,8 @@ def _check_return_path(here, graph, alive, drivers):
 
 
 def _type_of(topic, peer, question):
-    """Returns the type of a node's topic, by its answer to `question`; '' if it is not known."""
+    """Returns the type of a node's topic; '' if it is unknown. `question` is the call that lists
+    the node's topics."""
     for name, kind in peer.ask(question) or ():
         if name == topic:
             return str(kind)

@@ -1,8 +1,8 @@
-"""This computer: its Python, the address that its nodes advertise, and NAT in front of it.
+"""Checks this computer: Python, the address that its nodes advertise, and NAT.
 
-Addresses are texts such as '192.168.0.5', only IPv4, as in ROS 1; '' is not an address. Nodes
-*advertise* an address, to which other nodes connect: ROS_HOSTNAME, else ROS_IP, else the
-computer's own name, as in rospy.
+Addresses are texts such as '192.168.0.5'. As in ROS 1, only IPv4 is used. '' means no address. A
+node *advertises* an address, to which other nodes connect. As in rospy, this address is
+ROS_HOSTNAME, else ROS_IP, else the name of the computer.
 """
 import importlib
 import ipaddress
@@ -19,13 +19,13 @@ from tb3_labs.doctor import Line, fault, ok, warning
 #: The packages that the labs' nodes import.
 PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
             'sensor_msgs.msg', 'tf2_ros', 'tb3_labs.srv')
-#: The private network that WSL 2 and Docker put between a Linux and its host.
-NAT = ipaddress.ip_network('172.16.0.0/12')
+#: WSL 2 and Docker put this private network between a Linux and its host.
+NAT_NETWORK = ipaddress.ip_network('172.16.0.0/12')
 
 
 def check_python() -> Line:
     """Returns the line on the interpreter and its packages. Each package is imported, because an
-    installed package may lack a package that it needs."""
+    installed package may need a package that is missing."""
     missing = {}
     for name in PACKAGES:
         try:
@@ -37,7 +37,7 @@ def check_python() -> Line:
 
 
 def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> Line:
-    """Can the labs' nodes run? `missing`: {package: why it cannot be imported}."""
+    """Can the labs' nodes run? `missing` is {package: reason why its import fails}."""
     here = f'Python {version} ({executable})'
     if missing:
         first, *others = missing
@@ -52,12 +52,12 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
 # Addresses --------------------------------------------------------------------------------------
 
 def quoted(value: str) -> str:
-    """Returns a value of the environment; in quotes if it has blanks, which do not show."""
+    """Returns the value of an environment variable, in quotes if the value has blanks."""
     return repr(value) if len(value.split()) != 1 or value != value.strip() else value
 
 
 def is_loopback(address: str) -> bool:
-    """Does an address mean the computer itself?"""
+    """Is this an address of the loopback?"""
     return address.startswith('127.') or address in ('localhost', '::1')
 
 
@@ -76,7 +76,7 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a name, or ''. The first look-up may take seconds."""
+    """Returns the address of a name; '' if there is none. The first look-up may take seconds."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):
@@ -84,8 +84,8 @@ def address_of(name: str) -> str:
 
 
 def outgoing_address(address: str) -> str:
-    """Returns this computer's address on the way to `address`, or ''. Sends nothing."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+    """Returns the address from which packets to `address` are sent; '' if there is no route."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:    # connect() sends nothing
         try:
             probe.connect((address, 9))
             return str(probe.getsockname()[0])
@@ -100,7 +100,7 @@ class Address:
     ros_ip: str = ''
     ros_hostname: str = ''
     hostname: str = ''             # the computer's own name
-    resolved: str = ''             # the address of that name, as looked up here
+    resolved: str = ''             # the address of the advertised name
     own: Tuple[str, ...] = ()      # all addresses but the loopback
     outgoing_address: str = ''     # the address from which packets go to the master
     master_here: bool = True       # does the master run on this computer?
@@ -112,7 +112,7 @@ class Address:
 
     @property
     def lan_address(self) -> str:
-        """The address on the way to the master; the first address if the master is here; or ''."""
+        """The address on the way to the master; this computer's first one if the master is here."""
         for address in (self.outgoing_address, *self.own):
             if address and not is_loopback(address):
                 return address
@@ -120,14 +120,14 @@ class Address:
 
     @property
     def advice(self) -> str:
-        """The commands after which this computer advertises the right address."""
+        """The commands by which this computer advertises the right address."""
         return '{}export ROS_IP={}, then start the nodes here again'.format(
             'unset ROS_HOSTNAME; ' if self.ros_hostname else '',
             self.lan_address or 'ADDRESS_OF_THIS_COMPUTER')
 
 
 def address_here(master: str) -> Address:
-    """Returns this computer's Address. `master`: the master's address, '' if it is not known."""
+    """Returns this computer's Address. `master` is the master's address; '' if it is unknown."""
     ros_ip, ros_hostname = os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')
     hostname = socket.gethostname()
     return Address(ros_ip, ros_hostname, hostname, address_of(ros_hostname or ros_ip or hostname),
@@ -164,10 +164,11 @@ def judge_address(here: Address) -> Line:
 # NAT --------------------------------------------------------------------------------------------
 
 def nat_kind() -> str:
-    """Returns 'WSL' or 'a container' if this Linux runs in one that has its own network; else ''.
+    """Returns 'WSL' or 'a container' if this Linux runs in WSL or in a container, and does not use
+    the network of the host. Otherwise returns ''.
 
-    WSL with its host's network (mirrored) has an interface loopback0. A container with its host's
-    network has a hardware interface.
+    In WSL the network of the host (mirrored) has an interface loopback0. In a container the network
+    of the host has a hardware interface.
     """
     interfaces = [name for _, name in socket.if_nameindex()]
     with open('/proc/version') as file:
@@ -180,11 +181,11 @@ def nat_kind() -> str:
 
 
 def judge_nat(kind: str, outgoing_address: str, others_elsewhere: bool) -> Line:
-    """Can a robot reach this computer through NAT? `kind`: see :func:`nat_kind`;
+    """Can a robot reach this computer through NAT? `kind` is the result of :func:`nat_kind`.
     `others_elsewhere`: is the master or the robot on another computer?"""
     if not kind:
         return ok('NAT', 'this computer has no network of its own behind another computer')
-    if not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT:
+    if not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT_NETWORK:
         return ok('NAT', f'this is {kind}, but its address is not one of NAT')
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(

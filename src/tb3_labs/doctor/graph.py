@@ -1,6 +1,7 @@
-"""The master, and the nodes around one robot: can they and this computer reach each other?
+"""Can this computer, the master and the nodes around one robot reach each other?
 
-They are asked by XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org) that only read.
+Master and nodes answer XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org). The doctor
+makes only calls that read.
 """
 import difflib
 import http.client
@@ -14,43 +15,47 @@ from typing import Collection, Iterator, Mapping
 from tb3_labs.doctor import Line, fault, ok, warning
 from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
 
-#: The name under which the doctor asks; it is registered nowhere.
-CALLER = f'/doctor_{os.getpid()}'
+#: The doctor's name in calls. It is not registered at the master.
+CALLER_ID = f'/doctor_{os.getpid()}'
 #: Longest wait for an answer [s].
 ANSWER_TIMEOUT = 1.0
-#: {problem in reaching a program at an address: its words}
+#: {problem of a Peer: text}
 PROBLEMS = {
     'malformed': 'is not an address such as http://192.168.0.5:11311',
     'unresolved': 'has a name that this computer cannot resolve',
     'refused': 'refuses: the computer is on, but nothing listens there',
     'silent': 'does not answer as a ROS program'}
-#: The sensors of a robot: each is a topic.
+#: The topics of a robot's sensors.
 SENSORS = 'imu', 'odom', 'joint_states'
-#: The topics that the robot, or a node of the labs, subscribes to, and all topics of the labs.
-SUBSCRIBED = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
-TOPICS = (*SENSORS, *SUBSCRIBED, 'heading', 'reset')
-#: Likeness from which a name may be meant for another, and from which it surely is. A line names at
-#: most MOST_NAMED nodes.
-POSSIBLY_MEANT, SURELY_MEANT, MOST_NAMED = 0.65, 0.8, 3
+#: The robot, or a node of the labs, subscribes to these topics.
+SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
+#: All topics of the labs.
+LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
+#: A name with this likeness to a right name may be a mistake.
+POSSIBLE_LIKENESS = 0.65
+#: A name with this likeness to a right name is certainly a mistake.
+SURE_LIKENESS = 0.8
+#: A line names at most this number of nodes.
+MOST_NAMED_NODES = 3
 TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
-BRINGUP = "restart the robot's bringup, and look at its first lines"
+BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 
 @dataclass
 class Peer:
-    """A master or a node at `uri`, and the outcome of the last question to it."""
+    """A master or a node, and the outcome of the last call."""
 
     uri: str
-    problem: str = 'silent'    # a key of PROBLEMS, or '' after an answer
-    address: str = ''          # of the name in `uri`
-    round_trip: float = 0.0    # time until the answer [s]
+    problem: str = 'silent'    # a key of PROBLEMS; '' after an answer
+    address: str = ''          # the address of the name in `uri`
+    round_trip: float = 0.0    # time from the call to the answer [s]
 
     def __post_init__(self):
         found = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
         self.name, self.port = (found.group(1), int(found.group(2))) if found else ('', 0)
 
     def ask(self, method, *arguments):
-        """Returns the reply. Without one it returns None, and `problem` has the reason."""
+        """Call `method`. Returns the answer. Without an answer returns None, and sets `problem`."""
         self.address = address_of(self.name)
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
@@ -58,13 +63,13 @@ class Peer:
         begun = time.monotonic()
         try:
             link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWER_TIMEOUT)
-            link.request('POST', '/', xmlrpc.client.dumps((CALLER, *arguments), method),
+            link.request('POST', '/', xmlrpc.client.dumps((CALLER_ID, *arguments), method),
                          {'Content-Type': 'text/xml'})
             with link.getresponse() as answer:
                 ((code, reason, value),), _ = xmlrpc.client.loads(answer.read())
             if code != 1:
                 raise RuntimeError(reason)
-        except Exception as trouble:    # a peer may answer with anything
+        except Exception as trouble:    # the peer may be no ROS program, and send any bytes
             is_refused = isinstance(trouble, ConnectionRefusedError)
             self.problem = 'refused' if is_refused else 'silent'
             return None
@@ -73,7 +78,7 @@ class Peer:
 
 
 def peers_of(master, nodes):
-    """Returns {node: Peer} by the URIs that the master knows. Each Peer was asked once."""
+    """Returns {node: Peer} with the URIs that the master knows. Each Peer was called once."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -106,8 +111,8 @@ def judge_master(master: Peer) -> Line:
 # Publishers and subscribers ----------------------------------------------------------------------
 
 class RobotGraph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state`: the master's
-    getSystemState; `types`: the master's (topic, type) of each topic."""
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` and `types` are the
+    master's answers to getSystemState and getTopicTypes."""
 
     def __init__(self, namespace, state, types=()):
         self.namespace = namespace
@@ -115,62 +120,75 @@ class RobotGraph:
         publishers, subscribers = (
             {topic: list(nodes) for topic, nodes in part} for part in state[:2])
         self.publishers, self.subscribers = publishers, subscribers
-        #: {'imu': nodes that publish it}, for each sensor. `drivers`: nodes that publish cmd_vel.
+        #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
+        #: The nodes that publish cmd_vel.
         self.drivers = publishers.get(namespace + 'cmd_vel', [])
-        # If a robot's node listens to cmd_vel, other listeners (a recorder, the panel, a driver
-        # that looks for other drivers) are left out.
+        # A recorder, the panel, and drivers that look for other drivers listen to cmd_vel, too.
+        # They are left out if a node of the robot listens.
         listeners = subscribers.get(namespace + 'cmd_vel', [])
-        there = self.sensors['imu'] + self.sensors['odom']
-        self.listeners = [node for node in listeners if node in there]
+        sensor_nodes = self.sensors['imu'] + self.sensors['odom']
+        self.listeners = [node for node in listeners if node in sensor_nodes]
         if not self.listeners:
             self.listeners = [node for node in listeners if node not in self.drivers]
-        self.robot_nodes = sorted(set(there + self.listeners))
-        #: The namespaces that have a robot, other than this one.
-        self.others = sorted({topic[:-len('odom')] for topic in publishers
-                              if topic.endswith('/odom')} - {namespace})
+        self.robot_nodes = sorted(set(sensor_nodes + self.listeners))
+        #: The namespaces of other robots.
+        self.other_robots = sorted({topic[:-len('odom')] for topic in publishers
+                                    if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns (topic, likeness): this robot's topic, with one of `names`, that is most like the
-        `topic` of a node. ('', 0.0): the node's topic is right, or belongs to another robot."""
+        """Returns (right topic, likeness): this robot's topic, with one of `names`, that is most
+        like the `topic` of a node. Returns ('', 0.0) if `topic` is right, or belongs to another
+        robot."""
         place, _, word = topic.rpartition('/')
-        is_elsewhere = place + '/' not in ('/', self.namespace) and (
-            node.startswith(place + '/') or not (place + '/').startswith(self.namespace))
-        if topic in [self.namespace + name for name in TOPICS] or is_elsewhere and not (
-                topic.startswith(node + '/') or TURTLESIM.match(topic)):
+        if topic in [self.namespace + name for name in LAB_TOPICS] or (
+                self._is_of_another_robot(place + '/', topic, node)):
             return '', 0.0
-        like, name = max((likeness(word.lower(), name), name) for name in names)
-        outer = place.rpartition('/')[2].lower()
-        if outer in SENSORS:    # imu/data
-            like, name = max((like, name), *((likeness(outer, each), each) for each in names))
+        words = [word.lower()]
+        last_place = place.rpartition('/')[2].lower()
+        if last_place in SENSORS:    # such as imu/data
+            words.append(last_place)
         package, _, kind = self._types.get(topic, '').rpartition('/')
-        kinds = {name: self._types.get(self.namespace + name, '').rpartition('/')[2]
-                 for name in names}     # without the package: lab2/MouseController
-        same = [name for name in names if kind and kinds[name] == kind]
-        if same and package != 'std_msgs':      # vel_cmd, odometry/filtered
-            return self.namespace + same[0], 1.0
-        is_another_type = kind and kinds[name] and name not in same
-        return self.namespace + name, 0.0 if is_another_type else like
+        if kind and package != 'std_msgs':
+            for name in names:
+                if self._type_name(name) == kind:    # such as vel_cmd, odometry/filtered
+                    return self.namespace + name, 1.0
+        like, name = max((likeness(each, name), name) for each in words for name in names)
+        right_kind = self._type_name(name)
+        if kind and right_kind and kind != right_kind:
+            like = 0.0
+        return self.namespace + name, like
+
+    def _is_of_another_robot(self, place, topic, node):
+        """Does `topic`, in the namespace `place`, belong to another robot? A private topic of the
+        node, and a topic of turtlesim, do not."""
+        if place in ('/', self.namespace) or topic.startswith(node + '/') or TURTLESIM.match(topic):
+            return False
+        return node.startswith(place) or not place.startswith(self.namespace)
+
+    def _type_name(self, name):
+        """Returns the type of this robot's topic `name`, without the package of the type."""
+        return self._types.get(self.namespace + name, '').rpartition('/')[2]
 
 
 def likeness(word: str, name: str) -> float:
-    """Returns how much a word is like a name, from 0 to 1. imu_data is like imu, wheel_odom like
-    odom. Words with different first letters are not alike: return is not turn."""
+    """Returns the likeness of a word and a name, from 0 to 1. imu_data is like imu, and wheel_odom
+    like odom. Words with different first letters have likeness 0, such as return and turn."""
     like = 0.0
     if word[:1] == name[0]:
         like = difflib.SequenceMatcher(None, word, name).ratio()
     if name in SENSORS and re.search('(?<![a-z])' + name, word):
-        like = max(like, POSSIBLY_MEANT)
+        like = max(like, POSSIBLE_LIKENESS)
     return like
 
 
 def judge_robot(graph: RobotGraph) -> Line:
-    """Is there one robot?"""
+    """Is there exactly one robot in the namespace?"""
     at = graph.namespace.rstrip('/')
     imu, odom = graph.sensors['imu'], graph.sensors['odom']
     if not imu and not odom:
-        there = f" (there is one in {', '.join(graph.others)})" if graph.others else ''
-        named = graph.others[0].strip('/') if graph.others else ''
+        there = f" (there is one in {', '.join(graph.other_robots)})" if graph.other_robots else ''
+        named = graph.other_robots[0].strip('/') if graph.other_robots else ''
         return fault('Robot', 'nobody publishes {0}/imu or {0}/odom{1}'.format(at, there),
                      'rosrun tb3_labs doctor.py ' + named if named else "start the robot's "
                      'bringup, or roslaunch tb3_labs fake_robot.launch')
@@ -180,43 +198,45 @@ def judge_robot(graph: RobotGraph) -> Line:
                 len(nodes), ', '.join(sorted(nodes)), at, topic),
                 'switch all but one off, or give each robot a namespace, or a master, of its own')
         if not nodes:
-            return fault('Robot', f'nobody publishes {at}/{topic}', BRINGUP)
+            return fault('Robot', f'nobody publishes {at}/{topic}', BRINGUP_REMEDY)
     if not graph.listeners:
         return fault('Robot', f'nobody hears {at}/cmd_vel: the robot cannot be driven',
-                     BRINGUP)
+                     BRINGUP_REMEDY)
     return ok('Robot', '{} publishes {}/imu and odom, {} hears cmd_vel'.format(
         imu[0], at, ', '.join(sorted(graph.listeners))))
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
-    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears: if the right
-    name has a publisher, only a name that is very much like it is called wrong."""
-    for subject, words, side, other, names in (
+    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if a node
+    publishes the right name, a wrong publisher's name must have SURE_LIKENESS."""
+    for subject, words, users, partners, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
-             graph.subscribers, graph.publishers, TOPICS),
+             graph.subscribers, graph.publishers, LAB_TOPICS),
             ('Senders', '{} publishes {}, which nobody hears; {} is heard by {}',
-             graph.publishers, graph.subscribers, SUBSCRIBED)):
+             graph.publishers, graph.subscribers, SUBSCRIBED_TOPICS)):
         findings = []
-        for topic in sorted(set(side) - set(other)):
-            for node in side[topic]:
+        for topic in sorted(set(users) - set(partners)):
+            for node in users[topic]:
                 right, like = graph.right_name(topic, node, names)
-                least = SURELY_MEANT if subject == 'Senders' and right in side else POSSIBLY_MEANT
-                if like < least or right not in other:
+                least = POSSIBLE_LIKENESS
+                if subject == 'Senders' and right in users:
+                    least = SURE_LIKENESS
+                if like < least or right not in partners:
                     continue
                 # a node that also uses the right name is not mistaken
-                if node not in [*graph.robot_nodes, *other[right], *side.get(right, [])]:
-                    user = min(other[right], key=lambda each: each not in graph.robot_nodes)
-                    findings.append(words.format(node, topic, right, user))
+                if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
+                    partner = min(partners[right], key=lambda each: each not in graph.robot_nodes)
+                    findings.append(words.format(node, topic, right, partner))
         if findings:
-            yield warning(subject, '; '.join(findings[:MOST_NAMED]),
+            yield warning(subject, '; '.join(findings[:MOST_NAMED_NODES]),
                           'mend the name in its code, or by <remap> in its launch file')
 
 
 # The way there ----------------------------------------------------------------------------------
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Line:
-    """Do the robot's nodes answer at the addresses that the master knows? `peers`: {node: Peer}"""
+    """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
     remedy = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
         if not peer.problem:
@@ -240,8 +260,8 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
 
 
 def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str, str]) -> Line:
-    """Returns the line on drivers that publish another type than `received`, the type to which the
-    node `robot` listens on `topic`. `other_types`: {driver: type of its messages}."""
+    """Returns the line on drivers with another message type than `received`, the type to which the
+    node `robot` listens on `topic`. `other_types` is {driver: type of its messages}."""
     return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
         ', '.join('{} publishes {}'.format(*each) for each in sorted(other_types.items())),
         topic, robot, received), f'publish {received} there')
@@ -251,9 +271,9 @@ def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str,
 
 def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
                       here: Address, robot_elsewhere: bool) -> Line:
-    """Do commands of this computer reach the robot's node `robot`, which listens to cmd_vel?
-    `drivers`: {node of this computer that publishes cmd_vel: URI}; `received`: URIs of the nodes to
-    which `robot` is connected; `here.outgoing_address`: this computer's address on the way to the
+    """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `drivers` is
+    {node of this computer that publishes cmd_vel: URI}. `received` has the URIs of the nodes to
+    which `robot` is connected. `here.outgoing_address` is this computer's address on the way to the
     robot."""
     for node, uri in sorted(drivers.items()):
         if uri.rstrip('/') not in received:

@@ -1,5 +1,5 @@
-"""Listens to the robot's messages as an ordinary node, which ends with the doctor, and makes the
-lines on drivers, sensors, clock and gyro."""
+"""Listens to the robot's messages as an ordinary node, and makes the lines on drivers, sensors,
+clock and gyro."""
 import os
 import time
 from collections import Counter
@@ -24,32 +24,33 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
-#: {topic of a robot that the doctor hears: (type of its messages, function that makes a sample)}
-TOPICS = {'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
-          'joint_states': (JointState, to_wheel_sample),
-          'cmd_vel': (rospy.AnyMsg, lambda command: None)}
-#: The message that moves a robot.
-COMMAND = 'geometry_msgs/Twist'
+#: {topic to which the doctor listens: (type of its messages, function that makes a sample)}
+SAMPLE_READERS = {
+    'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
+    'joint_states': (JointState, to_wheel_sample), 'cmd_vel': (rospy.AnyMsg, lambda command: None)}
+#: A robot obeys only messages of this type on cmd_vel.
+COMMAND_TYPE = 'geometry_msgs/Twist'
 
 
 class ReceivedMessage(NamedTuple):
-    """A message, and its arrival [s]."""
+    """A message that has arrived."""
 
     topic: str
-    at: float
+    at: float         # time of arrival [s]
     sender: str
     message: Any
-    kind: str = ''    # its type, by the sender; '' if it is not known
+    kind: str = ''    # the type that the sender states; '' if it states none
 
 
 def examine_messages(graph, address, round_trip, is_wall_time):
-    """Yields the lines on the robot of a RobotGraph. `round_trip`: least time of a question to the
-    robot [s]; `is_wall_time`: do its stamps come from a real clock? `address`: see :func:`listen`.
+    """Yields the lines on the messages of a RobotGraph's robot. `round_trip` is the least time from
+    a call of a robot's node to the answer [s]. `is_wall_time`: do the stamps come from a real
+    clock? For `address` see :func:`listen`.
     """
     received, ended = listen(graph.namespace, address)
-    # a robot accepts no other message type, see checks
+    # checks.py judges commands of other types
     yield judge_drivers(Counter(each.sender for each in received if each.topic == 'cmd_vel'
-                                and each.kind in ('', COMMAND)))
+                                and each.kind in ('', COMMAND_TYPE)))
     watch, encoders, samples, refused = run_watches(received, graph.namespace + 'reset')
     for name in SENSORS:
         arrivals = [each.at for each in received if each.topic == name]
@@ -75,8 +76,8 @@ def examine_messages(graph, address, round_trip, is_wall_time):
 
 
 def listen(namespace, address):
-    """Returns (all ReceivedMessages of a robot's topics, time of the end [s]). `address`: this
-    computer's address on the way to the master, which takes the place of a wrong ROS_IP."""
+    """Returns (all ReceivedMessages of a robot's topics, time of the end [s]). `address` is this
+    computer's address on the way to the master, and replaces ROS_IP, which may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
@@ -89,7 +90,7 @@ def listen(namespace, address):
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
                         disable_rostime=True, disable_signals=True)
-        for name, (kind, _) in TOPICS.items():
+        for name, (kind, _) in SAMPLE_READERS.items():
             rospy.Subscriber(namespace + name, kind, on_message, name)
         time.sleep(LISTENING_TIME)
         return list(received), time.time()
@@ -98,16 +99,17 @@ def listen(namespace, address):
 
 
 def run_watches(received, reset_topic):
-    """Returns (GyroWatch, EncoderWatch, the samples that they took in, refusals). The refusals are
-    {topic: the reasons for which the labs' nodes refuse its other messages}."""
+    """Returns (GyroWatch, EncoderWatch, samples, refusals). The two watches have taken in the
+    samples of all valid messages. The refusals are {topic: reasons of its invalid messages}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
-    timing, samples, refused = SampleTiming(), [], {topic: [] for topic in TOPICS}
+    timing, samples, refused = SampleTiming(), [], {topic: [] for topic in SAMPLE_READERS}
     for topic, at, _, message, _ in received:
         try:
-            sample = TOPICS[topic][1](message)
+            sample = SAMPLE_READERS[topic][1](message)
         except ValueError as problem:
+            # a node may publish joint states of an arm, without the wheels
             if topic != 'joint_states' or set(WHEEL_JOINTS).issubset(message.name):
-                refused[topic].append(str(problem))    # else: of other joints, such as an arm's
+                refused[topic].append(str(problem))
             continue
         if isinstance(sample, ImuSample):
             watch.on_imu(timing.on_imu(sample, at))

@@ -1,4 +1,4 @@
-"""The messages of the robot's nodes: who drives, silent sensors, the clock, and the gyro.
+"""Judges the messages of the robot's nodes: drivers, silent sensors, the clock, and the gyro.
 
 Units: seconds, messages per second, degrees per minute, radians.
 """
@@ -12,36 +12,37 @@ from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: The doctor listens for this long [s].
 LISTENING_TIME = 5.0
-#: A clock that is off by more than CLOCK_OFF disturbs tf [s]. If it is off by more than
-#: CLOCK_WRONG, nothing that uses stamps works [s].
-CLOCK_OFF = 0.1
-CLOCK_WRONG = 1.0
-#: If the robot's computer is busy, the clock of its board is ahead by up to this [s].
-BOARD_AHEAD = 0.25
-#: More drift than this disturbs a lab [deg/min].
+#: A larger offset of the robot's clock disturbs tf [s].
+CLOCK_WARNING_OFFSET = 0.1
+#: With a larger offset no node that uses stamps works [s].
+CLOCK_FAULT_OFFSET = 1.0
+#: While the robot's computer is busy, the clock of the board is ahead by up to this [s].
+MOST_BOARD_AHEAD = 0.25
+#: A larger drift disturbs a lab [deg/min].
 MOST_DRIFT = 2.0
-#: A node still works without this share of a sensor's messages.
-FEW_REFUSED = 0.05
-#: The wheels stand if they turn by less than this while the doctor listens [rad].
+#: A node still works if it refuses this share of a sensor's messages.
+TOLERATED_REFUSALS = 0.05
+#: A wheel that turns by less than this while the doctor listens stands still [rad].
 STANDING_TURN = 0.005
 
 
 def judge_drivers(sent: Mapping[str, int]) -> Line:
-    """Does at most one node drive? `sent`: {node: number of its commands} in LISTENING_TIME."""
+    """Does at most one node drive? `sent` is {node: number of its commands} in LISTENING_TIME."""
     if len(sent) > 1:
         return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
                      .format(' and '.join('{} ({:.0f}/s)'.format(node, count / LISTENING_TIME)
                                           for node, count in sorted(sent.items()))),
                      'stop all but one of them')
-    # several nodes may publish cmd_vel: the labs' nodes give way to each other
+    # several of the labs' nodes may publish cmd_vel, since only one of them drives at a time
     return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
               'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
                  publisher: str = '') -> Line:
-    """Do the messages of a sensor arrive evenly enough to drive? `arrivals`: their times; `ended`:
-    the time until which the doctor listened; `publisher`: a node that publishes them, or ''."""
+    """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times of
+    arrival [s]. `ended` is the time until which the doctor listened [s]. `publisher` is a node that
+    publishes `topic`; '' if there is none."""
     name = topic.rpartition('/')[2]
     if not publisher:
         return fault(name, f'nobody publishes {topic}', "restart the robot's bringup, and "
@@ -62,24 +63,25 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 
 def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Returns a line that says that the labs' nodes refuse messages of a sensor, or `line` if there
-    are no `reasons`, one for each refused message of all `count` messages."""
+    """Returns the line on messages of a sensor that the labs' nodes refuse. `reasons` has a reason
+    for each refused message of all `count` messages. Without reasons returns `line`."""
     if not reasons:
         return line
-    judge = fault if len(reasons) > FEW_REFUSED * count else warning
+    judge = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
     return judge(line.subject, 'every node refuses {} of {} messages: {}'.format(
         len(reasons), count, reasons[0]), "stand the robot on its wheels; switch its board off and "
                  'on; if it stays, the sensor is broken')
 
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
-    """Does the robot's clock agree with this computer's? `least_delay`: the least difference of
-    arrival (this computer's clock) and stamp (the robot's clock). `round_trip`: time of a question
-    to the robot and its answer; the fastest message needed at most this time."""
+    """Does the robot's clock agree with this computer's clock? `least_delay` is the least
+    difference of arrival (this computer's clock) and stamp (the robot's clock) [s]. `round_trip` is
+    the time from a call of a robot's node to the answer [s]. The fastest message took at most this
+    time."""
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
-    if abs(offset) <= max(CLOCK_OFF, exact):
+    if abs(offset) <= max(CLOCK_WARNING_OFFSET, exact):
         return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
-    if 0.0 < offset <= BOARD_AHEAD:
+    if 0.0 < offset <= MOST_BOARD_AHEAD:
         return warning('Clock', 'the stamps are {:.2f} s ahead, as a loaded computer of the robot '
                        'sets the clock of its board: tf may refuse its transforms'.format(offset),
                        'close other programs on the robot, wait 5 s, and call the doctor again')
@@ -87,7 +89,7 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
         abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
-    if abs(offset) > CLOCK_WRONG:
+    if abs(offset) > CLOCK_FAULT_OFFSET:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
     return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
                                     ', or all its messages come so late'),
@@ -104,7 +106,7 @@ def judge_wheels(topic: str, sender: str) -> Line:
 
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
-    """Does the gyro agree with the wheels? `problem` and `remedy` come from a GyroWatch."""
+    """Does the gyro agree with the wheels? `problem` and `remedy` are those of a GyroWatch."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:
@@ -115,7 +117,7 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
 
 
 def judge_drift(drift: float, namespace: str = '/') -> Line:
-    """Does the heading stand while the wheels stand? `drift`: see :func:`drift_of`."""
+    """Does the heading stay constant while the wheels stand still? `drift` is in [deg/min]."""
     text = f'{drift:+.1f} deg/min at rest'
     if abs(drift) > MOST_DRIFT:
         return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '
@@ -126,13 +128,13 @@ def judge_drift(drift: float, namespace: str = '/') -> Line:
 
 def drift_of(imu: Sequence[Tuple[float, float]],
              wheels: Sequence[Tuple[float, float]]) -> Optional[float]:
-    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
-    samples. `imu`: (stamp [s], yaw [rad]); `wheels`: (left, right) [rad]."""
+    """Returns the slope of the yaw [deg/min]. Returns None if the wheels turn, or if there are too
+    few samples. `imu` has (stamp [s], yaw [rad]), `wheels` has (left, right) [rad]."""
     if len(imu) < 12 or len(wheels) < 2 or any(
             max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
         return None
     middle = mean(stamp for stamp, _ in imu)
     turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
-    # samples of less than 2 s are treated as if they were of 2 s: noise is not drift
+    # samples over less than 2 s get the slope of 2 s, so that noise is not shown as drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

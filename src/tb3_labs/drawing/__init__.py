@@ -1,16 +1,17 @@
-"""How is a robot drawn in a browser? Its map, for the live page and for a recorded run."""
+"""How is a robot drawn in a browser? The map of the live page and of the page of a recorded run."""
 import re
 from pathlib import Path
 
 #: The folder of the map's program and colours.
-FILES = Path(__file__).resolve().parent
+FOLDER = Path(__file__).resolve().parent
 IMPORT = re.compile(r"^import \{([^}]*)\} from '\./([\w.]+)';$", re.MULTILINE)
 EXPORT = re.compile(r'^export (?=(?:class|function|const) (\w+))', re.MULTILINE)
 
 
 def one_script(page: Path) -> str:
-    """Returns the program `page` and all its imports as one script: browsers do not load modules
-    if the page is a local file. Each module becomes a function, so that names stay apart.
+    """Returns the program `page` and all its imports as one script, since a browser loads no
+    modules of a page that is a local file. Each module becomes a function, so that names stay
+    apart.
 
     Imports look like ``import {a, b} from './c.js';`` and must not form a circle.
     """
@@ -21,7 +22,7 @@ def one_script(page: Path) -> str:
         for _, name in IMPORT.findall(source):
             beside_page = page.with_name(name)
             if name not in scripts:
-                add(beside_page if beside_page.exists() else FILES / name)
+                add(beside_page if beside_page.exists() else FOLDER / name)
         names = EXPORT.findall(source)
         body = EXPORT.sub('', IMPORT.sub(r"const {\1} = modules['\2'];", source))
         scripts[path.name] = (f"modules['{path.name}'] = (() => {{\n{body}\n"

@@ -11,12 +11,14 @@ import numpy as np
 from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
 
 
-def wrap_all(angles: Union[float, Sequence[float], np.ndarray]) -> np.ndarray:
-    """Returns `angles`, an array of any shape, wrapped to (-pi, pi]."""
-    angles = np.asarray(angles, dtype=float)
+def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
+             whole_turn: float = WHOLE_TURN) -> np.ndarray:
+    """Returns `angles`, an array of any shape, wrapped to (-pi, pi]. `whole_turn` is 360 for angles
+    in degrees, which are wrapped to (-180, 180]."""
+    angles, half_turn = np.asarray(angles, dtype=float), whole_turn / 2.0
     with np.errstate(invalid='ignore'):
-        wrapped = np.minimum(angles - WHOLE_TURN * np.round(angles / WHOLE_TURN), math.pi)
-        return np.where(wrapped <= -math.pi, math.pi, wrapped)
+        wrapped = np.minimum(angles - whole_turn * np.round(angles / whole_turn), half_turn)
+        return np.where(wrapped <= -half_turn, half_turn, wrapped)
 
 
 def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,

@@ -230,8 +230,8 @@ class EncoderWatch:
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
     of the wheels, no contradiction is found. In a turn on the spot, stale_or_stalled finds a robot
-    that does not turn. Source: OpenCR firmware 1.2.6 (turtlebot3_core.ino), which calls calcOdometry()
-    without updateMotorInfo() if the servos do not answer.
+    that does not turn. Source: OpenCR firmware 1.2.6 (turtlebot3_core.ino), which calls
+    calcOdometry() without updateMotorInfo() if the servos do not answer.
     """
 
     def __init__(self) -> None:

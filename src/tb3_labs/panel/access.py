@@ -1,13 +1,15 @@
-"""Where is the page offered, and which browser may connect? Pages of other sites are refused.
-Which page may drive is decided by :mod:`tb3_labs.supervision.dead_man`.
+"""The address of the page, and the check of each request of a browser.
 
-A browser sends requests for any page that it shows, so the address 127.0.0.1 alone does not exclude
-pages of other sites. Three things are checked:
+:mod:`tb3_labs.supervision.dead_man` decides which page may drive.
 
-* *Host*, the name under which the browser reached this node. A site may let its own name lead to
-  127.0.0.1 (DNS rebinding); *Host* still has that name.
-* *Origin*, the site whose page opens the socket. It must be this node's own page.
-* *The token* in the address that the node prints, if other computers can reach the node.
+A browser sends the requests of any page that the browser shows. So the address 127.0.0.1 alone does
+not exclude pages of other sites. Access checks three parts of a request:
+
+* *Host* is the name under which the browser reached this node. A site may let its own name lead to
+  127.0.0.1 (DNS rebinding). Then *Host* still has the site's name, and the request is refused.
+* *Origin* is the site whose page opens the socket. Only this node's own page is accepted.
+* *The token* is a part of the address that the node prints. Only a node that other computers can
+  reach requires the token.
 
 Sources: RFC 6454 (origins), RFC 6455 section 10.2 (origins of websockets), RFC 7230 section 5.4
 (Host).
@@ -38,21 +40,21 @@ class PanelConfig(Config):
 
 
 class Access:
-    """Checks requests by the names of this computer and the token ('': no token is needed)."""
+    """Checks requests by the names of this computer, and by the token if it is not ''."""
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
-        """`names`: names and addresses of this computer, beside the loopback's."""
-        # as a Host header writes them: an IPv6 address stands in brackets
+        """`names` are names and addresses of this computer. The names of the loopback are added."""
+        # a Host header has an IPv6 address in brackets
         self._names = {f'[{name}]'.lower() if ':' in name else name.lower()
                        for name in ('localhost', LOOPBACK, '::1', *names)}
         self._token = token
 
     def refusal(self, host: Optional[str], origin: Optional[str],
                 token: Optional[str]) -> Optional[str]:
-        """Returns the reason why a request is refused, or None.
+        """Returns the reason why a request is refused; None if the request is accepted.
 
-        `host` and `origin` are headers of the request, None if they are missing: only browsers send
-        an origin. `token`: the token in the request; None: this request needs no token.
+        `host` and `origin` are headers of the request; a missing header is None. Only browsers send
+        an origin. `token` is the token in the request; None if the request needs no token.
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)

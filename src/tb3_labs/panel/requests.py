@@ -1,44 +1,46 @@
-"""The messages of one page: requests of the page, read into the types below, and answers to it.
+"""Reads the messages of one page, and answers the page. An invalid message raises ``ValueError``
+with the invalid value and the valid values.
 
 A request is a JSON object:
 
-    {"type": "joy", "pad": {...}, "mouse": [x, y], "first": bool}    what is held now, or null;
-                                             "first": somebody has just gripped it
-    {"type": "stop"}                         B, or STOP: everything to zero, no control
+    {"type": "joy", "pad": {...}, "mouse": [x, y], "first": bool}    a person drives by pad or mouse
+    {"type": "stop"}                         STOP, or B: the robot stops, move_to_goal loses control
     {"type": "turn", "degrees": 90}          left positive
-    {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     drive there, in local [m, deg]
-    {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot is here, now, in local
+    {"type": "goal", "x": 1, "y": 0, "yaw_deg": 0}     a goal in local [m, deg]
+    {"type": "reset", "x": 0, "y": 0, "yaw_deg": 0}    the robot's present pose in local [m, deg]
 
-"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}; "mouse" is 0 in
-the middle of its square and -1 or 1 at its edges, x right, y up. Each request may have an "id", a
-whole number, which the answer repeats. "stops" is the number of stops in the picture that the page
-had when its person acted; see :mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on
-the panel's clock [s]: "now" of the last picture plus the time since that picture. So a message can
-seem older than it is, but not newer, apart from the steps of a browser's clock.
+"pad" is {"forward": -1..1, "left": -1..1, "a": bool, "y": bool, "hold": bool}, or null if the
+person does not hold the pad. "mouse" is 0 in the middle of the square and -1 or 1 at the edges, x
+right, y up, or null if the person does not hold the mouse. "first" is true in the first message
+after the person gripped pad or mouse.
 
-Any other message raises ``ValueError`` with the invalid value and the valid values.
+Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
+stops in the picture that the page had when the person acted; see
+:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's clock [s]: "now" of
+the last picture plus the time since that picture. So the delay of a message may be overestimated,
+but not underestimated, apart from the steps of a browser's clock.
 """
 import json
 from contextlib import suppress
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
-from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS, PadConfig
 
-#: A message with more characters is refused; the longest valid one has about 250. JSON of this
+#: A message with more characters is refused. The longest valid message has about 250. JSON of this
 #: length is not nested too deeply for Python.
 LONGEST_REQUEST = 500
-#: The latest time of a clock [s], and by how much a browser's clock may be ahead.
-LATEST, MOST_AHEAD = 1e12, 0.2
-#: A turn is at most this [deg].
-MOST_DEGREES = 360.0
-#: Number of axes and of buttons of the most common pad: students' nodes may read any of them.
-PAD_AXES, PAD_BUTTONS = 8, 11
+#: The largest valid time of sending [s].
+LATEST_TIME = 1e12
+#: The clock of a browser may be ahead of the panel's clock by this [s].
+MOST_CLOCK_AHEAD = 0.2
+#: The largest valid turn [deg].
+LARGEST_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The pad of a page: sticks from -1 to 1, forward and left positive; is each button pressed? A
-    page does not send b: it sends a "stop" for B."""
+    """The pad of a page: the sticks from -1 to 1, forward and left positive, and for each button
+    whether a person presses the button. For B a page sends a "stop", and `b` stays False."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -48,8 +50,8 @@ class BrowserPad(NamedTuple):
     b: bool = False
 
     def as_joy(self, config: PadConfig) -> Tuple[List[float], List[int]]:
-        """Returns (axes, buttons) of a sensor_msgs/Joy, at the numbers that the node `gamepad`
-        reads. Axes are from -1 to 1, forward and left positive."""
+        """Returns (axes, buttons) of a sensor_msgs/Joy, numbered as in `config`. Axes are from -1
+        to 1, forward and left positive."""
         axes = [0.0] * max(PAD_AXES, 1 + config.linear_axis, 1 + config.angular_axis)
         axes[config.linear_axis] = self.forward
         axes[config.angular_axis] = self.left
@@ -64,47 +66,47 @@ class BrowserPad(NamedTuple):
 
 
 class Grip(NamedTuple):
-    """The pad and the mouse pad of a page; None if the person does not grip it."""
+    """The pad and the mouse that a person holds on a page."""
 
-    pad: Optional[BrowserPad] = None
-    mouse: Optional[Tuple[float, float]] = None
-    is_first: bool = False         # is it the first message of this grip?
+    pad: Optional[BrowserPad] = None               # None: the person does not hold the pad
+    mouse: Optional[Tuple[float, float]] = None    # None: the person does not hold the mouse
+    is_first: bool = False                         # is this the first message of this grip?
 
 
 class PageRequest(NamedTuple):
     """One message of a page."""
 
     kind: str
-    value: Any = None              # see the readers below
+    value: Any = None              # see READERS
     id: Optional[int] = None
-    stops: Optional[int] = None    # number of stops that the page knew; None: unknown
-    sent_at: float = 0.0           # [s, the panel's clock]; 0: unknown, so the message is old
+    stops: Optional[int] = None    # number of stops that the page knew, None if missing
+    sent_at: float = 0.0           # [s, the panel's clock]; a missing time is 0, very late
 
     def lateness(self, now: float) -> float:
-        """Its delay [s]. Raises ``ValueError`` if it was not sent yet."""
-        if self.sent_at > now + MOST_AHEAD:
+        """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
+        if self.sent_at > now + MOST_CLOCK_AHEAD:
             raise ValueError(f't = {self.sent_at} is not valid: at most {now:.1f}, which is now')
         return max(0.0, now - self.sent_at)
 
 
 class Viewer:
-    """One page; `send(text)` sends a message to the page."""
+    """One open page. `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:
-        #: Lines of the log that were not sent to the page yet.
+        #: Lines of the log that the page has not got yet.
         self.lines: List[Dict[str, str]] = []
         self._send = send
 
     def send(self, kind: str, **values: Any) -> None:
-        """Send a message of this type."""
+        """Send a message of the type `kind`."""
         self._send(json.dumps(dict(values, type=kind), allow_nan=False))
 
     def answer(self, request: Optional[PageRequest], fulfilled: bool, text: str) -> None:
-        """Answer `request` by a text; `request` is None if it could not be read."""
+        """Answer `request` by a text. `request` is None if the request could not be read."""
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            # the grip on the page is ignored: the person must let go
+            # the page ends its grip: the person must let go, and grip again
             self.send('refused', text=text)
 
 
@@ -119,7 +121,7 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
         read = READERS[message['type']]
     except (ValueError, TypeError, KeyError):
         raise ValueError(f'{text!r:.60} is not valid: an object with a known "type"') from None
-    if message['type'] == 'stop':      # a stop is obeyed, also if its other entries are invalid
+    if message['type'] == 'stop':      # a stop with an invalid "id" is still a stop
         with suppress(ValueError):
             return _request(message, read)
         return PageRequest('stop')
@@ -127,13 +129,13 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
 
 
 def _request(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST)
+    sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST_TIME)
     return PageRequest(message['type'], read(message), _checked(message, 'id', int, None),
                        _checked(message, 'stops', int, None), sent_at)
 
 
 def _pose(message: Dict) -> TypedPose:
-    # the node refuses invalid poses too, but the page would not show its reason
+    # move_to_goal refuses invalid poses, too, but a page would not show the reason
     return TypedPose(
         _number(message, 'x', MAX_DISTANCE, 'm'), _number(message, 'y', MAX_DISTANCE, 'm'),
         _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
@@ -151,14 +153,14 @@ def _grip(message: Dict) -> Grip:
     return Grip(pad, mouse, _checked(message, 'first', bool, False))
 
 
-#: {type: the reader of a message's value}
+#: {type of a request: function that reads the value of a message}
 READERS: Dict[str, Callable[[Dict], Any]] = {
     'joy': _grip, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
-    'turn': lambda message: _number(message, 'degrees', MOST_DEGREES, 'deg')}
+    'turn': lambda message: _number(message, 'degrees', LARGEST_TURN_DEG, 'deg')}
 
 
 def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
-    """Returns the number called `name`: finite, from -`most` to `most`."""
+    """Returns the number called `name`. ``ValueError`` if it is not from -`most` to `most`."""
     value = message.get(name)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
@@ -168,7 +170,8 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
 
 
 def _checked(message: Dict, name: str, kind: type, missing: Any) -> Any:
-    """Returns the value called `name`, or `missing`; ``ValueError`` if its type is not `kind`."""
+    """Returns the value called `name`, or `missing` if the message does not have it. ``ValueError``
+    if the type of the value is not `kind`."""
     value = message.get(name, missing)
     if value is not missing and type(value) is not kind:    # to Python a bool is an int
         raise ValueError(f'{name} is not valid: {kind.__name__}')

@@ -1,31 +1,31 @@
 """The latest messages of one robot, as the picture that a page draws.
 
-A picture is a JSON object. Poses are [x m, y m, yaw rad], null if they are not known:
+A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
     "odom", "local"      pose of the robot in odom, and in local
     "frame"              pose of the frame local, in odom
-    "is_own"             does the node publish local, by local_pose and tf? Else it is computed
-                         here, from the odometry since the last line "Local pose set to" of a node
+    "is_own"             does the node publish local, by local_pose and tf? Otherwise the panel
+                         computes local from the odometry since the line "Local pose set to"
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
-    "distance", "angle"  to the goal [m], and off its heading [deg]
+    "distance", "angle"  distance to the goal [m], and goal's heading minus the robot's [deg]
     "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
     "holder"             the node that may drive, in words
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
-    "heading_deg"        by the IMU, 0 to 360
-    "ages"               {source: time since its last message [s]; 0: it is not silent}
-    "inside"             variables of the nodes that watch.py shows: a list of {"node", "values":
-                         [[name, text]]}
+    "heading_deg"        heading by the IMU, 0 to 360
+    "ages"               {sensor: time since the last message [s], 0 if it is short}
+    "inside"             a list of {"node", "values": [[name, text]]}: the variables that watch.py
+                         publishes
     "page"               the page that drives the robot: "", "this" or "other"
     "stops"              number of stops so far; see tb3_labs.supervision.dead_man
     "can"                {type of a request: does any node listen to it?}
     "pad"                "ready", or why the pad of a page does not drive
 
-NaN and infinite numbers are null too: JSON does not have them, but any node may publish them.
+Nodes may publish NaN and infinity, which JSON does not have. A picture has null instead.
 
-Units in the code: metres, radians; arrivals in seconds on one clock (`now`).
+Units in the code: metres and radians. Arrivals are in seconds on one clock (`now`).
 """
 import math
 import re
@@ -40,57 +40,65 @@ from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
-#: If the odometry jumps by more than one of these, it was set to zero [m], [rad].
-JUMP, TURN_JUMP = 0.2, math.radians(60.0)
-#: The handout's line that a node prints when local was declared: x, y [m], yaw [rad].
-DECLARED = re.compile(
+#: After a larger jump of its position [m] or yaw [rad] the odometry was set to zero.
+POSITION_JUMP = 0.2
+YAW_JUMP = math.radians(60.0)
+#: The line that the handout's node prints after a reset, with x, y [m], yaw [rad] in local.
+POSE_SET_LINE = re.compile(
     PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
-#: Truth and odometry that are farther apart in time than this are not compared [s].
-COMPARED_WITHIN = 0.3
-#: Ages below this are shown as 0 [s]: the panel reads topics only a few times a second, so a small
-#: age does not show a silence.
+#: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
+MOST_TIME_APART = 0.3
+#: A smaller age is shown as 0 [s], since the panel reads a topic only a few times a second.
 LEAST_SHOWN_AGE = 0.3
-#: A robot that is slower than this stands, by its odometry [m/s] or [rad/s].
-STANDS_BELOW = 0.02
+#: A robot whose odometry is slower than this stands still [m/s], [rad/s].
+STANDSTILL_SPEED = 0.02
 
-#: A page shows the variables of at most this number of nodes, this number of variables for each
-#: node, this number of characters for each text, and until a node is silent for this long [s].
-MOST_NODES, MOST_VARIABLES, LONGEST_TEXT, VARIABLES_TIMEOUT = 4, 40, 200, 2.0
+#: A page shows the variables of at most this number of nodes.
+MOST_NODES = 4
+#: A page shows at most this number of variables of a node.
+MOST_VARIABLES = 40
+#: A name or text of a variable is cut after this number of characters.
+LONGEST_TEXT = 200
+#: If a node has not sent its variables for this long, a page shows the variables no more [s].
+VARIABLES_TIMEOUT = 2.0
 
 
 class RobotView:
     """The latest value of each kind from one robot."""
 
     def __init__(self) -> None:
-        self._latest: Dict[str, Any] = {}          # kind: value
-        self._arrivals: Dict[str, float] = {}      # kind: its arrival
-        self._commands: Dict[str, Tuple[float, float, float]] = {}   # sender: arrival, v, w
-        self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}  # node: arrival, variables
-        self._computed_frame: Optional[Pose2] = None    # the frame, for a node that publishes none
+        self._latest: Dict[str, Any] = {}          # {kind: value}
+        self._arrivals: Dict[str, float] = {}      # {kind: time of arrival}
+        # {sender: (time of arrival, forward speed, rate of turn)}
+        self._commands: Dict[str, Tuple[float, float, float]] = {}
+        # {node: (time of arrival, [[name, text]])}
+        self._variables: Dict[str, Tuple[float, List[List[str]]]] = {}
+        # odom_T_local, for a node that does not publish local
+        self._computed_frame: Optional[Pose2] = None
 
     # -- input
 
     def on_message(self, kind: str, value: Any, now: float) -> None:
-        """Store `value` as the latest of its `kind`: a kind in :meth:`picture`, or 'origin' (pose
-        of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad])."""
+        """Store `value` as the latest value of a `kind`. A kind is an entry of the picture, or
+        'origin' (pose of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad])."""
         self._latest[kind], self._arrivals[kind] = value, now
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         last = self.latest('odom')
-        if last is not None and (last.pose.distance_to(sample.pose) > JUMP or abs(
-                difference(sample.pose.yaw, last.pose.yaw)) > TURN_JUMP):
+        if last is not None and (last.pose.distance_to(sample.pose) > POSITION_JUMP or abs(
+                difference(sample.pose.yaw, last.pose.yaw)) > YAW_JUMP):
             self._computed_frame = None
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
-        """Read a line of the log: it may declare the robot's pose in local."""
-        declared, odom = DECLARED.search(text), self.latest('odom')
+        """Take the robot's pose in local from a line of the log, if the line has such a pose."""
+        declared, odom = POSE_SET_LINE.search(text), self.latest('odom')
         if declared and odom:
             with suppress(ValueError):    # 1e999 is infinite
                 self._computed_frame = odom.pose @ Pose2(*map(float, declared.groups())).inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Store the speed [m/s] and the rate of turn [rad/s] that `sender` commands."""
+        """Store a command of the node `sender`: a speed [m/s] and a rate of turn [rad/s]."""
         self._commands[sender] = now, linear, angular
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
@@ -105,7 +113,7 @@ class RobotView:
     # -- output
 
     def latest(self, kind: str) -> Any:
-        """Returns the latest value of a kind, or None."""
+        """Returns the latest value of a kind; None before the first value."""
         return self._latest.get(kind)
 
     @property
@@ -115,7 +123,7 @@ class RobotView:
 
     @property
     def phase(self) -> str:
-        """The kind of the text of `goal_state`; '' if the text is not known."""
+        """The "phase" of the picture."""
         state = self.latest('state') or ''
         if state in DRIVING:
             return 'driving'
@@ -127,18 +135,18 @@ class RobotView:
         return ''
 
     def stop_problem(self, since: float) -> Optional[str]:
-        """Returns why the stop at `since` [s] is not confirmed yet, in words; None if the robot
-        stands, and move_to_goal has no control."""
+        """Returns the reason why the stop at `since` [s] is not confirmed yet. Returns None if the
+        robot stands still and move_to_goal has no control."""
         odom = self.latest('odom')
         if self.latest('has_control'):
             return 'move_to_goal does not answer'
         if odom is None or self._arrivals['odom'] <= since:
             return 'the robot does not answer'
-        stands = abs(odom.linear) < STANDS_BELOW and abs(odom.angular) < STANDS_BELOW
+        stands = abs(odom.linear) < STANDSTILL_SPEED and abs(odom.angular) < STANDSTILL_SPEED
         return None if stands else 'the robot still moves'
 
     def driver(self, now: float) -> str:
-        """Returns the node whose commands move the robot, or ''."""
+        """Returns the node whose commands move the robot; '' if no node moves the robot."""
         moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
         return max(moving)[1] if moving else ''
@@ -150,7 +158,7 @@ class RobotView:
         return self.driver(now) or self.latest('holder') or 'nobody'
 
     def picture(self, now: float) -> Dict[str, Any]:
-        """Returns the picture, without the entries that differ from page to page."""
+        """Returns the picture without "page", "stops", "can" and "pad"."""
         driver, heading, odom = self.driver(now), self.latest('imu'), self.latest('odom')
         local, frame = self.latest('local'), self.latest('frame')
         is_own = bool(local or frame)
@@ -182,13 +190,13 @@ class RobotView:
         return 0.0 if age <= LEAST_SHOWN_AGE else _rounded(age)
 
     def _truth_in_odom(self) -> Optional[Pose2]:
-        """Returns the true pose in odom at the time of the odometry, to compare the two while the
-        robot moves."""
+        """Returns the true pose in odom at the stamp of the odometry, so that the page can compare
+        both poses while the robot moves."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
         (pose, stamp), odom = truth, self.latest('odom')
-        if odom is not None and abs(stamp - odom.stamp) < COMPARED_WITHIN:
+        if odom is not None and abs(stamp - odom.stamp) < MOST_TIME_APART:
             ahead = stamp - odom.stamp
             pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
         return origin.inverse() @ pose
@@ -201,5 +209,5 @@ def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
-    """Returns the number rounded; None for NaN and infinity, 0.0 for -0.0: the - would be shown."""
+    """Returns the rounded number. NaN and infinity give None. -0.0 gives 0.0, without the sign."""
     return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0

@@ -1,7 +1,7 @@
 """Carries out the requests of pages by messages to the nodes of the labs.
 
-The pad of a page becomes a `joy`, and the node `gamepad` decides about sticks and buttons. The
-mouse of a page becomes a `mouse_info` to the node `controller`. A
+The panel publishes the pad of a page as `joy`, and the node `gamepad` decides about sticks and
+buttons. The panel publishes the mouse of a page as `mouse_info`, for the node `controller`. A
 :class:`tb3_labs.supervision.dead_man.DeadMan` decides which page drives. A STOP goes to all nodes.
 """
 import rospy
@@ -22,11 +22,11 @@ from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.supervision.timeouts import OLDEST_RESET
 from tb3_labs.supervision.dead_man import DeadMan
 
-#: A request that was delayed by more than this is rejected, since nobody expects it [s].
+#: A request with a larger delay is rejected, since the person expects no motion any more [s].
 LONGEST_DELAY = 2.0
-#: A stop is shown as done if the nodes and the robot answer within this time [s].
+#: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_WITHIN = 1.5
-#: Period of the checks for this answer [s].
+#: Time between two checks whether the robot stands still [s].
 CONFIRM_PERIOD = 0.05
 
 
@@ -45,13 +45,12 @@ class PanelRobot:
         self._turn = publish('turn', Float64, queue_size=5)
         self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        #: Hears the robot's topics.
         self.subscriptions = RobotSubscriptions(lambda: server.soon(self._on_stop))
 
     # -- what a page sees
 
     def picture(self, now):
-        """Returns the picture, with the listeners of requests, and the state of a page's pad."""
+        """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
         goal, joy = subscribers_of(self._goal), subscribers_of(self._joy) - {rospy.get_name()}
         # the handout's node listens to ctrl_relinq, but not to goals
         control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
@@ -77,12 +76,12 @@ class PanelRobot:
     # -- what a page asks for
 
     def carry_out(self, page, request):
-        """Carry out a request of `page`. Returns the answer in words, or None if the answer comes
-        later. Raises ``ValueError`` with the reason if the request is rejected."""
+        """Carry out a request of `page`. Returns the answer as text, or None if another thread or
+        timer will answer. Raises ``ValueError`` with the reason if the request is rejected."""
         return self._ACTIONS[request.kind](self, page, request)
 
     def _hold(self, page, request):
-        """Drive by the grip of a person on `page`; an empty grip lets go."""
+        """Drive by the pad or mouse that a person holds on `page`. An empty Grip ends the drive."""
         grip = request.value
         if not (grip.pad or grip.mouse):
             if self.dead_man.let_go(page):
@@ -105,15 +104,15 @@ class PanelRobot:
         self.stop()
         self._confirm(page, request, steady_time())
 
-    def _ask_turn(self, _page, request):
-        self._check(request, LONGEST_DELAY)
+    def _send_turn(self, _page, request):
+        self._check_age(request, LONGEST_DELAY)
         self._require(self._turn, 'turn: is the controller running?')
         self._refuse_beside_move_to_goal()
         self._turn.publish(request.value)
         return f'asked for {request.value:g} degrees'
 
     def _send_goal(self, _page, request):
-        self._check(request, LONGEST_DELAY)
+        self._check_age(request, LONGEST_DELAY)
         self._require(self._goal, 'move_base_simple/goal: is move_to_goal running?')
         typed = request.value
         self._goal.publish(to_pose_stamped(typed.pose, frame('local'), rospy.get_time()))
@@ -121,31 +120,32 @@ class PanelRobot:
 
     def _reset(self, page, request):
         """Call the service in a separate thread: the call may take a second."""
-        self._check(request, OLDEST_RESET)    # a late reset would declare another place
+        self._check_age(request, OLDEST_RESET)    # a late reset would declare another place
         typed = request.value
 
         def call():
             try:
                 fulfilled, text = True, call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # any: the STOP of other pages must go on working
+            except Exception as problem:    # any: the panel must still stop the robot
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
         in_thread(call)
 
     #: The method for each type of request.
-    _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _ask_turn, 'goal': _send_goal, 'reset': _reset}
+    _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _send_turn, 'goal': _send_goal,
+                'reset': _reset}
 
-    def _check(self, request, most):
-        """Raises ``ValueError`` if a request that moves the robot, or its frame, is, or may be,
-        older than `most` [s]."""
+    def _check_age(self, request, oldest):
+        """Raises ``ValueError`` if `request` is, or may be, older than `oldest` [s]. Each request
+        that moves the robot, or the frame local, is checked."""
         now = steady_time()
-        self.dead_man.check(request.stops, now, request.lateness(now), most)
+        self.dead_man.check(request.stops, now, request.lateness(now), oldest)
 
     @staticmethod
-    def _require(publisher, what):
-        """Raises ``ValueError`` if no node listens to `publisher`; `what`: topic, and advice."""
+    def _require(publisher, topic_and_advice):
+        """Raises ``ValueError`` if no node listens to `publisher`."""
         if not subscribers_of(publisher):
-            raise ValueError('no node listens on ' + what)
+            raise ValueError('no node listens on ' + topic_and_advice)
 
     def _refuse_beside_move_to_goal(self):
         if self.subscriptions.read_view(lambda view: view.is_driving):
@@ -154,22 +154,22 @@ class PanelRobot:
     # -- stops
 
     def stop(self):
-        """Stop the robot, whoever drives it."""
+        """Stop the robot, whichever node drives."""
         self._control.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
-        self._send_mouse((0.0, 0.0))   # a mouse that is deactivated ends a turn, too
+        self._send_mouse((0.0, 0.0))    # _release() deactivates the mouse, which ends a turn
         self._release()
-        self._cmd_vel.publish(Twist())    # for a robot that a simple node drives
+        self._cmd_vel.publish(Twist())    # for a robot that a node without ctrl_relinq drives
         self.dead_man.stop()
 
     def _on_stop(self):
-        """Release the robot, since another node stopped it."""
+        """Release pad and mouse, since another node stopped the robot."""
         if self.dead_man.page is not None:
             self._release()
         self.dead_man.stop()
 
     def check_dead_man(self):
-        """Stop the robot if the page that drives is lost."""
+        """Stop the robot if the page that drives has been silent for too long."""
         silence = self.dead_man.silence(steady_time())
         if silence:
             self.stop()
@@ -177,23 +177,23 @@ class PanelRobot:
                           silence)
 
     def on_lost(self, page):
-        """Stop the robot if `page` drives, since the connection to it has ended."""
+        """Stop the robot if `page` drives, since the connection to the page has ended."""
         if self.dead_man.page is page:
             self.stop()
 
     def _confirm(self, page, request, since):
-        """Answer `page` when the nodes and the robot show that it has stopped, or else after
-        `CONFIRM_WITHIN`. `since`: the time of the stop [s]."""
+        """Answer a STOP of `page` when the robot stands still, or after CONFIRM_WITHIN with the
+        reason why the stop is not confirmed. `since` is the time of the stop [s]."""
         if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
-            page.answer(request, False, 'no node hears it')
+            page.answer(request, fulfilled=False, text='no node hears it')
             return
         problem = self.subscriptions.read_view(lambda view: view.stop_problem(since))
         if not problem:
             has_control = self.subscriptions.read_view(lambda view: view.latest('has_control'))
-            page.answer(request, True, 'the robot stands' if has_control is None
+            page.answer(request, fulfilled=True, text='the robot stands' if has_control is None
                         else 'control taken, the robot stands')
         elif steady_time() - since > CONFIRM_WITHIN:
-            page.answer(request, False, problem)
+            page.answer(request, fulfilled=False, text=problem)
         else:
             self._server.later(CONFIRM_PERIOD, lambda: self._confirm(page, request, since))
 
@@ -204,31 +204,32 @@ class PanelRobot:
         self._send_mouse(None)
 
     def _send_pad(self, pad, lateness=0.0):
-        """Publish a `joy` as joy_node does; `lateness`: the delay of the page's message [s]."""
+        """Publish a BrowserPad as `joy`. `lateness` is the delay of the page's message [s]."""
         if self.subscriptions.has_another_pad:
-            return    # a node would treat both as one pad
+            return    # the node gamepad would treat two publishers as one pad
         axes, buttons = pad.as_joy(self._pad_config)
         message = Joy(axes=axes, buttons=buttons)
         message.header.stamp = rospy.Time.from_sec(max(0.0, rospy.get_time() - lateness))
         self._joy.publish(message)
 
     def _send_mouse(self, position):
-        """Publish `mouse_info` as mouse_client.py does: a new mouse begins inactive."""
+        """Publish `mouse_info`; `position` is (x, y), or None if no mouse is held. As in
+        mouse_client.py, an inactive message comes before the first active one, and at the end."""
         if self._mouse_active != bool(position):
-            self._publish_mouse(False, 0.0, 0.0)
+            self._publish_mouse(active=False)
         self._mouse_active = bool(position)
         if position:
             self._publish_mouse(True, *position)
 
-    def _publish_mouse(self, active, x, y):
+    def _publish_mouse(self, active, x=0.0, y=0.0):
         message = MouseController(status=Bool(active), xPos=x, yPos=y)
         message.header.stamp = rospy.Time.now()
         self._mouse.publish(message)
 
     def _read_pad_numbers(self):
-        """Learn the numbers of axes and buttons that the node gamepad uses now."""
+        """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # any: the STOP of pages must go on working
+        except Exception as problem:    # any: the panel must still stop the robot
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

@@ -1,4 +1,4 @@
-"""Connects the pages with the robot: pages come and go, get pictures, and send requests."""
+"""Connects pages with the robot. Pages get pictures and lines of the log, and send requests."""
 import threading
 import time
 from collections import deque
@@ -14,29 +14,30 @@ from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.topics import subscribe
 
-#: A page that drives is checked once in this time [ms].
+#: Time between two checks of the page that drives [ms].
 DEAD_MAN_PERIOD = 20.0
-#: A node that ends waits at most this long until the robot is released [s].
-RELEASE_TIME = 0.5
-#: Number of log lines that are kept for pages that open later.
+#: At its end the node waits at most this long for the stop of the robot [s].
+RELEASE_TIMEOUT = 0.5
+#: A page that opens gets this number of earlier log lines.
 LINES_KEPT = 200
 #: A log line is cut after this number of characters.
 LONGEST_LINE = 500
+#: (least level of a message, its name on a page)
 LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
 
 
 class Pages:
-    """Connects pages and the robot. Its methods run in the thread of the server."""
+    """The open pages, and their robot. The methods run in the thread of the server."""
 
     def __init__(self, config, body_radius):
-        """Offer the page as a PanelConfig says; `body_radius`: of the robot [m]."""
+        """Offer the page with the settings of a PanelConfig. `body_radius` is the robot's [m]."""
         self._greeting = {'control': config.control, 'radius': body_radius,
                           'robot': rospy.get_namespace().strip('/')}
         self._pages = []
         self._lines = deque(maxlen=LINES_KEPT)
         self._server = Server(config, self._open_page)
         self._robot = PanelRobot(self._server)
-        #: These timers run while there is a page.
+        # the timers run while a page is open
         self._timers = [PeriodicCallback(guarded(self._draw), 1000.0 / config.rate),
                         PeriodicCallback(guarded(self._robot.check_dead_man), DEAD_MAN_PERIOD)]
         subscribe('/rosout', Log, self._on_line, queue_size=None)
@@ -45,7 +46,7 @@ class Pages:
         self._server.start()
 
     def release(self):
-        """Stop the robot if a page drives, since this node ends. Any thread may call this."""
+        """Stop the robot if a page drives, since this node ends. Any thread may call release()."""
         released = threading.Event()
 
         def release():
@@ -53,7 +54,7 @@ class Pages:
                 self._robot.stop()
             released.set()
         self._server.soon(release)
-        released.wait(RELEASE_TIME)
+        released.wait(RELEASE_TIMEOUT)
 
     # -- pages come and go
 
@@ -87,22 +88,22 @@ class Pages:
             page.send('picture', **picture, now=now, page=self._driver_for(page))
 
     def _driver_for(self, page):
-        """Returns which page drives, as `page` shows it."""
+        """Returns the entry "page" of the picture for `page`."""
         driver = self._robot.dead_man.page
         if driver is None:
             return ''
         return 'this' if driver is page else 'other'
 
     def _on_line(self, message):
-        """Keep a line of /rosout. Each node's lines arrive in another thread."""
+        """Take in a message of /rosout. Each node has a separate thread that calls this method."""
         level = next((name for least, name in LOG_LEVELS if message.level >= least), None)
         if level is not None and message.name.startswith(rospy.get_namespace()):
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:LONGEST_LINE]}
-            self._server.soon(lambda: self._keep(line))
+            self._server.soon(lambda: self._add_line(line))
 
-    def _keep(self, line):
+    def _add_line(self, line):
         self._lines.append(line)
         for page in self._pages:
             page.lines.append(line)
@@ -117,11 +118,11 @@ class Pages:
                 raise ValueError('this panel only shows: it was started with control:=false')
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
-            page.answer(request, False, str(problem))
-        except Exception as problem:    # the STOP of other pages must go on working
+            page.answer(request, fulfilled=False, text=str(problem))
+        except Exception as problem:    # any: the panel must still stop the robot
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
             self._robot.on_lost(page)
-            page.answer(request, False, f'this cannot be done: {problem}')
+            page.answer(request, fulfilled=False, text=f'this cannot be done: {problem}')
         else:
             if answer is not None:
-                page.answer(request, True, answer)
+                page.answer(request, fulfilled=True, text=answer)

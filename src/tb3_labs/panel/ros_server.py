@@ -1,4 +1,4 @@
-"""The web server: the page's files, and a websocket for each page. Source: tornado 6."""
+"""The web server. It serves the page's files, and a websocket for each page. Source: tornado 6."""
 import asyncio
 import errno
 import os
@@ -18,25 +18,27 @@ from tb3_labs.panel.access import LOOPBACK, Access
 from tb3_labs.panel.requests import LONGEST_REQUEST
 from tb3_labs.ros.node import guarded
 
-#: Files of these types need no token. The page itself and its socket need it.
-PUBLIC = ('.css', '.js', '.svg')
+#: Requests of files with these suffixes need no token. The page and the socket need the token.
+PUBLIC_SUFFIXES = ('.css', '.js', '.svg')
 #: The files of the page: HTML, style and program.
 PAGE_FILES = Path(__file__).resolve().parent / 'page'
-#: The names of the files that draw a robot, as a regular expression.
-DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FILES.iterdir()
-                         if path.suffix in PUBLIC)
-#: Each page is pinged once in this time [s].
+#: A regular expression for the names of the files in `drawing`, which draw a robot.
+DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir()
+                         if path.suffix in PUBLIC_SUFFIXES)
+#: Time between two pings of a page [s].
 PING_PERIOD = 1.0
-#: A page that does not answer for this long is disconnected [s]: its computer was suspended, or the
-#: network stalls. Later it connects again, and shows the present picture.
-PONG_WITHIN = 3.0
+#: A page that does not answer a ping for this long is disconnected [s]. The page's computer was
+#: suspended, or the network stalls. Later the page connects again, and shows the present picture.
+PONG_TIMEOUT = 3.0
 #: A connection without a complete request for this long is closed [s].
-REQUEST_WITHIN = 10.0
-#: Most open connections, of one address and of all: this node may open about 1000 files.
-MOST_OF_ADDRESS, MOST_CONNECTIONS = 32, 128
-#: Ports that are tried if the first one is in use.
-PORTS = 10
-#: The page loads nothing from elsewhere, and no other site can show it in a frame.
+REQUEST_TIMEOUT = 10.0
+#: Most open connections of one address.
+MOST_OF_ONE_ADDRESS = 32
+#: Most open connections of all addresses, since this node may open about 1000 files.
+MOST_CONNECTIONS = 128
+#: The panel tries at most this number of ports.
+MOST_PORTS = 10
+#: With these headers the page loads files of this server only, and no site shows it in a frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
                                "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
@@ -48,9 +50,10 @@ HEADERS = {
 class Server:
     """Offers the page at the address of a PanelConfig, in a separate thread.
 
-    `open_page(send)` is called for each page that connects; `send(text)` sends a message to it. It
-    returns two functions: the first is called with each message (a str) of the page, the second at
-    the page's end. Raises ``ValueError`` if the address cannot be used.
+    The server calls `open_page(send)` for each page that connects. `send(text)` sends a message to
+    this page. `open_page` returns two functions: the server calls the first one with each message
+    of the page (a str), and the second one when the page is closed. Raises ``ValueError`` if the
+    address cannot be used.
     """
 
     def __init__(self, config, open_page):
@@ -70,14 +73,14 @@ class Server:
         threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
 
     def soon(self, job):
-        """Run `job()` soon in the thread of the server; any thread may call this."""
+        """Run `job()` soon in the thread of the server. Any thread may call this method."""
         try:
             self._loop.call_soon_threadsafe(guarded(job))
         except RuntimeError:
             pass    # the server has ended
 
     def later(self, seconds, job):
-        """Run `job()` after `seconds`; only the thread of the server may call this."""
+        """Run `job()` after `seconds`. Only the thread of the server may call this method."""
         self._loop.call_later(seconds, guarded(job))
 
     def _run(self):
@@ -85,15 +88,15 @@ class Server:
         application = web.Application([
             (r'/socket', _Socket, {'access': self._access, 'open_page': self._open_page,
                                    'admit': self._admitted.add}),
-            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FILES)}),
+            (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
-            websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_WITHIN)
-        # tornado reads a body before Access checks the request. The page never sends a body, but
-        # tornado 5 reads 0 as no limit.
-        server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_WITHIN,
-                                  idle_connection_timeout=REQUEST_WITHIN)
+            websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
+        # tornado reads a request's body before Access checks the request. The page sends no body,
+        # so 1 byte is enough. For tornado 5 a limit of 0 is no limit.
+        server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
+                                  idle_connection_timeout=REQUEST_TIMEOUT)
         server.admitted = self._admitted
         server.add_sockets(self._sockets)
         self._loop.run_forever()
@@ -101,17 +104,17 @@ class Server:
 
 class _ConnectionLimit(httpserver.HTTPServer):
     """Limits the number of open connections. Above a limit it closes the oldest connection that
-    does not belong to a page: a browser sends its request at once. A page's connection stays open.
-    If all other connections belong to pages, the new connection is closed."""
+    belongs to no page, because a browser sends a request at once. The connections of pages stay
+    open. If all older connections belong to pages, the new connection is closed."""
 
-    #: The streams of pages that were admitted.
+    #: The streams of the open pages.
     admitted = frozenset()
-    _open = ()    # (stream, address of its other end), oldest first
+    _open = ()    # (stream, address of the browser), oldest first
 
     def handle_stream(self, stream, address):
         self._open = [each for each in self._open if not each[0].closed()] + [(stream, address[0])]
         for most, group in (
-                (MOST_OF_ADDRESS, [each for each, host in self._open if host == address[0]]),
+                (MOST_OF_ONE_ADDRESS, [each for each, host in self._open if host == address[0]]),
                 (MOST_CONNECTIONS, [each for each, _ in self._open if not each.closed()])):
             if len(group) > most:
                 rospy.logwarn_throttle(10.0, 'more than {} connections ({}): one is closed'.format(
@@ -122,12 +125,12 @@ class _ConnectionLimit(httpserver.HTTPServer):
 
 
 def in_thread(job):
-    """Run `job()`, which may wait, in a separate thread: the server's thread must read stops."""
+    """Run `job()`, which may wait, in a separate thread. The server's thread must read stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 
 class _CheckedHandler:
-    """Answers each request that Access refuses with one line, the reason."""
+    """Answers each request that Access refuses by one line with the reason."""
 
     def initialize(self, access, **options):
         self._access = access
@@ -138,7 +141,7 @@ class _CheckedHandler:
             self.set_header(name, value)
 
     def prepare(self):
-        headers, is_public = self.request.headers, self.request.path.endswith(PUBLIC)
+        headers, is_public = self.request.headers, self.request.path.endswith(PUBLIC_SUFFIXES)
         token = None if is_public else self.get_query_argument('token', '')
         refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
         if refusal:
@@ -148,7 +151,7 @@ class _CheckedHandler:
 
 
 class _File(_CheckedHandler, web.StaticFileHandler):
-    """Serves the files of the page, and no file outside of their folder."""
+    """Serves the files in the folder `path`."""
 
 
 class _Socket(_CheckedHandler, websocket.WebSocketHandler):
@@ -178,15 +181,15 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
 
     def _send(self, text):
         try:
-            # the returned future fails if the page closes now; on_close() reports that
+            # the future fails if the page closes now; on_close() handles this case
             self.write_message(text).add_done_callback(lambda sent: sent.exception())
         except websocket.WebSocketClosedError:
             pass
 
 
 def _bind(port, address):
-    """Returns (sockets, port), bound to the first free port; ``ValueError`` if that fails."""
-    for number in range(port, port + PORTS):
+    """Returns (sockets, port) of the first free port. ``ValueError`` if no port can be used."""
+    for number in range(port, port + MOST_PORTS):
         try:
             sockets = netutil.bind_sockets(number, address)
         except OSError as problem:
@@ -201,7 +204,7 @@ def _bind(port, address):
 
 
 def _names_of_this_computer(address):
-    """Returns the names and addresses under which other computers may reach this one."""
+    """Returns the names and addresses by which other computers may reach this computer."""
     names = {address, socket.gethostname(), socket.getfqdn(),
              os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')}
     return sorted((names | set(rosgraph.network.get_local_addresses())) - {'', '0.0.0.0', '::'})

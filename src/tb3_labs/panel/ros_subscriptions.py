@@ -1,4 +1,4 @@
-"""Listens to the robot's topics for pages, and reads them no faster than a page draws."""
+"""Subscribes to the robot's topics for pages, and reads a topic at most as fast as a page draws."""
 import threading
 from operator import attrgetter
 
@@ -18,9 +18,9 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample
 from tb3_labs.ros.topics import subscribe, subscribe_events
 
-#: The odometry, which moves the robot on the page, is read once in this time [s].
+#: Time between two readings of the odometry, which moves the robot on the page [s].
 ODOMETRY_PERIOD = 0.045
-#: All other streams are read once in this time [s]: each reading costs computing time.
+#: Time between two readings of another sensor's topic [s]. Each reading costs computing time.
 NUMBERS_PERIOD = 0.2
 
 
@@ -67,14 +67,14 @@ class RobotSubscriptions:
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
 
     def read_view(self, question):
-        """Returns ``question(view)``, which may change the view; any thread may call this."""
+        """Returns ``question(view)``, which may change the view. Any thread may call
+        read_view()."""
         with self._lock:
             return question(self._view)
 
     @property
     def has_another_pad(self):
-        """Does another node publish `joy`? One of the connections leads to this node's own
-        publisher."""
+        """Does another node publish `joy`? One connection is to this node's own publisher."""
         return self._joy.get_num_connections() > 1
 
     def _callback(self, store):
@@ -82,11 +82,12 @@ class RobotSubscriptions:
         return lambda value: self.read_view(lambda view: store(view, value, steady_time()))
 
     def _store_as(self, kind):
-        """Returns a callback that stores each value as this `kind`."""
+        """Returns a callback that stores each value as the latest of `kind`."""
         return self._callback(lambda view, value, now: view.on_message(kind, value, now))
 
     def _read_transforms(self, message):
-        """Returns [(kind, pose)] of the transforms for a picture; ValueError if one is invalid."""
+        """Returns [(kind, pose)] of the transforms that a picture needs. ``ValueError`` if such a
+        transform is invalid."""
         kinds = {(self._odom, self._local): 'frame', ('world', self._odom): 'origin'}
         poses = []
         for stamped in message.transforms:

@@ -1,9 +1,9 @@
-"""The recorded data of one run, as arrays: no ROS, and no search for drives, turns or resets.
+"""The recorded data of one run, as arrays.
 
-Each sample has two times, both in seconds since the recording's start. `arrival` is the time at
-which it arrived at the recorder. `time` is its stamp, converted from the sender's clock (on a real
-robot up to a second off) to the recorder's clock. So the times of two topics can be compared. If a
-message has no stamp, both times are its arrival.
+Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
+sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
+(on a real robot up to a second off) to the recorder's clock. So the times of two topics can be
+compared. If a message has no stamp, both times are the arrival.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
 Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid
@@ -21,12 +21,12 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
-#: An interval of a topic longer than this is a gap [s].
-GAP = 0.3
-#: If a robot moves farther than this between two poses, it was put elsewhere [m].
-LEAP = 0.3
+#: A time without a message of a topic is a gap if it is longer than this [s].
+LEAST_GAP = 0.3
+#: A change of the position from one pose to the next is a leap if it is longer than this [m].
+LEAST_LEAP = 0.3
 
-Kind = TypeVar('Kind', bound='Samples')
+SamplesType = TypeVar('SamplesType', bound='Samples')
 
 
 @dataclass(frozen=True)
@@ -39,24 +39,24 @@ class Samples:
     def __len__(self) -> int:
         return len(self.time)
 
-    def take(self: Kind, index: Any) -> Kind:
+    def take(self: SamplesType, index: Any) -> SamplesType:
         """Returns the samples at a numpy index: a mask, a slice, or integers."""
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
-    def between(self: Kind, begin: float, end: float) -> Kind:
-        """Returns the samples in [begin, end) [s]. The times must not run back."""
+    def between(self: SamplesType, begin: float, end: float) -> SamplesType:
+        """Returns the samples with `time` in [begin, end) [s]. The times are in order."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @classmethod
-    def joined(cls: Type[Kind], parts: Sequence['Samples']) -> Kind:
-        """Returns the samples of all parts, in their order. The parts may have more columns."""
+    def joined(cls: Type[SamplesType], parts: Sequence['Samples']) -> SamplesType:
+        """Returns the samples of all parts, in their order. A part may be of a subclass."""
         if not parts:
             return cls.none()
         return cls(*(np.concatenate([getattr(part, column.name) for part in parts])
                      for column in fields(cls)))
 
     @classmethod
-    def none(cls: Type[Kind]) -> Kind:
+    def none(cls: Type[SamplesType]) -> SamplesType:
         """Returns samples of length 0."""
         return cls(*(np.empty(0) for _ in fields(cls)))
 
@@ -67,8 +67,8 @@ class Yaws(Samples):
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """Returns the continuous yaw [rad] at each time [s], linear between two samples. Before the
-        first sample it is the first yaw, after the last sample the last yaw."""
+        """Returns the continuous yaw [rad] at each time [s], linear between two samples. The yaw
+        before the first sample is the first yaw, and after the last sample the last yaw."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @functools.cached_property
@@ -109,16 +109,15 @@ class Poses(Yaws):
 
     @property
     def leaps(self) -> np.ndarray:
-        """The indices of the first poses after a jump by more than LEAP."""
-        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAP) + 1
+        """The index of the first pose after each leap."""
+        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAST_LEAP) + 1
 
     def pose(self, index: int) -> Pose2:
-        """Returns the pose at `index`."""
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, time: float) -> Pose2:
-        """Returns the pose at `time` [s], interpolated. Before the first sample it is the first
-        pose, after the last sample the last pose."""
+        """Returns the pose at `time` [s], interpolated. The pose before the first sample is the
+        first pose, and after the last sample the last pose."""
         after = int(np.searchsorted(self.time, time))
         if after in (0, len(self)):
             return self.pose(min(after, len(self) - 1))
@@ -126,7 +125,8 @@ class Poses(Yaws):
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
     def inverse(self) -> 'Poses':
-        """Returns the pose of the parent frame, seen from each pose."""
+        """Returns the inverse transforms: the pose of the parent frame in the frame of each
+        pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
@@ -138,7 +138,7 @@ class Poses(Yaws):
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
-        """Returns the same poses, seen from the parent of their frame."""
+        """Returns the same poses in the parent frame."""
         x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
         return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
 
@@ -161,7 +161,8 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class Twists(Commands):
-    """Commands with linear.y, linear.z, angular.x and angular.y, which no wheel follows."""
+    """Commands with all fields: also linear.y, linear.z, angular.x and angular.y, which no wheel
+    follows."""
 
     sideways: np.ndarray
     upward: np.ndarray
@@ -171,8 +172,8 @@ class Twists(Commands):
 
 @dataclass(frozen=True)
 class PadSamples(Samples):
-    """A gamepad's first AXES axes and first BUTTONS buttons, a row for each message. Missing ones
-    are 0."""
+    """The first AXES axes and BUTTONS buttons of a gamepad, a row for each message. A missing axis
+    or button is 0."""
 
     AXES, BUTTONS = 8, 16
 
@@ -186,7 +187,7 @@ class PadSamples(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """The mouse of mouse_info: its place, x to the right, y up, each from -1 to 1. `active` is 1 or
+    """The place of the mouse on mouse_info, x to the right, y up, from -1 to 1. `active`: 1 or
     0."""
 
     x: np.ndarray
@@ -196,14 +197,14 @@ class MouseSamples(Samples):
 
 @dataclass(frozen=True)
 class States(Samples):
-    """The states of move_to_goal, or lines of text, an array of str."""
+    """Messages of one text each, such as the states of move_to_goal; an array of str."""
 
     words: np.ndarray
 
 
 @dataclass(frozen=True)
 class LogLines(Samples):
-    """Lines on /rosout, arrays of str: their level, the name of their node, their text."""
+    """Lines on /rosout: the level, the name of the node and the text, in arrays of str."""
 
     levels: np.ndarray
     nodes: np.ndarray
@@ -211,7 +212,7 @@ class LogLines(Samples):
 
 
 @dataclass(frozen=True)
-class Values(Samples):
+class Numbers(Samples):
     """One number for each message."""
 
     value: np.ndarray
@@ -219,7 +220,8 @@ class Values(Samples):
 
 @dataclass(frozen=True)
 class Variables(Samples):
-    """Variables of nodes, arrays of str: the node, the variable's name, the value as a text."""
+    """Readings of the variables of nodes: the node, the variable's name and the value as a text, in
+    arrays of str."""
 
     node: np.ndarray
     name: np.ndarray
@@ -242,19 +244,19 @@ class RunData:
     frames: Poses = Poses.none()                     # of local in odom
     states: States = States.none()
     resets: Poses = Poses.none()                     # of the robot in local, as declared
-    turn_requests: Values = Values.none()            # turns [rad], left positive
-    control: Values = Values.none()                  # ctrl_relinq; 1: a node may drive
+    turn_requests: Numbers = Numbers.none()            # turns [rad], left positive
+    control: Numbers = Numbers.none()                  # ctrl_relinq: 1 if a node may drive
     pad: PadSamples = PadSamples.none()
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # of the robot's namespace
-    devices: Tuple[str, ...] = ()                    # recorded ones of joy, mouse_info
-    senders: Tuple[str, ...] = ()                    # of the commands; (): unknown
-    sender_index: Values = Values.none()             # of each command, in senders
-    starts: Tuple[float, ...] = ()                   # times of the node [s]; (): unknown
-    letters: Values = Values.none()                  # typed: 1 for l, -1 for r, 0
-    events: States = States.none()                   # of a trial, by the marker
-    printed: States = States.none()                  # by the node of a trial
-    variables: Variables = Variables.none()          # of nodes, by the probe in them
+    devices: Tuple[str, ...] = ()                    # joy, mouse_info, if recorded
+    senders: Tuple[str, ...] = ()                    # of the commands; () if unknown
+    sender_index: Numbers = Numbers.none()             # of each command, in senders
+    starts: Tuple[float, ...] = ()                   # of the node [s]; () if unknown
+    letters: Numbers = Numbers.none()                  # typed: 1 is l, -1 is r, 0 others
+    events: States = States.none()                   # that the marker noted in a trial
+    printed: States = States.none()                  # what the node printed in a trial
+    variables: Variables = Variables.none()          # of nodes, read by the probe
     derived: Tuple[str, ...] = ()                    # fields that were not recorded
     topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
     dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
@@ -265,7 +267,7 @@ Result = TypeVar('Result')
 
 
 def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Decorates a function of a run so that it computes its result only once for a run."""
+    """Decorates a function of a run. The result for each run is computed only once."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})
@@ -284,14 +286,15 @@ class YawOffset(NamedTuple):
 
 
 def yaw_offset(run: RunData) -> YawOffset:
-    """Returns the YawOffset, by the odometry messages that are not in a gap of the IMU. Its numbers
-    are NaN without such messages."""
+    """Returns the YawOffset by the odometry messages that are not in a gap of the IMU. All numbers
+    are NaN if there is no such message."""
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
-    close = (np.abs(imu_time[after] - at) < GAP) & (np.abs(imu_time[after - 1] - at) < GAP)
-    if not close.any():
+    before = np.abs(imu_time[after - 1] - at)
+    is_close = (np.abs(imu_time[after] - at) < LEAST_GAP) & (before < LEAST_GAP)
+    if not is_close.any():
         return YawOffset(math.nan, math.nan, math.nan)
-    offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[close])
+    offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[is_close])
     tenth = max(1, len(offset) // 10)
     return YawOffset(wrap(float(offset.mean())), float(offset.std()),
                      float(offset[-tenth:].mean() - offset[:tenth].mean()))

@@ -1,7 +1,7 @@
-"""How do the notions meet ROS? These files are the bridge that every node needs.
+"""How do the rooms without ROS meet ROS? Every node needs some of these files.
 
-`node` starts and ends a node, `clocks` waits, `topics` subscribes. Nodes that drive also use
-`sensor_topics`, `parameters` and `live_settings`. `reset_client` calls a reset. `core_runner`
-guards a core by a lock, states the order of locks, and sends commands. The ROS side of a node
-stands beside its core.
+`early_signals` and `node` start and end a node, `clocks` waits, `topics` subscribes. Nodes that
+drive also use `sensor_topics`, `parameters` and `live_settings`. `reset_client` calls a reset.
+`core_runner` guards a core by a lock, states the order of locks, and sends commands. The ROS side
+of a node is in the folder of the node's core.
 """

@@ -1,12 +1,12 @@
-"""The clocks, and the use of each.
+"""The four clocks, and the purpose of each clock.
 
-    ros_time()         ROS time, simulated or not: the age of sensors, all steps of a drive
+    ros_time()         the age of sensors, all steps of a drive; ROS time may be simulated
     steady_time()      input of people: a pad, a mouse, a permission that is renewed
     time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
     time.time()        only the moment at which the simulated robot's own time begins
 
-Periodic work has a thread that sleeps by the wall clock, since ``rospy.sleep`` and ``rospy.Timer``
-stop with a simulated clock.
+Periodic work has a thread that sleeps by the wall clock, because ``rospy.sleep`` and
+``rospy.Timer`` stop with a simulated clock.
 """
 import time
 
@@ -14,25 +14,23 @@ import rospy
 
 from tb3_labs.ros.rospy_internals import is_wall_time
 
-#: Time between two looks at a condition [s, wall clock].
+#: Time between two checks of a condition [s, wall clock].
 POLL_PERIOD = 0.05
 
 
 def ros_time():
-    """Returns rospy.get_time(), but in a tenth of its computing time."""
+    """Returns rospy.get_time(), but takes a tenth of the computing time."""
     return time.time() if is_wall_time() else rospy.get_time()
 
 
 def steady_time():
-    """Returns the seconds of a clock that never stands still or goes back, whatever ROS time does.
-
-    Unlike time.monotonic(), it runs while the computer is suspended: a permission is old then.
-    """
+    """Returns the seconds of a clock that never stands still or goes back. Unlike time.monotonic(),
+    the clock runs while the computer is suspended, so that permissions get old."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def wait_until(condition, seconds, period=POLL_PERIOD):
-    """Check `condition()` every `period` [s]: is it true within `seconds` of wall time?"""
+    """Wait until `condition()` is true, at most `seconds` of wall time. Returns whether it is."""
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

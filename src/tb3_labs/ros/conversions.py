@@ -1,7 +1,6 @@
-"""Converts messages to the types of the cores, and back. Also the names of frames.
+"""Converts messages to the types of the cores, and back. Makes the names of frames.
 
-No other file reads or fills quaternion fields. An invalid message (NaN, infinity, an invalid
-quaternion) raises ``ValueError``.
+An invalid message (NaN, infinity, an invalid quaternion) raises ``ValueError``.
 """
 import math
 
@@ -13,13 +12,14 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
 
-#: The environment variable with the path of a named pipe. The simulated robot writes a line with x,
-#: y [m], yaw [rad] there for each true pose. It does not use a topic, which any node can read.
+#: The environment variable with the path of a named pipe. For each true pose the simulated robot
+#: writes a line with x, y [m], yaw [rad] into the pipe. Any node could read a topic.
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
 def frame(name):
-    """Returns `name` in this node's namespace, such as `robot3/odom`: all robots share one tf."""
+    """Returns the frame `name` in this node's namespace, such as `robot3/odom`, because all robots
+    share one tf tree."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name
 
@@ -30,7 +30,7 @@ def yaw_of(orientation):
 
 
 def to_quaternion(yaw, *tilt):
-    """Returns the geometry_msgs/Quaternion of a heading, and of a tilt (roll, pitch) [rad]."""
+    """Returns the geometry_msgs/Quaternion of a heading. `tilt` may add roll and pitch [rad]."""
     w, x, y, z = quaternion_from_yaw(yaw, *tilt)
     return Quaternion(x=x, y=y, z=z, w=w)
 
@@ -57,7 +57,7 @@ def to_odometry_sample(message):
 
 
 def to_pose_stamped(pose, frame, stamp):
-    """Returns the geometry_msgs/PoseStamped of a Pose2; `stamp` in seconds."""
+    """Returns the geometry_msgs/PoseStamped of a Pose2. `stamp` is in [s]."""
     message = PoseStamped()
     message.header.frame_id = frame
     message.header.stamp = rospy.Time.from_sec(stamp)
@@ -68,7 +68,7 @@ def to_pose_stamped(pose, frame, stamp):
 
 
 def to_transform(parent_T_child, parent, child, stamp):
-    """Returns the geometry_msgs/TransformStamped of a Pose2; `stamp` in seconds."""
+    """Returns the geometry_msgs/TransformStamped of a Pose2. `stamp` is in [s]."""
     message = TransformStamped()
     message.header.frame_id = parent
     message.header.stamp = rospy.Time.from_sec(stamp)

@@ -1,15 +1,15 @@
-"""The runner of a core: messages go in, and what the core decides leaves in order.
+"""Runs the core of a node. Messages go in, and the Outputs of the core are carried out in order.
 
-When a node that drives stops, for any reason, it publishes exactly one zero and is then silent, so
-that another node may drive. The zero is also sent when the node shuts down (a signal, an exception
-that ended it), and when its clock stands still.
+When a node that drives stops, for any reason, the node publishes exactly one zero and is then
+silent, so that another node may drive. The node also sends the zero when it shuts down (after a
+signal or an exception), and when its clock stands still.
 
 A thread that holds a lock takes only locks further down in this list:
-    1  locks of the parts that call a node back: the hooks of its end, dynamic settings,
-       diagnostics, actionlib. A node that calls these parts holds no lock.
-    2  the lock of the node, its CoreRunner's, which guards its core and its commands
-    3  locks of rospy's topics, and of its log
-A thread that holds a node's lock does not wait for a service, a message or a subscriber.
+    1  the locks of hooks at the end of a node, of dynamic settings, of diagnostics and of
+       actionlib. All of them call the node. A node that calls them holds no lock.
+    2  the lock of the CoreRunner, which guards the core and the commands
+    3  the locks of rospy's topics and of rospy's log
+A thread that holds the lock of a CoreRunner does not wait for a service, a message or a subscriber.
 """
 import math
 import queue
@@ -24,31 +24,30 @@ from geometry_msgs.msg import Twist
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import is_wall_time, write_at_once
-from tb3_labs.ros.topics import DROPPED
+from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: A smaller speed turns no motor [m/s], [rad/s]; the firmware reads 1e-40 as full speed.
+#: A smaller speed turns no motor [m/s], [rad/s]. The firmware would read 1e-40 as full speed.
 LEAST_SPEED = 1e-4
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0
 
 
 class CoreRunner:
-    """Guards a core (:mod:`tb3_labs.nodes`) by one lock, which is taken once for each message.
+    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once.
 
-    The command is sent while the lock is held: no drive that was decided before a stop follows it.
-    The rest of an Output is carried out without the lock, in the same order, by a thread of its
-    own. So a terminal that takes no text, or actionlib, holds up no message and no stop.
+    The command is sent while the lock is held, so no command that was decided before a stop is sent
+    after the stop. A separate thread carries out the rest of an Output without the lock, in the
+    same order. So a blocked terminal, or actionlib, delays no message and no stop.
     """
 
     def __init__(self, tick, publish=None, carry_out=None):
-        """``tick()`` returns the Output of now. ``publish(output)`` is called with the lock held,
-        after the command was sent, and must not wait. ``carry_out(output)`` is called without it.
-        """
+        """``tick()`` returns the present Output. ``publish(output)`` is called with the lock held,
+        after the command, and must not wait. ``carry_out(output)`` is called without the lock."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
         self._lock = threading.Lock()
-        self._waiting = queue.SimpleQueue()    # Outputs that are not carried out yet
+        self._waiting = queue.SimpleQueue()    # Outputs for carry_out
         threading.Thread(target=guarded(self._run), name='core runner', daemon=True).start()
         self.cmd_vel = CmdVel()
         rospy.on_shutdown(self._close)
@@ -56,8 +55,8 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message, and let the core
-        decide. Returns the Output. `method` itself reads the clock: a time from before the lock may
-        be older than the core's last time."""
+        decide. Returns the Output. `method` reads the clock after the lock was taken, because an
+        earlier reading may be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -65,13 +64,12 @@ class CoreRunner:
         return output
 
     def check(self):
-        """Let the core look at the clock."""
+        """Let the core decide at the present time, without a message."""
         with self._lock:
             self._decide()
 
     def query(self, method, *arguments):
-        """Returns ``method(*arguments)`` of the core, without a decision: for a question, or for a
-        sample that only checks other samples."""
+        """Returns ``method(*arguments)`` of the core, without a decision of the core."""
         with self._lock:
             return method(*arguments)
 
@@ -114,19 +112,19 @@ class CmdVel:
     def __init__(self):
         self._clock_runs = is_wall_time()
         self._drives = False
-        self._closed = False           # the node ends
-        self._message = Twist()        # publish() has read it when it returns
+        self._closed = False           # does the node end?
+        self._message = Twist()        # used again, since publish() writes at once
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
 
     @property
     def has_subscribers(self):
-        """Does a robot (or any node) listen?"""
+        """Does any node, such as a robot, listen to `cmd_vel`?"""
         return self._publisher.get_num_connections() > 0
 
     def send(self, command):
-        """Send `command`, a Twist2; speeds below LEAST_SPEED are zero. Zero, and every command
-        while the clock stands still, are a :meth:`stop`. ``ValueError`` if one is not finite."""
+        """Send `command`, a Twist2. A speed below LEAST_SPEED is zero. For zero, and while the
+        clock stands still, call :meth:`stop`. ``ValueError`` if a speed is not finite."""
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
@@ -145,13 +143,13 @@ class CmdVel:
             self._publish(0.0, 0.0)
 
     def close(self):
-        """Stop for good."""
+        """Stop, and ignore all later commands."""
         self._closed = True
         self.stop()
 
     def note_clock(self, runs):
-        """Take in whether ROS time runs: while it stands still, nothing may be driven. Returns True
-        if it has just stopped."""
+        """Store whether ROS time runs, and stop if it stands still. Returns True if ROS time ran at
+        the last call and stands still now."""
         stands, self._clock_runs = self._clock_runs and not runs, runs
         if stands:
             self.stop()
@@ -166,8 +164,8 @@ class Watchdog:
     """Calls `check()` in a separate thread while no message arrives. Also calls `note_clock(runs)`
     if the clock is simulated.
 
-    The thread begins with the first call of :meth:`set_awake`. A rospy.Timer would stop with the
-    simulated clock, just when the check is needed.
+    The thread begins with the first call of :meth:`set_awake`. A rospy.Timer would stop together
+    with the simulated clock.
     """
 
     def __init__(self, check, note_clock):
@@ -178,10 +176,10 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def set_awake(self, awake):
-        """Check the node often if it is `awake`. The caller holds the node's lock."""
+        """Check the node often while it is `awake`. The caller holds the lock of the CoreRunner."""
         if not self._thread.ident:
             self._thread.start()
-        if awake is self._awake.is_set():    # reading it costs less than setting it again
+        if awake is self._awake.is_set():    # is_set() is faster than set()
             return
         if awake:
             self._awake.set()
@@ -189,7 +187,7 @@ class Watchdog:
             self._awake.clear()
 
     def feed(self):
-        """Tell the watchdog that a message has arrived and was processed."""
+        """Note that a message has arrived and was processed."""
         self._messages.received(steady_time())
 
     def _run(self):
@@ -213,14 +211,14 @@ class Watchdog:
 
 
 class Diagnostics:
-    """Publishes the answer of `report()`, ``(problem, {name: value})``, to `/diagnostics`, once a
-    second. `report` is called without a lock."""
+    """Publishes the result of `report()` to `/diagnostics` once a second. The result is ``(problem,
+    {name: value})``. `report` is called without a lock."""
 
     def __init__(self, hardware, report):
         self._report = report
         self._updater = Updater()
         self._updater.setHardwareID(hardware)
-        self._updater.add('state', self._fill)    # the Updater puts the node's name before it
+        self._updater.add('state', self._fill)    # the Updater adds the node's name before 'state'
         threading.Thread(target=guarded(self._run), name='diagnostics', daemon=True).start()
 
     def _run(self):
@@ -237,7 +235,7 @@ class Diagnostics:
 
 
 def values_of(topic, source, now):
-    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} of a topic: the age of its Freshness, and
-    the number of its invalid messages."""
+    """Returns values for Diagnostics: the age of the Freshness `source`, and the number of invalid
+    messages on `topic`. Example: {'imu age [s]': '0.004', 'imu dropped': 0}."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
-            source.name + ' dropped': DROPPED[topic]}
+            source.name + ' dropped': INVALID_COUNTS[topic]}

@@ -10,8 +10,8 @@ The exit status is 0 only if that was done. In a terminal after scripts/setup.sh
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
 """
-# The program of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines, and waits
-# without end for an unknown node.
+# The program `dynparam` of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines,
+# and waits without end for an unknown node.
 
 import re
 import sys
@@ -31,11 +31,11 @@ from tb3_labs.terminal import run_tool
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].
 LONGEST_ANSWER = 2.0
-#: rospy puts these words around the reason that a node gives for a refusal.
-REASON = re.compile(r'^.*responded with an error: b([\'"])'
-                    r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
+#: rospy's text of a refusal. The second group is the node's reason.
+REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
+                     r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
 USAGE = 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'
-#: {command: valid numbers of words, the command included}
+#: {command: valid numbers of words, together with the command}
 COMMANDS = {'list': (1,), 'get': (2, 3), 'set': (4,)}
 
 
@@ -46,18 +46,18 @@ def nodes():
 
 
 def call(node, config):
-    """Change settings of `node`. Returns {name: value} of all its settings; ``ValueError`` if the
-    node refuses."""
+    """Change settings of `node`. Returns {name: value} of all settings of the node. ``ValueError``
+    with the reason if the node refuses the change."""
     rospy.wait_for_service(node + SERVICE, LONGEST_ANSWER)
     try:
         return decode(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)
     except rospy.ServiceException as problem:
-        raise ValueError(REASON.sub(r'\2', str(problem))) from None
+        raise ValueError(REFUSAL.sub(r'\2', str(problem))) from None
 
 
 def settings_of(node):
-    """Returns (the node's full name, {name: value} of its settings); ``ValueError`` if no such node
-    has settings that can change."""
+    """Returns (full name of the node, {name: value} of its settings). ``ValueError`` if there is no
+    such node, or if none of its settings can change."""
     known, node = nodes(), rospy.resolve_name(node)
     if node not in known:
         raise ValueError(
@@ -66,19 +66,19 @@ def settings_of(node):
 
 
 def value_of(text, kind):
-    """Returns the value in a typed text. If it is not of type `kind`, the node refuses it."""
+    """Returns the value in a typed text. The node refuses a value that is not of type `kind`."""
     if kind is float:
         return number_or_text(text)    # YAML reads 1e-3 as a text, and 400 digits are not a float
     try:
         value = text if kind is str else yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError):    # of an integer with 5000 digits
+    except (yaml.YAMLError, ValueError):    # Python raises ValueError for 5000 digits
         return text
     is_sent = type(value) in (bool, float) or type(value) is int and abs(value) < 2 ** 31
     return value if is_sent else text
 
 
 def carry_out(command, node='', name='', text=None):
-    """Carry out a valid command line; ``ValueError`` with the reason of a refusal."""
+    """Carry out a valid command line. ``ValueError`` with the reason if it cannot be done."""
     if command == 'list':
         print('\n'.join(nodes()) or 'no node: is a robot running?')
         return
@@ -94,7 +94,7 @@ def carry_out(command, node='', name='', text=None):
 
 
 def in_yaml(value):
-    """Returns a value as it is written in YAML."""
+    """Returns a value as YAML text."""
     return yaml.safe_dump(value).split('\n')[0]
 
 

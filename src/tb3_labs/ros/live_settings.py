@@ -1,10 +1,10 @@
 """The settings of a node that may change while it runs, by dynparam or in rqt_reconfigure.
 
-dynamic_reconfigure 1.7.3 (Debian 12) has a Python server of its own. It is not used because of
-measured defects (test/ros/parameters_test.py shows that LiveSettings has none):
-- It silently clips an invalid value to the nearest bound, before its callback could refuse.
-- It writes each change to the parameter server: a later start begins with old faults.
-- Its import asks rosdep, which prints a line in every terminal if rosdep was not initialised.
+The Python server of dynamic_reconfigure 1.7.3 (Debian 12) is not used because of measured defects.
+test/ros/parameters_test.py shows that LiveSettings does not have these defects:
+- The server silently clips an invalid value to the nearest bound, before a callback could refuse.
+- The server writes each change to the parameter server, so a later start begins with old faults.
+- Its import calls rosdep, which prints a line in every terminal if rosdep was not initialised.
 """
 import math
 import threading
@@ -23,14 +23,14 @@ from tb3_labs.ros.node import guarded
 _TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
 _LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}
 _HIGHEST = {bool: True, int: 2 ** 31 - 1, float: math.inf, str: ''}
-#: The group that all settings are in.
+#: The name of the group of all settings.
 _GROUP = 'Default'
 
 
 class LiveSettings:
     """Offers the fields of the Config `config`, except the fields named in `fixed`.
 
-    `apply` is called with each new configuration, in a thread of rospy; ValueError refuses one.
+    A thread of rospy calls `apply` with each new Config. A ValueError in it refuses the change.
     """
 
     def __init__(self, config, apply, fixed=()):
@@ -53,7 +53,7 @@ class LiveSettings:
             return message
 
     def _change(self, values):
-        """Apply {name: value}. Raises ServiceException with the reason if it is refused."""
+        """Apply {name: value}. Raises ServiceException with the reason if the change is refused."""
         try:
             names = [item.name for item in self._offered]
             unknown = sorted(set(values) - set(names))
@@ -104,7 +104,7 @@ def _description(config, offered):
 
 def _bounds(offered, which, widest):
     """Returns the dynamic_reconfigure/Config of the bounds `which` ('low' or 'high'). A field
-    without a bound gets the `widest` value of its type."""
+    without a bound gets the value in `widest` for the type of the field."""
     bounds = {}
     for item in offered:
         kind, bound = type(item.default), item.metadata[which]

@@ -1,13 +1,13 @@
 """Start, signals, failure and end of every node of this package.
 
-A ``ValueError`` at the start, such as an invalid parameter's, ends the node with one fatal
-line and exit status 1; its roslaunch ends, too. An exception inside a callback ends the node as
-well: rospy alone would let the robot drive on with its last command.
+A ``ValueError`` at the start, such as an invalid parameter's, ends the node with one fatal line and
+exit status 1, and ends the roslaunch of the node. An exception in a callback ends the node, too,
+because with rospy alone the robot would continue with the last command.
 
-rospy's own signal handlers hang if the main thread holds one of rospy's locks. Here a signal raises
-an exception in the main thread, which first leaves its calls and their locks; then the node shuts
-down. Ctrl+Z ends a node, too, since a stopped process could not stop its robot. The zero command at
-the end is sent by :mod:`tb3_labs.ros.core_runner`.
+rospy's own signal handlers hang if the main thread holds a lock of rospy. In this module a signal
+raises an exception in the main thread. The exception first leaves all calls and releases their
+locks. Then the node shuts down. Ctrl+Z ends a node, too, since a stopped process could not stop its
+robot. :mod:`tb3_labs.ros.core_runner` sends the zero command at the end.
 """
 import functools
 import os
@@ -25,30 +25,31 @@ from tb3_labs.ros.rospy_internals import (
     answer_side_by_side, find_late_publishers, log_without_the_master, note_connections)
 from tb3_labs.terminal import SafeStream
 
-#: Period of the main thread: does a master answer, has another thread ended the node? [s]
+#: The main thread checks with this period whether the master answers or the node ends [s].
 MAIN_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LOG_TIME = 0.1
-#: A node that ends waits this long for its hooks and its master, and checks with this period [s].
-LONGEST_END, END_POLL = 4.0, 0.01
-#: These end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
+#: Longest wait of a node that ends for its shutdown hooks and its master [s].
+END_TIMEOUT = 4.0
+END_POLL_PERIOD = 0.01
+#: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
 END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 
 _failures = []
-_signals = []     # numbers of the signals of END_SIGNALS so far
-_end_has_begun = threading.Event()    # rospy.is_shutdown() is true only after its hooks
+_received_signals = []
+_end_has_begun = threading.Event()    # rospy.is_shutdown() becomes true only after the hooks
 
 
 def run(name, make_node, interface=None):
-    """Initialise node `name`, build it by ``make_node()``, wait for its end, and exit. --help
-    prints the `interface`, by default the docstring of the file of `make_node`."""
+    """Initialise the node `name`, call ``make_node()``, wait for the end of the node, and exit.
+    --help prints `interface`, by default the docstring of the module of `make_node`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         print((interface or make_node.__init__.__globals__['__doc__']).strip())
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # rospy does not wait if parameters are typed
+        if not rosgraph.is_master_online():    # with typed parameters rospy does not wait
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
@@ -59,11 +60,11 @@ def run(name, make_node, interface=None):
         answer_side_by_side()
         find_late_publishers()
         note_connections()
-        node = make_node()    # noqa: F841 (it lives as long as this name)
+        node = make_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
         while not _end_has_begun.is_set():
             pause(MAIN_PERIOD)
-    except (ValueError, OverflowError) as problem:    # the latter: an integer that rospy cannot set
+    except (ValueError, OverflowError) as problem:    # OverflowError: rospy cannot set an integer
         ignore_signals()
         end_roslaunch()
         end(str(problem).replace('int exceeds XML-RPC limits', 'a whole number beyond 2147483647'))
@@ -74,26 +75,26 @@ def run(name, make_node, interface=None):
 
 
 def leave(status=0):
-    """End this process when its hooks are done, without the 0.6 s that rospy's own end takes."""
-    deadline = time.monotonic() + LONGEST_END
+    """End this process after the shutdown hooks. rospy's own end would take 0.6 s more."""
+    deadline = time.monotonic() + END_TIMEOUT
     while not rospy.is_shutdown() and time.monotonic() < deadline:
-        time.sleep(END_POLL)
+        time.sleep(END_POLL_PERIOD)
     sys.stdout.flush()
     os._exit(1 if _failures else status)
 
 
 def guarded(callback):
-    """Returns `callback`, but an exception in it ends the node with one fatal line."""
+    """Returns a function that calls `callback`. An exception ends the node with one fatal line."""
     @functools.wraps(callback)
     def call(*args, **kwargs):
         try:
             return callback(*args, **kwargs)
         except rospy.ServiceException:
-            raise  # a refusal, which rospy passes to the caller
+            raise  # rospy sends the reason of a refusal to the caller
         except Exception as problem:  # after any exception the robot must not drive on
             where = traceback.extract_tb(sys.exc_info()[2])[-1]
             rospy.logdebug('%s', traceback.format_exc())
-            # while the node ends, a topic may be closed
+            # while the node ends, a publisher may be closed already, and raise an exception
             if not (_end_has_begun.is_set() or rospy.is_shutdown()):
                 place = f'{os.path.basename(where.filename)} line {where.lineno}'
                 end(f'{type(problem).__name__}: {problem} ({place})')
@@ -101,8 +102,8 @@ def guarded(callback):
 
 
 def end(failure=''):
-    """Begin to end this node, and do not wait for its hooks. A `failure` is logged as one fatal
-    line, and makes the exit status 1."""
+    """Begin the shutdown of this node, and do not wait for the hooks. A `failure` is logged as one
+    fatal line, and makes the exit status 1."""
     _end_has_begun.set()
     if failure:
         _failures.append(failure)
@@ -110,38 +111,38 @@ def end(failure=''):
 
 
 def _shut_down(failure):
-    if failure and failure == _failures[0]:    # other threads may fail, too
+    if failure and failure == _failures[0]:    # only the first failure is logged
         rospy.on_shutdown(lambda: _log_failure(failure))
     rospy.signal_shutdown(failure or 'done')
 
 
 def _log_failure(failure=''):
-    """The last hook of the shutdown: a blocked terminal must not delay the last zero command."""
+    """Log the failure last, since a blocked terminal must not delay the zero command."""
     if failure:
         rospy.logfatal('%s', failure)
     time.sleep(LOG_TIME)
 
 
 def roslaunch_of_this():
-    """Returns the id of the roslaunch that started this process; 0 if another program did."""
+    """Returns the id of the roslaunch that started this process; 0 if there is none."""
     words = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
-    is_roslaunch = 'roslaunch' in map(os.path.basename, words[:2])    # or python is first
+    is_roslaunch = 'roslaunch' in map(os.path.basename, words[:2])    # words[0] may be python3
     return os.getppid() if is_roslaunch else 0
 
 
 def end_roslaunch():
-    """End the roslaunch that started this process as Ctrl+C does, without its red lines."""
+    """End the roslaunch of this process. After SIGTERM it prints no red lines."""
     if roslaunch_of_this():
         os.kill(roslaunch_of_this(), signal.SIGTERM)
 
 
 class Interrupted(BaseException):
-    """A signal of END_SIGNALS; a BaseException, so that no ``except Exception`` catches it."""
+    """A signal of END_SIGNALS. ``except Exception`` does not catch a BaseException."""
 
 
 def catch_signals():
-    """Let the first signal of END_SIGNALS raise Interrupted in the main thread, also SIGINT that a
-    script's background job ignores; but a SIGHUP that nohup ignores stays ignored."""
+    """Let the first signal of END_SIGNALS raise Interrupted in the main thread. A background job of
+    a script ignores SIGINT; from now on it does not. With nohup SIGHUP stays ignored."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)
@@ -149,20 +150,20 @@ def catch_signals():
 
 def _interrupt(number, _frame):
     ignore_signals()
-    _signals.append(number)
+    _received_signals.append(number)
     raise Interrupted
 
 
 def ignore_signals():
-    """Ignore further signals: a second one must not interrupt the shutdown."""
+    """Ignore further signals, since a second signal must not interrupt the shutdown."""
     for number in END_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
 
 def pause(seconds):
-    """Sleep in the main thread. Raises Interrupted if a signal arrives, or has arrived before and a
-    library caught its exception, by a bare `except:`."""
-    if not _signals:
+    """Sleep in the main thread. Raises Interrupted if a signal arrives. Also raises it if a signal
+    arrived earlier, because a library with a bare `except:` may have caught the exception."""
+    if not _received_signals:
         time.sleep(seconds)
-    if _signals:
+    if _received_signals:
         raise Interrupted

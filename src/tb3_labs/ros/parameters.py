@@ -10,9 +10,9 @@ from tb3_labs.robot.turtlebot3 import model_called
 
 
 def read_config(*kinds, of=None, typed=()):
-    """Returns an instance of each configuration class in `kinds`, from the node's ``~`` parameters
-    and `typed`, which has other settings. Raises ``ValueError`` for the first unknown or invalid
-    one. `of`: read the parameters of this node instead, and ignore its unknown parameters."""
+    """Returns an instance of each Config class in `kinds`, with the node's ``~`` parameters and the
+    settings of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. With `of`
+    reads the parameters of the node `of` instead, and ignores its unknown parameters."""
     given = rospy.get_param(of or '~', {})
     if not isinstance(given, dict):
         raise ValueError(f'parameter {of or rospy.get_name()} = {given!r} is not valid: the name '
@@ -36,5 +36,5 @@ def read_config(*kinds, of=None, typed=()):
 
 
 def read_model():
-    """Returns the RobotModel called ``~model``, else the one that TURTLEBOT3_MODEL names."""
+    """Returns the RobotModel of the parameter ``~model``, else of TURTLEBOT3_MODEL."""
     return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)

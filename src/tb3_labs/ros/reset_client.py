@@ -1,7 +1,7 @@
 """Calls the service by which an operator resets the pose of move_to_goal.
 
-A node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_requests`) offers `reset_pose`, which
-says why a reset is refused. A node as in the handout offers only `set_pose`.
+The node of this package (:mod:`tb3_labs.nodes.move_to_goal.ros_requests`) offers `reset_pose`,
+whose response has the reason of a refusal. The handout's node offers only `set_pose`.
 """
 import math
 
@@ -11,16 +11,16 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from tb3_labs.handout import SET_POSE
 from tb3_labs.srv import ResetPose, SetInitialPose
 
-#: The covariance in the handout. The service was AMCL's at first, and AMCL requires a covariance.
+#: The handout's covariance. AMCL, from which the service comes, requires a covariance.
 COVARIANCE = 36 * [0.1]
 
 
 def call_reset(x, y, yaw_deg):
-    """Declare that the robot is at x, y [m], yaw [deg] in local. Returns the answer in words;
-    ``ValueError`` with the reason of a refusal."""
+    """Declare that the robot is at x, y [m], yaw [deg] in local. Returns the answer as text.
+    ``ValueError`` with the reason if the reset is refused."""
     try:
         response = rospy.ServiceProxy('reset_pose', ResetPose)(x, y, yaw_deg)
-    except rospy.ServiceException:    # no node offers it, or its node was killed
+    except rospy.ServiceException:    # no node offers reset_pose, or the node was killed
         return _call_as_in_the_handout(x, y, yaw_deg)
     if not response.success:
         raise ValueError(response.message)
@@ -35,6 +35,6 @@ def _call_as_in_the_handout(x, y, yaw_deg):
     pose.orientation.z, pose.orientation.w = math.sin(half), math.cos(half)
     try:
         rospy.ServiceProxy(service, SetInitialPose)(message)
-    except (rospy.ROSException, rospy.ServiceException) as problem:    # also when this node ends
+    except (rospy.ROSException, rospy.ServiceException) as problem:
         raise ValueError(str(problem)) from None
     return f'{service} was called with x={x:.3f}, y={y:.3f}, yaw={yaw_deg:.1f} deg'

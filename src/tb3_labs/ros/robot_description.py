@@ -2,10 +2,10 @@
 
     python3 launch/run.py robot_description MODEL [PREFIX]
 
-It is a simple shape of the robot's size, with the names of links and joints of
+The URDF is a simple shape of the robot's size. Links and joints have the names of
 turtlebot3_description. Body and nose lie on the floor, so that they do not hide goal, path and true
-pose. PREFIX, such as ``robot3/``, stands before the names of the links: tf has one tree for all
-robots.
+pose. PREFIX, such as ``robot3/``, stands before the names of the links, because tf has one tree for
+all robots.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
@@ -63,7 +63,7 @@ _WHEEL = """
 
 
 def urdf(model: RobotModel, prefix: str = '') -> str:
-    """Returns the URDF of a shape as large as `model`."""
+    """Returns the URDF of a simple shape with the size of `model`."""
     wheels = [_WHEEL.format(prefix=prefix, side=side, y=y, radius=model.wheel_radius,
                             width=WHEEL_WIDTH)
               for side, y in (('left', model.half_track), ('right', -model.half_track))]
@@ -75,7 +75,7 @@ def urdf(model: RobotModel, prefix: str = '') -> str:
 
 
 def main(model, prefix='', *_):
-    """Print the URDF. Returns 0, or the reason why there is no URDF."""
+    """Print the URDF. Returns 0, or the reason why the model has no URDF."""
     try:
         print(urdf(robot_model(model), prefix))
     except ValueError as problem:

@@ -1,8 +1,8 @@
-"""The private parts of rospy that the nodes read or change, each behind one function.
+"""The private parts of rospy that the nodes read or change. One function uses each part.
 
-They exist in rospy 1.15.15 (Debian 12). Each docstring names the part, the harm without the
-function, and the test that fails if the part changes. If a part without a test changes, a node ends
-at once with an AttributeError.
+The parts exist in rospy 1.15.15 (Debian 12). The docstring of a function names the part, the harm
+without the function, and the test that fails if the part changes. If a part without a test changes,
+a node ends at once with an AttributeError.
 """
 import socket
 import threading
@@ -19,24 +19,24 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """Returns the header of a message's connection: a dict of strings, the same for all its
-    messages. 'callerid' is the sender; 'latching' is '1' if the sender's last message is sent to
-    each new connection first. :func:`note_connections` adds 'connected_at' and 'process'."""
+    """Returns the header of a message's connection, a dict of strings. All messages of a connection
+    have the same header. 'callerid' is the sender. 'latching' is '1' if each new connection first
+    gets the sender's last message. :func:`note_connections` adds 'connected_at' and 'process'."""
     return message._connection_header
 
 
 def sender_of(header):
-    """Returns the sender's name in a connection's header; '' if it is missing. The name may be a
-    stranger's text: it is cut, and terminal codes are removed."""
+    """Returns the name of the sender in the header of a connection; '' if it is missing. The name
+    is cut, and terminal codes are removed, since any program may be the sender."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 
 def note_connections():
-    """Add to the header of each connection its begin ('connected_at', by clocks.steady_time) and
-    its sender's process ('process'). Call this before a node subscribes.
+    """Add 'connected_at', by clocks.steady_time, and the sender's 'process' to the header of each
+    connection. Call this function before a node subscribes.
 
-    Both show whether a sender repeats an old message, or is a new process. Otherwise a repeated
-    True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
+    The fields show whether a sender repeats an old message, or is a new process. Otherwise a
+    repeated True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
     `endpoint_id`; test/ros/starts.test).
     """
     validate = TCPROSTransport._validate_header
@@ -50,20 +50,20 @@ def note_connections():
 
 
 def log_without_the_master():
-    """Write log lines without a call of the master. Call this after init_node().
+    """Write log lines without a call of the master. Call this function after init_node().
 
-    At each log line rospy asks the master for a parameter that nobody sets. Without an answer the
-    thread waits (the cache of parameters; test/ros/network.test).
+    At each log line rospy reads a parameter, which nobody sets, from the master. If the master does
+    not answer, the thread waits (the cache of parameters; test/ros/network.test).
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
 def answer_side_by_side(server=None):
-    """Answer each connection to this node in a separate thread. Call this after init_node().
+    """Answer each connection in a separate thread. Call this function after init_node().
 
-    rospy answers connections in turn. A client that is not a node (a browser; a master that calls a
-    node which had this port before) blocked all other clients without end, and the seventh client
-    could connect only after 1 s (`_tcpros_server`, its `inbound_handler`; test/unit/test_node.py).
+    rospy answers connections one after the other. A client that is not a node (a browser, or a
+    master that calls an earlier node with this port) blocked all other clients without end
+    (`_tcpros_server`, `inbound_handler`; test/unit/test_node.py).
     """
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     answer = server.inbound_handler
@@ -72,38 +72,38 @@ def answer_side_by_side(server=None):
         length = b''
         with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-        if length[2:] == bytes(2):    # text, read as a length, is more than 2 ** 16
+        if length[2:] == bytes(2):    # the first bytes of text would be a length above 2 ** 16
             answer(connection, address)
         else:
             connection.close()
 
     server.inbound_handler = lambda *client: threading.Thread(
         target=answer_a_node, args=client, daemon=True).start()
-    server.server_sock.listen(128)
+    server.server_sock.listen(128)    # with rospy's own number the seventh client waits for 1 s
 
 
 def is_wall_time():
-    """Is ROS time the computer's time, and not a simulated /clock?"""
+    """Is ROS time the time of the computer, and not of a simulated /clock?"""
     return rospy.rostime.is_wallclock()
 
 
-_ignored_topics = set()    # names of topics; see ignore_own_messages
+_ignored_topics = set()    # full names of topics; see ignore_own_messages
 
 
 def ignore_own_messages(topic):
-    """Returns the full name of `topic`, on which this node does not receive its own messages from
-    now on. Call this before it subscribes. Otherwise it would read each of its commands."""
+    """Returns the full name of `topic`. From now on this node does not receive its own messages on
+    `topic`. Call this function before the node subscribes."""
     name = rospy.resolve_name(topic)
     _ignored_topics.add(name)
     return name
 
 
 def find_late_publishers(manager=None):
-    """Make subscribers find publishers that register just after them; call it after init_node().
+    """Find publishers that register just after a subscriber. Call this function after init_node().
 
-    The subscriber gets two lists of publishers: the answer to its own registration lacks the late
-    publisher, the master's update has it. rospy uses the list that comes last. If this is the
-    answer, the two nodes never connect, and a stop is not heard (1 of 1200 pairs that registered
+    The subscriber gets two lists of publishers. The answer to its own registration lacks the late
+    publisher, but the master's update has it. rospy uses the list that arrives last. If the answer
+    arrives last, the two nodes never connect, and a stop is lost (1 of 1200 pairs that registered
     within 4 ms, on a busy computer). So waiting lists are joined here. A publisher that has ended
     refuses the connection (RegManager's `updates`, `publisher_update`; test/unit/test_node.py).
     """
@@ -121,8 +121,8 @@ def find_late_publishers(manager=None):
 
 
 def subscribers_of(publisher):
-    """Returns the names of the nodes that are connected to `publisher` (`endpoint_id`). A page does
-    not show a stop as done if no node hears it (test/ros/panel.test)."""
+    """Returns the names of the nodes that are connected to `publisher` (`endpoint_id`). A page
+    shows that a stop has no subscriber (test/ros/panel.test)."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
@@ -144,13 +144,13 @@ def write_at_once(publisher, most=1):
 
 
 class _Writer:
-    """Writes to one connection, and never waits for it."""
+    """Writes to one connection. The caller of `write` never waits."""
 
     def __init__(self, connection, most):
         self._connection = connection
-        self._lock = threading.Lock()    # guards the next two
+        self._lock = threading.Lock()    # guards the next two attributes
         self._waiting = deque(maxlen=most)
-        self._is_full = False            # then a thread writes the waiting messages
+        self._is_full = False            # is the socket full, so that a thread writes `_waiting`?
 
     def write(self, data):
         with self._lock:
@@ -168,7 +168,7 @@ class _Writer:
         while data:
             try:
                 self._connection.socket.sendall(data)
-            except (OSError, AttributeError):    # the subscriber is gone, or was removed
+            except (OSError, AttributeError):    # the connection is closed
                 self._connection.close()
                 return
             with self._lock:
@@ -178,11 +178,11 @@ class _Writer:
 
 
 def publish_together(publisher, messages):
-    """Publish messages by one write, as a network delivers delayed ones: a subscriber with
-    queue_size=1 keeps only the last (`impl.buff` and `seq`; test/ros/fake_robot.test)."""
+    """Publish `messages` by one write, as a network delivers delayed messages. A subscriber with
+    queue_size=1 reads only the last message (`impl.buff`, `seq`; test/ros/fake_robot.test)."""
     *before, last = messages
     topic = publisher.impl
-    topic.buff.truncate(topic.buff.seek(0))    # the rest for a subscriber that left
+    topic.buff.truncate(topic.buff.seek(0))    # remove data for a subscriber that has ended
     for message in before:
         topic.seq += 1
         serialize_message(topic.buff, topic.seq, message)

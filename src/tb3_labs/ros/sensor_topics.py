@@ -1,7 +1,7 @@
-"""The IMU and the wheels: their messages as samples.
+"""Converts messages of the IMU and of the wheels to samples.
 
 An invalid message raises ``ValueError``: NaN, infinity, an invalid quaternion, a speed that no such
-robot can have, an IMU that says that it has no orientation.
+robot can have, or a covariance of -1, which means that an IMU does not measure a field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -29,7 +29,7 @@ def to_imu_sample(message):
 
 
 def to_wheel_sample(message):
-    """Returns the WheelSample of a sensor_msgs/JointState; ``ValueError`` if wheels are missing."""
+    """Returns the WheelSample of a sensor_msgs/JointState. ``ValueError`` if a wheel is missing."""
     angles = dict(zip(message.name, message.position))
     try:
         left, right = (bounded(joint, angles[joint], FARTHEST_WHEEL, 'rad')
@@ -44,8 +44,8 @@ def _stamp(message):
 
 
 def subscribe_wheels(callback):
-    """Read the wheels' samples on `joint_states`; messages of other joints, such as an arm's, are
-    ignored. Returns a function: does any node publish this topic?"""
+    """Call `callback` with the wheel samples on `joint_states`. Messages without wheels are
+    ignored. Returns a function: does any node publish the topic?"""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

@@ -1,8 +1,8 @@
-"""How a node subscribes: it uses only the latest sample, but every event.
+"""How a node subscribes. A node needs only the latest sample of a sensor, but every event.
 
-A permission, a turn or a goal is an event: a person sends it at one moment. Events are used in
-their order, each once, and only if they are new (supervision/events.py). A subscriber that keeps
-only the latest message loses events: a node reads delayed messages all at once.
+A permission, a turn or a goal is an event: a person sends it at one moment. A node uses each event
+once, in order, and only if the event is new (supervision/events.py). Delayed messages arrive all at
+once. So a subscriber with a queue of one message would lose events.
 """
 import threading
 import time
@@ -16,38 +16,39 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, is_wall_time, sender_of
 from tb3_labs.supervision.events import Event, MessageAges, SenderConnection
 
-#: In the header of a sender that renews its permission: if it dies, the permission expires.
-RENEWS = {'renewed': '1'}
-#: {topic: number of its invalid messages, which were dropped}
-DROPPED = Counter()
+#: A sender with this header renews its permission, which expires when the sender dies.
+RENEWAL_HEADER = {'renewed': '1'}
+#: {topic: number of invalid messages, which were dropped}
+INVALID_COUNTS = Counter()
 #: Time between two warnings of one kind [s, wall clock].
 WARNING_PERIOD = 1.0
-#: Time before the first reminder of missing topics, and between later ones [s, wall clock].
-FIRST_REMINDER, NEXT_REMINDER = 2.0, 10.0
+#: Time before the first reminder of missing topics, and between reminders [s, wall clock].
+FIRST_REMINDER_DELAY = 2.0
+REMINDER_PERIOD = 10.0
 
 
 class WarningThrottle:
-    """Logs one warning in WARNING_PERIOD; rospy's own throttle stops with a simulated clock."""
+    """Logs at most one warning in WARNING_PERIOD of wall time. rospy's throttle uses ROS time."""
 
     def __init__(self):
         self._warned_at = -WARNING_PERIOD
 
     def warn(self, text, *arguments):
-        """Log a warning, unless there was one a moment ago."""
+        """Log a warning, unless the last warning is younger than WARNING_PERIOD."""
         if time.monotonic() - self._warned_at >= WARNING_PERIOD:
             self._warned_at = time.monotonic()
             rospy.logwarn(text, *arguments)
 
 
 def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
-    """Returns a guarded subscriber. If several messages come at once, it gets the latest
-    `queue_size`; with None it gets all. Older messages are dropped, and not even deserialised.
+    """Returns a guarded subscriber. If several messages arrive at once, it reads only the latest
+    `queue_size` messages. With None it reads all messages. Older messages are not deserialised.
 
-    `read` turns the message into the argument of `callback`. If it raises ``ValueError``, the
-    message is dropped with one warning a second, and counted in `DROPPED`.
+    `read` turns the message into the argument of `callback`. If `read` raises ``ValueError``, the
+    message is dropped with one warning a second, and counted in INVALID_COUNTS.
 
-    After each message the topic is not read for the time `idle_for(now)` [s], if it is given: this
-    saves most of a rospy node's cost. With simulated time every message is read.
+    With `idle_for`, the topic is not read for the time `idle_for(now)` [s] after each message,
+    which saves most of the computing time of a node. With simulated time every message is read.
     """
     in_rhythm = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
@@ -57,7 +58,7 @@ def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
             value = message if read is None else read(message)
         except ValueError as problem:
             warnings.warn('invalid message on %s dropped: %s', topic, problem)
-            DROPPED[topic] += 1
+            INVALID_COUNTS[topic] += 1
             return
         callback(value)
         if in_rhythm:
@@ -68,20 +69,20 @@ def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
 
 
 def subscribe_events(topic, kind, callback, read=lambda message: message.data):
-    """Returns a guarded subscriber whose `callback` gets every message, as `read` reads it, as an
-    events.Event; see :func:`subscribe`."""
-    to_age = ages(topic)
+    """Returns a guarded subscriber that reads every message. `callback` gets an events.Event, whose
+    content is the result of `read`. See :func:`subscribe`."""
+    to_age = age_reader(topic)
 
     def to_event(message):
         connection, at = sender_connection(message), steady_time()
-        sent = _stamp_of(message) if is_wall_time() else 0.0    # a simulated clock has another pace
+        sent = _stamp_of(message) if is_wall_time() else 0.0    # a simulated clock may be faster
         return Event(read(message), at, connection.sender, to_age(message), connection.renews, sent)
 
     return subscribe(topic, kind, callback, to_event, queue_size=None)
 
 
-def ages(topic):
-    """Returns a function for the events.Age of a message; call it once for each message."""
+def age_reader(topic):
+    """Returns a function that returns a message's events.Age, and is called once for a message."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())
@@ -95,7 +96,7 @@ def sender_connection(message):
     """Returns the events.SenderConnection on which a message arrived."""
     header = connection_of(message)
     return SenderConnection(sender_of(header), header['process'], header['connected_at'],
-                            header.get('latching') == '1', RENEWS.items() <= header.items())
+                            header.get('latching') == '1', RENEWAL_HEADER.items() <= header.items())
 
 
 def require_master():
@@ -116,10 +117,10 @@ def publishers_of(topic):
 
 
 def log_missing_topics(received, hint='is the robot running?'):
-    """Log reminders while /clock, or another topic, has no message. `received`: {topic: function
-    that returns whether a message has arrived}; `hint`: the thing to check."""
+    """Log reminders until /clock and all topics of `received` have a message. `received` is {topic:
+    function that returns whether a message has arrived}. `hint` is the end of the reminder."""
     def run():
-        time.sleep(FIRST_REMINDER)
+        time.sleep(FIRST_REMINDER_DELAY)
         while not rospy.is_shutdown():
             missing = [rospy.resolve_name(topic) for topic, is_received in received.items()
                        if not is_received()]
@@ -130,6 +131,6 @@ def log_missing_topics(received, hint='is the robot running?'):
                 rospy.loginfo('Waiting for %s: %s', ' and '.join(missing), hint)
             else:
                 return
-            time.sleep(NEXT_REMINDER)
+            time.sleep(REMINDER_PERIOD)
 
     threading.Thread(target=guarded(run), name='reminder', daemon=True).start()

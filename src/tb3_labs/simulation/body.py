@@ -5,13 +5,13 @@ form, for steps of any length. The robot drives in arcs, which are exact at cons
 While the speed changes, the arcs are short: the error is some micrometres per start or stop.
 
 The IMU's yaw is the true yaw plus a constant (the IMU is zeroed only when the board boots), a drift
-that grows with time, and a little white noise. Its rate is the true rate plus the drift's rate and
-another white noise. Both were measured earlier than their stamp, by the `lag`.
+that grows with time, and white noise. The IMU's rate of turn is the true rate plus the drift's rate
+and another white noise. Yaw and rate were measured earlier than their stamp, by the `lag`.
 
 The gyro shows the rate minus the bias of the last calibration, and has a dead zone.
 
-Units: SI; motor angles in radians, positive forwards. Noise: a Burger at rest shows a few 0.001 deg
-from one sample to the next.
+Units: SI. Motor angles are in radians, positive forwards. Source of the noise: the yaw of a Burger
+at rest changes by a few 0.001 deg from one sample to the next.
 """
 import copy
 import math
@@ -27,18 +27,18 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: Longest arc while the speed changes [s].
 LONGEST_ARC = 1.0 / 60.0
-#: A motor this near to its goal speed has reached it [rad/s].
+#: A motor whose speed is this near to its goal speed has reached the goal speed [rad/s].
 STEADY_SPEED = 1e-6
-#: Bias of a gyro that is not calibrated, as one gyro has it [rad/s].
-RAW_BIAS = math.radians(0.71)
-#: One step of the gyro's reading: 2000 deg/s over 16 bit with a sign [rad/s].
+#: Bias of a gyro that is not calibrated, measured on one robot [rad/s].
+UNCALIBRATED_BIAS = math.radians(0.71)
+#: The resolution of the gyro [rad/s]. The range of 2000 deg/s has 16 bit with a sign.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
 #: The firmware shows a rate of at most this as 0 [rad/s].
 GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
 
 
 class Drivetrain:
-    """Motors, wheels and the pose that results. Time passes in :meth:`advance` only."""
+    """The motors, the wheels, and the robot's pose. Time passes only in :meth:`advance`."""
 
     def __init__(self, model: RobotModel, pose: Pose2) -> None:
         self._model = model
@@ -49,8 +49,8 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """Set the `lag` of the motors [s]; `mismatch`: fraction by which the right wheel is
-        smaller; `slip`: fraction of the wheels' travel that does not move the robot."""
+        """Set the `lag` of the motors [s]. The right wheel is smaller by the fraction `mismatch`.
+        The fraction `slip` of the wheels' travel does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
@@ -77,8 +77,8 @@ class Drivetrain:
 
     @property
     def turning(self) -> Tuple[float, float, float, float]:
-        """(yaw, a, b, lag): in t seconds the rate of turn will be a + b exp(-t / lag) [rad/s];
-        b = 0 at constant speed. The yaw [rad] is not wrapped."""
+        """(yaw, a, b, lag). In t seconds the rate of turn will be a + b exp(-t / lag) [rad/s]. At
+        constant speed b = 0. The yaw [rad] is not wrapped."""
         return self._yaw, self._steady_rate, self._fading_rate, self._lag
 
     @property
@@ -118,7 +118,7 @@ class Drivetrain:
         self._update_rates()
 
     def _roll(self, left: float, right: float) -> None:
-        """Turn the motors by these angles [rad]: the robot drives one arc."""
+        """Turn the motors by `left` and `right` [rad], so that the robot drives one arc."""
         self._left_angle += left
         self._right_angle += right
         left *= self._left_radius
@@ -133,27 +133,26 @@ class Drivetrain:
 
 
 class ImuModel:
-    """The IMU. `yaw`: the true yaw at the start; `offset`: the IMU's yaw minus the true yaw [rad].
-    """
+    """The IMU. At the start the true yaw is `yaw`, and the IMU's yaw minus it is `offset` [rad]."""
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         #: Yaw of the IMU minus true yaw [rad].
         self.error = offset
         self._noise = _pairs_of_normal_numbers(seed)
-        #: Error of the rate that the last calibration has left [rad/s].
+        #: Error of the gyro's rate after the last calibration [rad/s].
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
-        self._now = 0.0         # up to this time `error` includes drift and bias [s]
-        #: Motions that are not yet measured to their end, oldest first. Each has its start [s], the
-        #: yaw of the IMU at that time, and the last three values of `turning`.
+        self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
+        #: Motions that are not yet measured to their end, oldest first. A motion has its start [s],
+        #: the yaw of the IMU at its start, and the last three values of Drivetrain.turning.
         self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
         self.follow(0.0, (yaw, 0.0, 0.0, 0.0))
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
-        """Use these settings: the noises are standard deviations [rad], [rad/s]; `drift` is in
-        [rad/s], `lag` in [s]. Call `follow` afterwards.
+        """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
+        [rad/s] and the `lag` [s]. Call :meth:`follow` afterwards.
 
-        A gyro that drifts, or is noisier than the firmware's, has no dead zone.
+        A gyro that drifts, or is noisier than the firmware's gyro, has no dead zone.
         """
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
@@ -161,8 +160,8 @@ class ImuModel:
 
     def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
         """From `now` [s] on, follow `motion`, which is the Drivetrain's `turning`."""
-        self.error += (self._drift + self.bias) * (now - self._now)
-        self._now = now
+        self.error += (self._drift + self.bias) * (now - self._error_until)
+        self._error_until = now
         yaw, steady_rate, fading_rate, lag = motion
         if self._motions and self._motions[-1][0] >= now:
             self._motions.pop()
@@ -172,9 +171,9 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time.
 
-        The rate of turn is a + b exp(-t / lag), as in Drivetrain.turning, and the yaw its integral.
-        The loop runs for every IMU sample and decides the speed of the simulation, so it has local
-        names and few calls.
+        The rate of turn is a + b exp(-t / lag), see Drivetrain.turning. The yaw is the integral of
+        the rate. The loop runs for every IMU sample and decides the speed of the simulation.
+        Therefore it has local names and few calls.
         """
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
@@ -206,15 +205,15 @@ def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
 
 
 class Body:
-    """The drivetrain and the IMU of one robot, at the same time."""
+    """The drivetrain and the IMU of one robot."""
 
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
         """`imu_offset`: yaw of the IMU minus true yaw at the start [rad]."""
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
-        self._moved = 0.0           # time up to which the drivetrain has moved
-        # motions whose wheels are not yet read to their end, oldest first: (start, drivetrain)
-        self._past: Deque[Tuple[float, Drivetrain]] = deque()
+        self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
+        # (start [s], drivetrain) of each motion whose wheels are not yet read to its end
+        self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
     def yaw(self) -> float:
@@ -223,22 +222,22 @@ class Body:
 
     def move_to(self, stamp: float) -> None:
         """Advance the drivetrain, and the error of the IMU, to `stamp`."""
-        dt = stamp - self._moved
+        dt = stamp - self._moved_until
         if dt > 0.0:
             self.drivetrain.advance(dt)
-            self._moved = stamp
+            self._moved_until = stamp
             self.imu.follow(stamp, self.drivetrain.turning)
 
     def at(self, now: float) -> Drivetrain:
         """Returns the drivetrain at `now`, which is not before the last :meth:`move_to`."""
         later = copy.copy(self.drivetrain)
-        later.advance(now - self._moved)
+        later.advance(now - self._moved_until)
         return later
 
     def motion_changed(self) -> None:
-        """Call this when the drivetrain's goals or physics, or the IMU's settings, have changed."""
-        self.imu.follow(self._moved, self.drivetrain.turning)
-        self._past.append((self._moved, copy.copy(self.drivetrain)))
+        """Begin a new motion. Call this after a change of goal speeds, physics or IMU settings."""
+        self.imu.follow(self._moved_until, self.drivetrain.turning)
+        self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
     def use_bias(self, bias: float) -> None:
         """Let the gyro's rate be wrong by `bias` from now on [rad/s]."""
@@ -246,13 +245,13 @@ class Body:
         self.motion_changed()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the (left, right) angle of the motors [rad] at `moment` [s]. Call it in the order
-        of time."""
-        past = self._past
-        while len(past) > 1 and past[1][0] <= moment:
-            past.popleft()
-        since, drivetrain = past[0]
+        """Returns the (left, right) angle of the motors [rad] at `moment` [s], which is not before
+        the last call's moment."""
+        motions = self._unread_motions
+        while len(motions) > 1 and motions[1][0] <= moment:
+            motions.popleft()
+        since, drivetrain = motions[0]
         if moment > since:
             drivetrain.advance(moment - since)
-            past[0] = moment, drivetrain
+            motions[0] = moment, drivetrain
         return drivetrain.angles

@@ -3,23 +3,23 @@ While it calibrates its gyro, it is busy.
 
 The faults of the real firmware are copied, because the labs have to work with them:
 
-- Linear and angular speed are clipped one by one, then each wheel again. So a fast curve becomes
-  slower and wider.
-- Motors take whole steps of speed, cut towards zero, and not more than `motor_steps`.
+- The board clips the linear speed and the angular speed, then the speed of each wheel. So a fast
+  curve becomes slower and wider.
+- A motor runs at a whole number of speed steps, rounded towards zero, at most `motor_steps`.
 - rosserial reads infinity as 1, and NaN as 1.5.
-- The heading of the odometry is the IMU's: ``dyaw = theta - theta_last`` is *not* wrapped. Each
-  time the IMU crosses +/-180 deg, one sample's displacement points backwards and its
-  twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw itself
-  stays correct.
-- The newest command is used for half a second from the moment at which it is read.
-- On `reset` the board first calibrates its gyro, and does nothing else meanwhile: the motors keep
-  their speed, and commands and further resets wait in their order. The gyro's bias becomes the mean
-  rate of turn. Then `reset` sets the odometry's pose to zero, but not the IMU's yaw, so that both
-  yaws differ. The next odometry adds the turn that the IMU measured during the calibration.
-- If the servos do not answer, the odometry repeats its last step for ever, while the angles of the
-  wheels stand.
+- The odometry takes its heading from the IMU: ``dyaw = theta - theta_last`` is *not* wrapped. Each
+  time the IMU crosses +/-180 deg, one sample's displacement points backwards, and the sample's
+  twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw stays
+  correct.
+- The board obeys the newest command for half a second after reading the command.
+- On `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
+  commands and further resets wait in their order. The gyro's bias becomes the mean rate of turn.
+  Then the board sets the odometry's pose to zero, but not the IMU's yaw, so that the two yaws
+  differ. The next odometry adds the turn that the IMU measured during the calibration.
+- If the servos do not answer, the odometry repeats its last step without end, while the angles of
+  the wheels stay constant.
 
-Units: SI; motor angles in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
+Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
 (turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with the same code on a
 simulated body.
 """
@@ -36,8 +36,9 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
-#: A reset is sent to the board as this value, in place of a command.
+#: A link carries this value for a reset, and a (forward speed, rate of turn) for a command.
 RESET_COMMAND = 'reset'
+#: Time of reading [s], forward speed [m/s], rate of turn [rad/s].
 NO_COMMAND = -math.inf, 0.0, 0.0
 
 
@@ -68,7 +69,7 @@ def encoder(motor_angle: float) -> int:
 
 
 class Odometer:
-    """Pose from encoder ticks and the IMU's yaw."""
+    """Computes the odometry from encoder ticks and the IMU's yaw."""
 
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
@@ -89,8 +90,8 @@ class Odometer:
 
     def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
                imu_yaw: float) -> OdometrySample:
-        """Returns the sample at `stamp` [s], which is later than the last stamp; `ticks` is (left,
-        right), None if the servos do not answer, and `imu_yaw` [rad] is in (-pi, pi]."""
+        """Returns the sample at `stamp` [s], which is later than the last stamp. `ticks` is (left,
+        right), or None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         if ticks is not None:
             self._step = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
@@ -107,39 +108,38 @@ class Odometer:
                               distance / interval, turn / interval)
 
     def reset(self, ticks: Optional[Tuple[int, int]]) -> None:
-        """Set pose and wheel angles to zero; `ticks`: see `update`."""
+        """Set the pose and the wheel angles to zero. For `ticks` see :meth:`update`."""
         self._x = self._y = self._yaw = 0.0
         if ticks is not None:
             self._ticks = self._zero = ticks
 
 
 class Board:
-    """The board's state (calibrating or free), and the command that it obeys."""
+    """The board: it reads messages and obeys commands, unless it calibrates its gyro."""
 
     def __init__(self) -> None:
-        self._waiting: Deque[Arrival] = deque()     # messages that were not read yet
+        self._waiting: Deque[Arrival] = deque()     # messages that the board has not read yet
         self._free_since = -math.inf
         self._yaw_before = self._pause = 0.0
-        #: Is the board busy? Then it does not read and does not send.
+        #: Does the board calibrate its gyro? A busy board reads no message and sends no sample.
         self.is_busy = False
         #: Time at which the board is free again [s], or infinity. An attribute, for speed.
         self.due = math.inf
-        self._command = NO_COMMAND      # time of reading [s], forward speed, rate of turn
+        self._command = NO_COMMAND
 
     def calibrate(self, now: float, pause: float, yaw: float) -> None:
-        """Calibrate the gyro for `pause` [s]; `yaw` is the true yaw now [rad], not
-        wrapped."""
+        """Calibrate the gyro for `pause` [s]. `yaw` is the true yaw now [rad], not wrapped."""
         self.is_busy, self.due = True, now + pause
         self._pause, self._yaw_before = pause, yaw
 
     def end_pause(self, yaw: float) -> float:
-        """End the calibration; `yaw` is the true yaw now. Returns the gyro's bias [rad/s]."""
+        """End the calibration. Returns the gyro's bias [rad/s]. `yaw` is the true yaw now [rad]."""
         self._free_since, self.due, self.is_busy = self.due, math.inf, False
         return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
 
     def read(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived, until a reset. Returns True if the last one read is
-        a reset: then later messages wait."""
+        """Read the messages that have arrived, up to the first reset. Returns True after a reset:
+        the messages behind the reset wait."""
         self._waiting.extend(arrivals)
         while self._waiting and not self.is_busy:
             arrival, message = self._waiting.popleft()

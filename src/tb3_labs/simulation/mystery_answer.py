@@ -1,8 +1,7 @@
-"""Is an answer to a mystery robot right: the fault, and its value?
+"""Judges an answer to a mystery robot: the name of the fault, and the value of the fault.
 
-Units: the value of each fault has another unit. Edge cases: the text for a wrong fault tells
-nothing about the right fault; an angle may be off by whole turns; an answer without a value is not
-right, since it is not complete.
+Units: MEANINGS has the unit of each fault's value. Edge cases: the text about a wrong fault does
+not show the right fault. An angle may be off by whole turns. An answer without a value is wrong.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -18,12 +17,12 @@ class Meaning(NamedTuple):
     """The form of an answer about a kind of fault."""
 
     unit: str           # of the value
-    tolerance: float    # a value this near is right
+    tolerance: float    # largest error of a right value, in the unit
     value: str          # the meaning of the value
-    symptom: str        # how the fault is found, with the sensors alone
+    symptom: str        # how a student finds the fault by the sensors alone
 
 
-#: {name of a fault: its Meaning}
+#: {name of a fault: Meaning}
 MEANINGS = {
     'imu offset': Meaning(
         'deg', 3.0, "the IMU's heading minus the odometry's, from -180 to 180",
@@ -68,8 +67,8 @@ MEANINGS = {
 
 
 def fault_called(name: str) -> Fault:
-    """Returns the fault called `name`; capitals do not matter. Raises ``ValueError`` for an unknown
-    name."""
+    """Returns the fault with this name, in small or capital letters. Raises ``ValueError`` if the
+    name is unknown."""
     faults = {fault.name: fault for fault in FAULT_KINDS}
     try:
         return faults[' '.join(name.lower().replace('_', ' ').replace('-', ' ').split())]
@@ -79,7 +78,7 @@ def fault_called(name: str) -> Fault:
 
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
     """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the
-    number, the fault or the value is not valid."""
+    number of the robot, the name of the fault, or its value is not valid."""
     hidden, truth, _ = draw(number)
     meaning, named = MEANINGS[hidden.name], fault_called(name)
     if value is not None and not math.isfinite(value):
@@ -101,7 +100,7 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
 
 
 def with_unit(fault: Fault, value: float) -> str:
-    """Returns a drawn value with its unit; a value that may be negative has its sign, also +."""
+    """Returns a value and its unit as text. A fault with signed values shows the sign +, too."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'
 

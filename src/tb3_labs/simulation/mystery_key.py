@@ -9,8 +9,8 @@ from tb3_labs.simulation.mystery_robot import draw
 
 
 def key(words: Sequence[str]) -> List[str]:
-    """Returns the lines of the key for `words`, each such as '7' or '1-12'. Raises ``ValueError``
-    with the reason if a word is not valid."""
+    """Returns the lines of the key. Each of `words` is a number or a range, such as '7' or '1-12'.
+    Raises ``ValueError`` with the reason if a word is not valid."""
     lines = ['number  fault            value']
     if not words:
         raise ValueError('which key? A number such as 7, or a range such as 1-12')
@@ -22,7 +22,7 @@ def key(words: Sequence[str]) -> List[str]:
 
 
 def _range(word: str) -> Sequence[int]:
-    """Returns the numbers of '7' or '1-12'."""
+    """Returns the numbers in a word such as '7' or '1-12'."""
     first, _, last = word.partition('-')
     if not re.fullmatch(r'\d{1,9}(-\d{1,9})?', word):
         raise ValueError(

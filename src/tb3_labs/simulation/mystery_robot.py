@@ -1,13 +1,14 @@
-"""Mystery robots: the simulated robot with one hidden fault, to be found by measuring.
+"""Mystery robots: simulated robots with one hidden fault, which a student finds by measuring.
 
 A number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12 to
-22, ...) each of the FAULT_KINDS occurs once, in a random order, and neighbours differ. Only
-``random.Random(text).random()`` is used, since Python guarantees its sequence for all versions.
+22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have different
+faults. Python guarantees that ``random.Random(text).random()`` gives the same numbers in all
+versions, so this file uses no other random numbers.
 
 Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
 `mystery.py --answer`. The exercise asks for a measurement that proves the fault.
 
-Units: the value of each fault has another unit; times are in seconds since the robot's start.
+Units: mystery_answer.MEANINGS has the unit of each value. Times are in seconds since the start.
 """
 import random
 from dataclasses import dataclass, field, fields, replace
@@ -16,53 +17,52 @@ from typing import Any, List, Mapping, Tuple
 from tb3_labs.config import Config
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: The last number; the first one is 1.
+#: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
-#: Time without a fault before each occurrence of a fault that comes and goes [s].
+#: An intermittent fault begins this long after its last end [s].
 BETWEEN_FAULTS = 12.0
-#: A mystery robot may have other values of these settings: they are not faults.
+#: A user may change these settings of a mystery robot, since none of them is a fault.
 ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
                     'speed', 'mystery')
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A kind of fault. It changes the `settings` of the SimulatorConfig, and sets the one called
-    `setting` to the value times `scale`. A fault without `setting` comes and goes; its value is the
-    time that it lasts."""
+    """A kind of fault. A fault with a `setting` is constant. A fault without a `setting` is
+    intermittent: its value is the duration of each occurrence [s]."""
 
     name: str
-    size: Tuple[float, float]       # range of the value, without sign; see mystery_answer.MEANINGS
-    signed: bool                    # may the value be negative?
-    digits: int                     # of the drawn value, after the decimal point
-    setting: str = ''
+    size: Tuple[float, float]       # least and largest absolute value
+    digits: int                     # digits of the value after the decimal point
+    setting: str = ''               # this field of SimulatorConfig becomes the value times `scale`
     scale: float = 1.0
+    signed: bool = False            # may the value be negative?
+    #: {field of SimulatorConfig: its content while the fault occurs}
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: All kinds of faults, with the names that answers use. Another kind would change the fault of each
-#: number.
+#: All kinds of faults, with the names that answers use. If this table gets another row, each number
+#: gets another fault.
 FAULT_KINDS = (
-    Fault('imu offset', (20.0, 160.0), True, 0, 'imu_offset_deg'),
-    Fault('imu drift', (10.0, 60.0), True, 0, 'imu_drift_deg_per_min'),
-    Fault('wheel mismatch', (3.0, 8.0), True, 1, 'wheel_mismatch', 0.01),
-    Fault('slip', (10.0, 40.0), False, 0, 'slip', 0.01),
-    Fault('frozen imu', (2.0, 6.0), False, 1, settings={'imu_frozen': True}),
-    Fault('frozen odometry', (2.0, 6.0), False, 1, settings={'odom_frozen': True}),
-    Fault('silent imu', (2.0, 6.0), False, 1, settings={'imu_silent': True}),
-    Fault('silent odometry', (2.0, 6.0), False, 1, settings={'odom_silent': True}),
-    Fault('sensor latency', (0.2, 0.6), False, 2, 'sensor_latency'),
-    Fault('command latency', (0.3, 1.0), False, 2, 'command_latency'),
-    Fault('network stalls', (0.5, 1.5), False, 2, 'longest_stall',
-          settings={'stalls_per_min': 30.0}),
+    Fault('imu offset', (20.0, 160.0), 0, 'imu_offset_deg', signed=True),
+    Fault('imu drift', (10.0, 60.0), 0, 'imu_drift_deg_per_min', signed=True),
+    Fault('wheel mismatch', (3.0, 8.0), 1, 'wheel_mismatch', 0.01, signed=True),
+    Fault('slip', (10.0, 40.0), 0, 'slip', 0.01),
+    Fault('frozen imu', (2.0, 6.0), 1, settings={'imu_frozen': True}),
+    Fault('frozen odometry', (2.0, 6.0), 1, settings={'odom_frozen': True}),
+    Fault('silent imu', (2.0, 6.0), 1, settings={'imu_silent': True}),
+    Fault('silent odometry', (2.0, 6.0), 1, settings={'odom_silent': True}),
+    Fault('sensor latency', (0.2, 0.6), 2, 'sensor_latency'),
+    Fault('command latency', (0.3, 1.0), 2, 'command_latency'),
+    Fault('network stalls', (0.5, 1.5), 2, 'longest_stall', settings={'stalls_per_min': 30.0}),
 )
 
 
 class HiddenFault:
-    """The fault of mystery `number`, which changes the `settings` of a robot.
+    """The fault of mystery `number` in a robot with `settings`.
 
-    Raises ``ValueError`` if there is no such number, or if `settings` or a config in
-    `surroundings` has a value that is neither the default nor of a setting in ALLOWED_SETTINGS.
+    Raises ``ValueError`` if the number is not valid. Also raises it if a setting outside of
+    ALLOWED_SETTINGS is not the default, in `settings` or in a config of `surroundings`.
     """
 
     def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
@@ -81,14 +81,14 @@ class HiddenFault:
         self._sound = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """Returns the robot's settings at `now` [s] after its start: the same object until they
+        """Returns the settings at the time `now` [s], as the same object until the settings
         change."""
         is_sound = not self.fault.setting and now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
         return self._sound if is_sound else self._faulty
 
 
 def draw(number: int) -> Tuple[Fault, float, int]:
-    """Returns (fault, its value, seed of the noise) of mystery `number`."""
+    """Returns (fault, value of the fault, seed of the noise) of mystery `number`."""
     if not 1 <= number <= LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
@@ -103,7 +103,8 @@ def draw(number: int) -> Tuple[Fault, float, int]:
 
 
 def _order(block: int) -> List[int]:
-    """Returns the order of faults in a block. It does not begin with the last block's end."""
+    """Returns the order of FAULT_KINDS in a block. It does not begin with the last block's last
+    fault."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
         order[:2] = order[1], order[0]

@@ -1,19 +1,19 @@
 """The network between the simulated robot and a computer: it decides when a message arrives.
 
-A link is one direction and behaves as TCP does: messages are not lost, and keep their order. A
-message arrives after its `delay` and a random `jitter`, which is drawn for each message. A
-message that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts
-until the setting is switched off. Messages of the same moment arrive together. The links of both
+A link is one direction of the network. As in TCP, messages are not lost, and keep their order. A
+message arrives after its `delay` and a random `jitter`, which is drawn for each message. A message
+that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts until
+the setting is switched off. Messages of the same moment arrive together. The links of both
 directions have the same stalls.
 
-Stalls begin at random (a Poisson process). A stall does not begin within another one, so a stall is
-not longer than `longest_stall`. Everything random comes from the seed, by separate generators, and
-does not depend on how often :meth:`NetworkLink.pop` is called.
+Stalls begin at random (a Poisson process). A stall does not begin within another stall, so a stall
+is not longer than `longest_stall`. Each kind of random number has a separate generator with the
+seed, and does not depend on how often :meth:`NetworkLink.pop` is called.
 
-Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by it; a change
-of delay or jitter does not change messages under way; a change of the stalls ends the present
-stall. If messages follow each other faster than the jitter, they wait for one another, and their
-mean delay is more than delay and jitter together.
+Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by the stall. A
+change of delay or jitter does not change messages under way. A change of the stalls ends the
+present stall. If messages follow each other faster than the jitter, later messages wait for earlier
+messages, and the mean delay is more than delay and jitter together.
 Source: recordings of real TurtleBot3s over a WLAN (stalls of 0.1 to 0.4 s, then everything at
 once). The jitter's tail: 802.11 draws a new back-off, and tries again, for each frame (Malone,
 Leith and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
@@ -31,13 +31,13 @@ Arrival = Tuple[float, Any]
 
 def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
              longest_stall: float = SimulatorConfig.longest_stall) -> Dict[str, float]:
-    # The jitter's mean is a quarter of the delay: one message in 55 takes twice the delay or more.
+    # With this jitter one message in 55 takes twice the delay or more.
     return dict(command_latency=delay, sensor_latency=delay, command_jitter=delay / 4.0,
                 sensor_jitter=delay / 4.0, stalls_per_min=stalls_per_min,
                 longest_stall=longest_stall)
 
 
-#: Networks by name: the settings of SimulatorConfig that make them.
+#: {name of a network: {field of SimulatorConfig: value}}
 NETWORKS: Dict[str, Dict[str, float]] = {
     'quiet': _network(),
     'good': _network(0.008),
@@ -47,8 +47,8 @@ NETWORKS: Dict[str, Dict[str, float]] = {
 
 
 class Interruptions:
-    """Random intervals [start, end). Outside them, `rate` intervals begin per second on average.
-    Each lasts a uniform random time between the two `lengths` [s]."""
+    """Random intervals [start, end). Between intervals, `rate` new intervals begin per second on
+    average. The length of an interval is a uniform random number between the two `lengths` [s]."""
 
     def __init__(self, rate: float, lengths: Tuple[float, float], since: float,
                  seed: Union[int, str]) -> None:
@@ -61,21 +61,22 @@ class Interruptions:
         self._end = self._start + self._random.uniform(*self._lengths)
 
     def release(self, moment: float) -> float:
-        """Returns `moment`, or the end of the interval around it. Call it in order of time."""
+        """Returns `moment` [s], or the end of the interval that contains it. `moment` is not before
+        the last call's moment."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
 
 
 class NetworkLink:
-    """One direction of the network, 'sensor' or 'command'. Messages arrive in their order."""
+    """One direction of the network, 'sensor' or 'command'. Messages keep their order."""
 
     def __init__(self, direction: str, seed: int) -> None:
         self._names, self._seed = (direction + '_latency', direction + '_jitter'), seed
         self._random = random.Random(f'jitter of {direction}s {seed}')
         self._settings = SimulatorConfig()
         self._stalls: Optional[Interruptions] = None
-        self._in_flight: Deque[Arrival] = deque()   # (due at [s], message), in order
+        self._in_flight: Deque[Arrival] = deque()    # the earliest message first
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
 
@@ -84,7 +85,7 @@ class NetworkLink:
         before, self._settings = self._settings, settings
         if (settings.stalls_per_min, settings.longest_stall) != (
                 before.stalls_per_min, before.longest_stall):
-            # Stalls are planned again. The links of both directions plan alike: one delays both.
+            # Both links use the same seed, so a stall delays the messages of both directions.
             self._stalls = Interruptions(
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
                 f'stalls {self._seed}') if settings.stalls_per_min else None

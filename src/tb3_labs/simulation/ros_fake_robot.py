@@ -1,7 +1,7 @@
-"""A simulated robot on the topics of a real one. Its time is real time, or its own on /clock.
+"""A simulated robot on the topics of a real robot, in real time or in the time of its own /clock.
 
-Messages are filled as the firmware fills them. Source: ROBOTIS OpenCR firmware 1.2.6
-(turtlebot3_sensor.cpp for the covariances; it leaves the odometry's at zero).
+The fields of messages have the values of the firmware. Source: ROBOTIS OpenCR firmware 1.2.6
+(turtlebot3_sensor.cpp for the covariances; the covariances of the odometry are zero).
 """
 import itertools
 import math
@@ -27,17 +27,18 @@ from tb3_labs.ros.rospy_internals import publish_together, write_at_once
 from tb3_labs.simulation.sensors import MOST_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
-SIMULATION_STEP = 1.0 / 200.0     # of the simulation [s]
-STEPS_PER_TRUTH = 4    # steps between two messages of the ground truth
-#: If the computer pauses for up to this time, the robot catches up [s].
-CATCH_UP = 0.5
-#: If the robot publishes /clock, it catches up after a pause of up to this time [s, wall clock]. On
-#: /clock the pause is one step, `speed` times as long. After a longer pause a node would find its
-#: sensors silent.
-CATCH_UP_CLOCK = 0.02
+SIMULATION_STEP = 1.0 / 200.0    # [s]
+STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
+#: The robot catches up after a pause of the computer of at most this time [s].
+LONGEST_CATCH_UP = 0.5
+#: A robot that publishes /clock catches up after a pause of at most this time [s, wall clock]. On
+#: /clock the pause is `speed` times as long, in one step. If the robot caught up after a longer
+#: pause, nodes would treat the sensors as silent.
+LONGEST_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The tilt of the board, as recorded [rad].
-ROLL, PITCH = math.radians(0.7), math.radians(0.4)
+#: The tilt of the board of a recorded robot [rad].
+ROLL = math.radians(0.7)
+PITCH = math.radians(0.4)
 
 
 def _diagonal(variance):
@@ -47,17 +48,18 @@ def _diagonal(variance):
 ORIENTATION_COVARIANCE = _diagonal(0.0025)
 ANGULAR_VELOCITY_COVARIANCE = _diagonal(0.02)
 LINEAR_ACCELERATION_COVARIANCE = _diagonal(0.04)
-#: The accelerometer shows this at rest [m/s^2].
-UPWARDS = (-GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
-           GRAVITY * math.cos(ROLL) * math.cos(PITCH))
+#: The accelerometer's x, y, z at rest [m/s^2].
+ACCELERATION_AT_REST = (
+    -GRAVITY * math.sin(PITCH), GRAVITY * math.sin(ROLL) * math.cos(PITCH),
+    GRAVITY * math.cos(ROLL) * math.cos(PITCH))
 
 
 class FakeRobot:
     """One Simulator and its topics.
 
-    A robot with a `hidden` fault (mystery_robot.HiddenFault) gets its settings from the fault. It
-    has no /tf_static and no ground truth, since both would show the fault. If the environment names
-    a TRUTH_PIPE, the truth goes there, and there is no ground truth on a topic.
+    A robot with a `hidden` fault (mystery_robot.HiddenFault) gets its settings from the fault. Then
+    the robot publishes no /tf_static and no ground truth, since both would show the fault. If the
+    environment variable TRUTH_PIPE is set, the true poses go into the pipe, and not on a topic.
     """
 
     def __init__(self, settings, hidden=None):
@@ -75,12 +77,13 @@ class FakeRobot:
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
 
     def configure(self, settings):
-        """Use other settings from now on, except the settings of the start."""
+        """Use these settings from now on, except the settings in STARTING."""
         with self._lock:
             self._robot.configure(settings)
 
     def tick(self, step, epoch):
-        """Let one SIMULATION_STEP pass, and send what is due; `epoch`: the robot's time 0 [s]."""
+        """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` counts the
+        calls. `epoch` is the ROS time of the simulator's time 0 [s]."""
         truth_is_due = step % STEPS_PER_TRUTH == 0 and (
             self._pipe.has_subscribers() if self._pipe
             else self._truth and self._truth.get_num_connections())
@@ -112,15 +115,16 @@ class FakeRobot:
 
 
 def start(robot, speed):
-    """Step a FakeRobot in real time, or `speed` times as fast with a /clock that it publishes."""
+    """Step a FakeRobot in real time. With use_sim_time publish /clock, `speed` times as fast."""
     clock = publisher('/clock', Clock) if rospy.get_param('/use_sim_time', False) else None
     threading.Thread(target=guarded(lambda: keep_pace(robot, clock, speed if clock else 1.0)),
                      name='robot', daemon=True).start()
 
 
 def keep_pace(robot, clock, speed):
-    """Step `robot` for ever, `speed` times as fast as real time."""
-    due, epoch = time.monotonic(), time.time()    # `epoch`: the robot's time 0
+    """Step `robot` without end, `speed` times as fast as real time."""
+    due = time.monotonic()    # the time of the next step
+    epoch = time.time()       # the ROS time of the simulator's time 0
     for step in itertools.count():
         if clock:
             clock.publish(Clock(rospy.Time.from_sec(epoch + (step + 1) * SIMULATION_STEP)))
@@ -129,33 +133,32 @@ def keep_pace(robot, clock, speed):
         late = time.monotonic() - due
         if late < 0.0:
             time.sleep(-late)
-        elif late > (CATCH_UP_CLOCK if clock else CATCH_UP):
+        elif late > (LONGEST_CATCH_UP_ON_CLOCK if clock else LONGEST_CATCH_UP):
             due += late
             epoch += 0.0 if clock else late
 
 
 class TruthPipe:
-    """Writes true poses into a named pipe, which its reader makes."""
+    """Writes true poses into a named pipe. The program that reads the pipe has made it."""
 
     def __init__(self, path):
         self._path, self._pipe = path, -1
 
     def has_subscribers(self):
-        """Is there a reader? Without one, this tries to open the pipe again."""
+        """Does a program read the pipe? If the pipe is not open yet, try to open it."""
         if self._pipe < 0:
-            with suppress(OSError):     # there is no reader yet
+            with suppress(OSError):     # no program reads the pipe yet
                 self._pipe = os.open(self._path, os.O_WRONLY | os.O_NONBLOCK)
         return self._pipe >= 0
 
     def write(self, pose):
-        """Write a pose, or drop it: the robot never waits for a reader."""
+        """Write a pose. If the pipe is full, drop the pose, since the robot must not wait."""
         with suppress(OSError):
             os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
 
 class SensorTopics:
-    """Publishes samples as messages. Its methods are called only by the thread that steps the
-    robot."""
+    """Publishes samples as messages. Only the thread that steps the robot calls the methods."""
 
     def __init__(self):
         #: {name: name in this node's namespace}
@@ -167,9 +170,9 @@ class SensorTopics:
         self._tf = publisher('/tf', TFMessage)
 
     def send(self, burst, epoch, wheels):
-        """Publish the samples of a `burst`, which arrive at one moment, by one write for each
-        topic, and a joint state for each odometry. `epoch`: the robot's time 0 [s]; `wheels`: the
-        simulator's wheel samples, from which older ones are removed."""
+        """Publish the samples of a `burst`, which arrive at one moment. Each topic takes one write.
+        Publish a joint state for each odometry sample. `epoch` is the ROS time of the simulator's
+        time 0 [s]. `wheels` is Sensors.wheels; rows before the burst are removed."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (
@@ -184,7 +187,7 @@ class SensorTopics:
 
 
 def _wheels_at(wheels, stamp):
-    """Returns (angles [rad], speeds [rad/s]) at the odometry with this stamp."""
+    """Returns (angles [rad], speeds [rad/s]) of the wheels at the odometry sample with `stamp`."""
     while wheels[0][0] < stamp and len(wheels) > 1:
         wheels.popleft()
     return wheels[0][1:]
@@ -196,7 +199,7 @@ def _send(publisher, samples, message_of):
 
 
 def publisher(topic, kind, **options):
-    """Returns a publisher of a simulated robot, which sends at once and has a short queue."""
+    """Returns a publisher that sends at once and has a short queue."""
     result = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
     write_at_once(result, most=50)
     return result
@@ -207,7 +210,7 @@ def imu_message(sample, stamp, frame):
     return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
                ORIENTATION_COVARIANCE,
                Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
-               Vector3(*UPWARDS), LINEAR_ACCELERATION_COVARIANCE)
+               Vector3(*ACCELERATION_AT_REST), LINEAR_ACCELERATION_COVARIANCE)
 
 
 def odometry_message(sample, stamp, frame, child_frame):
@@ -222,7 +225,7 @@ def odometry_message(sample, stamp, frame, child_frame):
 
 
 def joint_message(angles, speeds, stamp, frame):
-    """Returns the sensor_msgs/JointState of the two wheels, left one first."""
+    """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
     return JointState(_header(stamp, frame), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
 
 

@@ -1,7 +1,9 @@
-"""The samples of IMU and odometry: their times, their faults, and the board's own clock.
+"""The samples of IMU and odometry, with the stamps of the board's clock and the faults of sensors.
+
+The noise and the bias of the IMU are in `body.ImuModel`.
 
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
-a driver that went on sending one sample with new stamps for half a minute).
+a driver that sent one sample with new stamps for half a minute).
 """
 import random
 from collections import deque
@@ -14,41 +16,41 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.body import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
 from tb3_labs.simulation.network import Arrival, Interruptions
-from tb3_labs.simulation.simulator_config import FAULTS, SimulatorConfig
+from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, SimulatorConfig
 
 #: Shortest and longest dropout [s].
-DROPOUT = (0.3, 4.3)
-#: After a stall at most this number of samples of a sensor is sent, the latest ones: real queues
-#: and buffers are finite, too. The number is enough for an IMU at 200 Hz in the longest stall.
+DROPOUT_LENGTHS = (0.3, 4.3)
+#: After a stall only this number of samples of a sensor is sent, as real buffers are finite. The
+#: number is enough for an IMU at 200 Hz in the longest stall.
 MOST_SAMPLES = 2000
-#: Values for the left and the right wheel.
-Pair = Tuple[float, float]
+#: A value of the left wheel, and a value of the right wheel.
+WheelPair = Tuple[float, float]
 #: Time from one time sync of the serial node to the next [s].
 SYNC_PERIOD = 5.0
 
 
 class Rhythm:
-    """The moments 1/rate, 2/rate, ... after `start`. Each is returned once, in order."""
+    """The moments 1/rate, 2/rate, ... after `start` [s]. Each moment is returned once, in order."""
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
-        self._rate = self.due = 0.0     # `due`: the next moment [s]; an attribute, for speed
+        self._rate = self.due = 0.0    # `due`: the next moment [s]; not a property, for speed
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
-        """Use another rate from `now` on; the same rate changes nothing."""
+        """Use `rate` from `now` on. If the rate is the same, the moments stay the same."""
         if rate != self._rate:
             self._rate, self._base, self._count = rate, now, 1
             self.due = now + 1.0 / rate
 
     def pop(self) -> float:
-        """Returns the moment that is due [s]; then the next moment is due."""
+        """Returns `due` [s], and moves on to the next moment."""
         due = self.due
         self._count += 1
         self.due = self._base + self._count / self._rate
         return due
 
     def pop_until(self, end: float) -> List[float]:
-        """Returns all moments before `end` [s]; a moment at `end` itself stays due."""
+        """Returns all moments before `end` [s]. A moment equal to `end` stays due."""
         moments, due, count = [], self.due, self._count
         while due < end:
             moments.append(due)
@@ -59,15 +61,15 @@ class Rhythm:
 
 
 class SensorFaults:
-    """The faults of one sensor. `silent`: no samples; `frozen`: the same sample again and again,
-    with new stamps. Both sensors have the same `dropouts`."""
+    """The faults of one sensor. A `silent` sensor sends no sample. A `frozen` sensor repeats one
+    sample with new stamps. During `dropouts` both sensors are silent."""
 
     def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
         self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
         self._frozen_sample: Optional[Sample] = None
 
     def apply(self, samples: Sequence[Sample]) -> Sequence[Sample]:
-        """Returns the samples that are sent instead of `samples`."""
+        """Returns the samples that a sensor with these faults sends, if it measured `samples`."""
         if self._silent:
             return []
         if self._frozen and samples:
@@ -80,14 +82,15 @@ class SensorFaults:
 
 
 class TimeSyncs:
-    """The error of the board's clock: up to `largest` [s], early or late. Each sync changes it."""
+    """The board's clock. Each time sync gives the clock another error, from -`largest` to `largest`
+    [s]."""
 
     def __init__(self, largest: float, seed: int) -> None:
         self._largest, self._seed = largest, seed
         self._number, self._error = -1, 0.0
 
     def error(self, now: float) -> float:
-        """Returns the error [s] of a stamp taken at `now` [s]."""
+        """Returns the error of the clock at the true time `now` [s]."""
         number = int(now / SYNC_PERIOD)
         if number != self._number:
             source = random.Random(f'time sync {number} {self._seed}')
@@ -95,7 +98,7 @@ class TimeSyncs:
         return self._error
 
     def stamped(self, arrivals: List[Arrival]) -> List[Arrival]:
-        """Returns `arrivals` with the stamps of the board's clock in place of the true stamps."""
+        """Returns `arrivals` with stamps of the board's clock instead of true stamps."""
         if not self._largest:
             return arrivals
         return [(moment, sample._replace(stamp=sample.stamp + self.error(sample.stamp)))
@@ -103,22 +106,22 @@ class TimeSyncs:
 
 
 class Sensors:
-    """IMU and odometry of one robot: they measure its body, and keep the samples until `pop`."""
+    """The IMU and the odometry of one robot. They measure the Body, and store samples for `pop`."""
 
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
         self._body, self._config = body, config
-        #: Pose and wheels as the board computes them.
+        #: Computes the pose and the angles of the wheels as the board does.
         self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.error))
         self.imu_rhythm = Rhythm(config.imu_rate)
         self.odom_rhythm = Rhythm(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
-        #: Will the next odometry begin at zero?
+        #: Will the next odometry sample set the pose to zero?
         self.resetting = False
-        #: The pose of the odometry's frame, world_T_odom, by the true pose at the last reset.
+        #: world_T_odom. The last reset set it, from the true pose.
         self.origin = Pose2()
-        #: At each odometry, arrived or not: its stamp [s], the wheels' angles [rad] and speeds.
-        self.wheels: Deque[Tuple[float, Pair, Pair]] = deque(maxlen=MOST_SAMPLES)
+        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, sent or not.
+        self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
         self._plan_faults(0.0)
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
@@ -127,12 +130,12 @@ class Sensors:
         self.odom_rhythm.set_rate(config.odom_rate, now)
         #: The board's clock.
         self.clock = TimeSyncs(config.stamp_step, config.seed)
-        if any(getattr(config, name) != getattr(before, name) for name in FAULTS):
+        if any(getattr(config, name) != getattr(before, name) for name in SENSOR_FAULT_SETTINGS):
             self._plan_faults(now)
 
     def _plan_faults(self, now: float) -> None:
         config = self._config
-        dropouts = Interruptions(config.dropouts_per_min / 60.0, DROPOUT, now,
+        dropouts = Interruptions(config.dropouts_per_min / 60.0, DROPOUT_LENGTHS, now,
                                  config.seed) if config.dropouts_per_min else None
         self._imu_faults = SensorFaults(config.imu_silent, config.imu_frozen, dropouts)
         self._odom_faults = SensorFaults(config.odom_silent, config.odom_frozen, dropouts)
@@ -156,6 +159,6 @@ class Sensors:
         self._samples.extend(self._odom_faults.apply([sample]))
 
     def pop(self) -> List[Sample]:
-        """Returns the samples since the last call, oldest first; their stamps are true."""
+        """Returns the samples since the last call, oldest first, with true stamps."""
         samples, self._samples = self._samples, []
         return samples

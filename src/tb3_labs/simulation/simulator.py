@@ -1,12 +1,12 @@
-"""The simulated robot: it behaves as a TurtleBot3's firmware, motors and sensors do.
+"""The simulated robot. Its firmware, motors and sensors behave as a TurtleBot3's.
 
     robot = Simulator(SimulatorConfig(start_x=1.0, start_yaw_deg=90.0))
     robot.command(0.1, 0.5)
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-This module is the clock of the parts: `firmware`, `body`, `sensors` and `network`. The same seed
-gives the same samples, for steps of any length.
+This module steps the parts `firmware`, `body`, `sensors` and `network` in time. The same seed gives
+the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, in which the odometry starts without error. The IMU's yaw differs
 from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
@@ -22,14 +22,14 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
-from tb3_labs.simulation.body import RAW_BIAS, Body
+from tb3_labs.simulation.body import UNCALIBRATED_BIAS, Body
 from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
 from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: An event up to this long after the end of a step belongs to the step [s], since many small steps
-#: do not add up to exactly one large step.
+#: An event up to this long after the end of a step belongs to the step [s], since the sum of many
+#: small steps is not exactly one large step.
 TIME_ROUNDING = 1e-9
 
 
@@ -42,7 +42,6 @@ class Simulator:
         self.config = replace(config, gyro_bias_deg=0.0)
         start = Pose2(config.start_x, config.start_y, wrap(math.radians(config.start_yaw_deg)))
         self._body = Body(self._model, start, math.radians(config.imu_offset_deg), config.seed)
-        #: The sensors. They know the odometry's origin, and the wheels of each odometry.
         self.sensors = Sensors(self._model, self._body, self.config)
         #: Time since the start [s].
         self.now = 0.0
@@ -50,7 +49,7 @@ class Simulator:
         self._command_link = NetworkLink('command', config.seed)
         self._sensor_link = NetworkLink('sensor', config.seed)
         self._board = Board()
-        self._obeyed = 0.0, 0.0     # (forward speed, rate of turn) that the motors follow
+        self._motor_command = 0.0, 0.0     # (forward speed [m/s], rate of turn [rad/s])
         self._apply(config)
 
     @property
@@ -64,7 +63,7 @@ class Simulator:
         return self._body.at(self.now).velocity
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use other settings from now on, except those in `STARTING`."""
+        """Use the settings of `config` from now on, except the settings in STARTING."""
         if config is self.config:
             return
         self._body.move_to(self.now)
@@ -84,12 +83,12 @@ class Simulator:
             link.configure(config, self.now)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: forward speed [m/s], rate of turn [rad/s]. The firmware reads NaN or
-        infinity as another number."""
+        """Send a command now: a forward speed [m/s] and a rate of turn [rad/s]. NaN and infinity
+        are allowed; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:
-        """Send the firmware's reset now; see :mod:`tb3_labs.simulation.firmware`."""
+        """Send a `reset` to the board now; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send((RESET_COMMAND,), (self.now,))
         self._read(self.now)
 
@@ -101,8 +100,8 @@ class Simulator:
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
-        """As :meth:`step`, but the samples that arrive at one moment, as after a stall, are in one
-        list."""
+        """Let `dt` seconds pass. Returns a list for each moment of arrival, with the samples that
+        arrive then. After a stall several samples arrive at one moment."""
         self._advance(dt)
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
@@ -126,7 +125,7 @@ class Simulator:
             if tick > horizon:
                 return
             if board.due == tick:
-                self._body.move_to(tick)    # the gyro is calibrated
+                self._body.move_to(tick)    # here the calibration of the gyro ends
                 self._body.use_bias(self._board.end_pause(self._body.yaw))
             elif control.due == tick:
                 self._drive(control.pop())
@@ -136,23 +135,23 @@ class Simulator:
                     sensors.measure_odometry(tick)
 
     def _drive(self, stamp: float) -> None:
-        """Set the motors by the latest command that has arrived, as the board does."""
+        """Let the board set the motors by the latest command that has arrived."""
         self._read(stamp)
         if self._board.is_busy:
             return
         command = self._board.command_in_force(stamp)
         if self.config.motors_off or self.config.battery_cut:
             command = 0.0, 0.0
-        if command != self._obeyed:
+        if command != self._motor_command:
             self._body.move_to(stamp)
-            self._obeyed = command
+            self._motor_command = command
             self._body.drivetrain.set_goals(*motor_speeds(*command, self._model))
             self._body.motion_changed()
 
     def _read(self, stamp: float) -> None:
-        """Let the board read its messages; on a reset it begins to calibrate its gyro."""
+        """Let the board read its messages. On a reset the board begins to calibrate its gyro."""
         if self._board.read(self._command_link.pop(stamp)):
             self._body.move_to(stamp)
             self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
             self.sensors.resetting = True
-            self._body.use_bias(RAW_BIAS)
+            self._body.use_bias(UNCALIBRATED_BIAS)

@@ -1,8 +1,8 @@
 """The settings of the simulated robot, with unit, bounds and default.
 
-Launch files, parameters and dynamic_reconfigure offer these fields under the same names.
-Each field names its unit. A value of another type, not finite or out of its closed bounds raises
-``ValueError`` with field, value and bounds (see :mod:`tb3_labs.config`).
+Launch files, parameters and dynamic_reconfigure use the names of the fields. A value of another
+type, not finite or out of its closed bounds raises ``ValueError`` with field, value and bounds (see
+:mod:`tb3_labs.config`).
 """
 from dataclasses import dataclass
 from typing import Dict
@@ -13,7 +13,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 @dataclass(frozen=True)
 class SimulatorConfig(Config):
-    """The settings of the simulated robot. Only a new start can change those in `STARTING`."""
+    """The settings of the simulated robot. Only a new start can change the fields in STARTING."""
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
     start_x: float = setting(0.0, 'x at the start, true and by odometry', 'm', -1000.0, 1000.0)
@@ -36,7 +36,7 @@ class SimulatorConfig(Config):
     gyro_bias_deg: float = setting(
         0.0, 'rate that a calibration in motion left in gyro and yaw, until the next `reset`',
         'deg/s', -180.0, 180.0)
-    # The defaults: a fast computer and the real firmware.
+    # The next three defaults were measured with the real firmware on a fast computer.
     yaw_lag: float = setting(
         0.0135, 'age of yaw and rate of turn at the stamps of IMU and odometry', 's', 0.0, 1.0)
     wheel_lag: float = setting(
@@ -61,10 +61,10 @@ class SimulatorConfig(Config):
     stalls_per_min: float = setting(
         0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
-    # The default: the longest stall of the recordings.
+    # The default is the longest stall in the recordings.
     longest_stall: float = setting(
         0.4, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
-    # 512 readings at 200 Hz; the firmware gives up after 5 s.
+    # The firmware calibrates with 512 readings at 200 Hz, and gives up after 5 s.
     reset_pause: float = setting(
         2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',
         's', 0.0, 10.0)
@@ -83,13 +83,14 @@ class SimulatorConfig(Config):
         False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
 
-#: Settings of the start; the other settings may change while the robot runs.
+#: The fields that cannot change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
-#: The faults of sensors; a change of one of them starts all again.
-FAULTS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'dropouts_per_min')
+#: The fields for faults of sensors. If one field changes, all faults of sensors begin again.
+SENSOR_FAULT_SETTINGS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
+                         'dropouts_per_min')
 
-#: {name of a computer that the robot's board is connected to: the settings for it}. Measured with
-#: the firmware on a fast computer, and on one as slow as a Raspberry Pi.
+#: {name of the computer to which the robot's board is connected: {field: value}}. The values were
+#: measured with the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
 HOSTS: Dict[str, Dict[str, float]] = {
     'default': {},
     'laptop': dict(imu_rate=171.0, odom_rate=29.9, stamp_step=0.008),

@@ -1,4 +1,4 @@
-"""What a node does inside: its variables, what each of them follows, and its first broken link."""
+"""What does a node do inside? Its variables, the quantities that they follow, its first mistake."""
 import os
 from pathlib import Path
 from typing import Dict, Mapping

@@ -1,5 +1,5 @@
-"""The chain of each lab, as data: its links, their places in the lab sheets, and the variables by
-which a lab's node is known."""
+"""The chain of each lab, as data: its links with their places in the lab sheets, and the variables
+that show to which lab a node belongs."""
 from itertools import islice
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -9,14 +9,14 @@ from tb3_labs.watch.variables import bare_name
 
 
 class Place(NamedTuple):
-    """A place in a lab sheet: a heading, and a numbered step below it (0: the whole section)."""
+    """A place in a lab sheet: a heading, and a numbered step of its section, or 0 for the whole
+    section."""
 
     sheet: str
     heading: str
     step: int = 0
 
     def at_step(self, step: int) -> 'Place':
-        """Returns the place of a step of this section."""
         return Place(self.sheet, self.heading, step)
 
     def __str__(self) -> str:
@@ -25,8 +25,9 @@ class Place(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain: a question that the node's owner can answer, the function that looks for
-    broken links, the place that explains it, and the parts of the lab in which it shows."""
+    """A link of a chain: a question that a student can answer by looking at the node, the Check
+    that finds mistakes, the place that explains the link, and the parts of the lab that use the
+    link."""
 
     question: str
     check: Check
@@ -43,11 +44,11 @@ THE_LOCAL_POSE, FOUR_STATES, THE_RESET, BY_THUMB = (
 TURN_STEP, MOUSE_STEP, DRIVE_STEP, CONTROL_STEP = (
     TURN_LAB.at_step(5), TURN_LAB.at_step(2), FOUR_STATES.at_step(1),
     FOUR_STATES.at_step(2))
-#: The parts of the labs in which a link shows.
+#: The parts of the labs (see marking/labs) that use a link.
 TURNS, MOUSE = ('turns', 'both'), ('mouse', 'both')
 DRIVES, CONTROL = ('drive', 'reset'), ('drive', 'reset', 'control')
 PAD = ('sticks', 'buttons', 'no service')
-#: lab -> its links, in their order
+#: {lab: the links of its chain, in their order}
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -65,16 +66,16 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
              TURN_STEP, TURNS),
         *(Link('At which error does a turn end, and by which command?', check, TURN_STEP, TURNS)
-          for check in (turn_links.wrong_stop, turn_links.not_over)),
+          for check in (turn_links.wrong_stop, turn_links.turning_stayed_true)),
         *(Link('Which command belongs to the mouse at the upper edge, at the left one, in the '
                'middle, inactive?', check, MOUSE_STEP, MOUSE)
           for check in input_links.MOUSE_LINKS),
-        Link('How large is the command for an error of 90?', turn_links.slow_law, TURN_STEP,
+        Link('How large is the command for an error of 90?', turn_links.low_gain, TURN_STEP,
              TURNS)),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
              drive_links.wrong_control, CONTROL_STEP, CONTROL),
-        Link('Look at state after a reset.', drive_links.state_kept, THE_RESET.at_step(1),
+        Link('Look at state after a reset.', drive_links.state_not_reset, THE_RESET.at_step(1),
              DRIVES),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
              'local_x, local_y and local_yaw.', drive_pose.wrong_pose, THE_LOCAL_POSE.at_step(3),
@@ -84,20 +85,21 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.wrong_law, DRIVE_STEP, DRIVES),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
              drive_links.not_silent, CONTROL_STEP, CONTROL),
-        Link('How large is each command?', drive_links.slow_law, DRIVE_STEP, DRIVES)),
+        Link('How large is each command?', drive_links.other_gain, DRIVE_STEP, DRIVES)),
     'gamepad': tuple(
         Link(question, check, BY_THUMB.at_step(1), PAD) for question, check in zip((
             'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
             'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
             'How large is each command?'), input_links.PAD_LINKS))}
-#: lab -> the variables of its node by the handout
-NAMES = {'turn': {'goal_yaw', 'turning'}, 'move2goal': {'local_x', 'local_y', 'local_yaw'}}
+#: {lab: bare names of variables that the handout gives its node}
+VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
+                    'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
                  weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first link that is broken in these `parts` of the lab, by default in all parts.
-    Without `weak`, a BrokenLink that is_weak does not count."""
+    """Returns the first broken link of these `parts` of the lab, by default of all parts, or None.
+    A weak BrokenLink is skipped if `weak` is False."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -107,19 +109,19 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 
 
 def remarks(run: Any, lab: str) -> List[str]:
-    """Returns sentences on a node that earned all points: its commands may come too seldom."""
+    """Returns sentences on mistakes that cost no points: commands that come too seldom."""
     broken = islice(turn_links.too_seldom(NodeRun(run)), 1) if lab == 'turn' else ()
     return [f'{sentence(each)} See {TURN_STEP}.' for each in broken]
 
 
-def found_in(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
+def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
     """Returns (node, Link, BrokenLink) of each node of a recording whose lab is known and whose
-    chain is broken. Weak ones do not count: the node may be right."""
+    chain is broken. A node with only weak BrokenLinks may be right, and is left out."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
         names = {bare_name(name) for name in node_run.variables}
-        labs = [lab for lab, known in NAMES.items() if known <= names]
+        labs = [lab for lab, known in VARIABLES_OF_LAB.items() if known <= names]
         broken = first_broken(node_run, CHAINS[labs[0]], weak=False) if labs else None
         if broken:
             found.append((node, *broken))

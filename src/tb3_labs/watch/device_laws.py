@@ -1,7 +1,7 @@
 """The command that follows a device: a gamepad or a mouse.
 
-A field of a command follows an axis, a button or a coordinate of the mouse, as it was in one of the
-last messages, times a number. This number is found from the commands.
+A field of a command follows an input: an axis, a button or a coordinate of the mouse. The field is
+the input in one of the last messages times a factor. This factor is found from the commands.
 """
 import json
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -9,16 +9,19 @@ from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Se
 import numpy as np
 
 from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, expected
-from tb3_labs.watch.quantities import ARRIVAL_LEAD, RECENT_TIME, Quantity, ages, thinned
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.quantities import ARRIVAL_LEAD, RECENT_TIME, Quantity, sample_ages, subsampled
+from tb3_labs.watch.variables import Series, last_before
 
-#: A command follows an input within ANSWER_DELAY [s]. An input that does not change for HELD_TIME
-#: [s] must be answered.
-ANSWER_DELAY, HELD_TIME = 0.5, 0.6
-#: A field follows an input by this share of its values: a callback that waited answers late.
+#: A command follows an input within this time [s].
+ANSWER_DELAY = 0.5
+#: A node must answer an input that does not change for this time [s].
+HELD_TIME = 0.6
+#: A field follows an input if this share of its values does. A callback that waited answers late.
 INPUT_SHARE = 0.9
-#: A variable is read up to READING_DELAY after its command [s], and not for each command.
-READING_DELAY, VARIABLE_SHARE = 0.04, 0.8
+#: The probe reads a variable up to this time after its command [s].
+READING_DELAY = 0.04
+#: A field follows a variable if this share of its values does, since some commands have no reading.
+VARIABLE_SHARE = 0.8
 
 
 class Device(NamedTuple):
@@ -29,19 +32,19 @@ class Device(NamedTuple):
     names: Sequence[str]
 
     def row_text(self, row: np.ndarray) -> str:
-        """Returns the inputs that are not 0 in words."""
+        """Returns in words which inputs are not 0."""
         return ' and '.join(f'{name} at {value:g}' for name, value in zip(
             self.names, row) if value) or 'all inputs at 0'
 
     @property
     def same_since(self) -> np.ndarray:
-        """For each message, the time since which the inputs have been the same [s]."""
+        """For each message: the time since which all inputs have the same values [s]."""
         is_new = np.append(True, np.diff(self.value, axis=0).any(axis=1))[:len(self.time)]
         return np.maximum.accumulate(np.where(is_new, self.time, -np.inf))
 
     def index_at(self, times: np.ndarray) -> np.ndarray:
-        """Returns the index of the last message at each time, -1 if it is not recent."""
-        last = np.searchsorted(self.time, times + ARRIVAL_LEAD) - 1
+        """Returns the index of the last message at each time, -1 if this message is not recent."""
+        last = last_before(self.time, times + ARRIVAL_LEAD)
         age = times - np.append(self.time, -np.inf)[last]
         return np.where(age <= RECENT_TIME, last, -1)
 
@@ -54,21 +57,24 @@ class Device(NamedTuple):
 
 
 def events_of(node_run: NodeRun, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
-    """Returns (time, event) of the events of this kind in a trial."""
+    """Returns (time, event) of the marker's events of this kind in a trial."""
     rows = node_run.run.events
     events = [(time, json.loads(words)) for time, words in zip(rows.arrival, rows.words)]
     return [(time, event) for time, event in events if event['kind'] == kind]
 
 
 def stimulus_begin(node_run: NodeRun, name: str) -> float:
-    """Returns the time at which a stimulus of a trial began; inf if there was none."""
+    """Returns the time at which the stimulus `name` of a trial began; inf if it did not begin."""
     states = node_run.run.states
-    return next((float(time) for time, words in zip(states.arrival, states.words)
-                 if words == name), np.inf)
+    for begin, words in zip(states.arrival, states.words):
+        if words == name:
+            return float(begin)
+    return np.inf
 
 
 def factor_of(series: Series, form: Quantity, share: float) -> float:
-    """Returns the number by which this share of a series is number times form, else NaN."""
+    """Returns the factor by which `form` must be multiplied so that this share of the series
+    follows it; NaN if no factor does."""
     last = form.at(series.time + ARRIVAL_LEAD)
     both = (series.value != 0.0) & (last != 0.0)
     if both.sum() < 3:
@@ -76,24 +82,24 @@ def factor_of(series: Series, form: Quantity, share: float) -> float:
     ratios, counts = np.unique(np.round(series.value[both] / last[both], 6), return_counts=True)
     factor = float(ratios[np.argmax(counts)])
     product = form._replace(value=factor * form.value, scale=max(abs(factor), 1e-6))
-    some = thinned(series.take((series.value != 0.0) | (last != 0.0)))
-    return factor if np.mean(np.isfinite(ages(some, product))) >= share else np.nan
+    some = subsampled(series.take((series.value != 0.0) | (last != 0.0)))
+    return factor if np.mean(np.isfinite(sample_ages(some, product))) >= share else np.nan
 
 
 def followed_form(series: Series, forms: Sequence[Quantity], share: float,
                   factor: float) -> Optional[Tuple[float, str]]:
-    """Returns (number, words) of the form that a series follows. If the motion does not tell two
-    forms apart, it is the form whose number is nearest to the handout's `factor`."""
-    numbers = [(factor_of(series, form, share), form.words) for form in forms]
-    found = [each for each in numbers if np.isfinite(each[0])]
+    """Returns (factor, words) of the form that a series follows, or None. If the series follows
+    several forms, this is the form whose factor is nearest to the handout's `factor`."""
+    factors = [(factor_of(series, form, share), form.words) for form in forms]
+    found = [each for each in factors if np.isfinite(each[0])]
     found.sort(key=lambda each: abs(each[0] - factor))
     return found[0] if found else None
 
 
 def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
                  forms: List[Quantity], factor: float) -> Iterator[BrokenLink]:
-    """Yields a field, linear.x or angular.z, that is not `factor` times the first of the forms. It
-    is weak if the field has the right sign and is not larger."""
+    """Yields a field, linear.x or angular.z, that is not `factor` times the first of the forms. The
+    BrokenLink is weak if the field has the right sign and is not too large."""
     last, value = device.index_at(commands.arrival), getattr(commands, name.split('.')[0])
     series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
     right = forms[0]
@@ -112,7 +118,7 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
             return
         is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
     else:
-        is_wrong = settled & ~np.isfinite(ages(series, right._replace(
+        is_wrong = settled & ~np.isfinite(sample_ages(series, right._replace(
             value=factor * right.value, scale=abs(factor))))
         if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * (settled & (wanted != 0.0)).sum()):
             return
@@ -124,13 +130,15 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
     keeps_side = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     is_driven = settled & ((wanted != 0.0) | (series.value != 0.0))
     yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {right.words}'),
-                     series.time[np.argmax(is_wrong)], name, keeps_side[is_driven].all())
+                     series.time[np.argmax(is_wrong)], name,
+                     is_weak=keeps_side[is_driven].all())
 
 
 def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
                is_ignored: Callable[[float, float], Any]) -> Iterator[BrokenLink]:
-    """Yields inputs that are held without a command, or let go without a zero. ``drives(row)``: is
-    a movement asked for? ``is_ignored(begin, end)``: should the node give no command?"""
+    """Yields held inputs without a command, and released inputs without a zero. ``drives(row)``: do
+    the inputs of this row ask for a movement? ``is_ignored(begin, end)``: may the node be
+    silent?"""
     times, speeds = commands.arrival, np.abs(commands.linear) + np.abs(commands.angular)
     for begin, end, row in device.held_inputs():
         if is_ignored(begin, end):
@@ -148,5 +156,5 @@ def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any
 
 
 def law_link(laws: Callable[[NodeRun], List[BrokenLink]], weak: bool) -> Check:
-    """Returns the Check of those laws that are weak, or are not weak."""
+    """Returns the Check of only the weak laws, or of only the laws that are not weak."""
     return lambda node_run: (each for each in node_run.cached(laws) if each.is_weak == weak)

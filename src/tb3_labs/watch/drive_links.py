@@ -1,8 +1,8 @@
 """The chain of the Transformation lab: control -> state after a reset -> references -> local pose
--> goal -> command and end of each state -> silence. "Own" numbers are the node's variables.
+-> goal -> command and end of each state -> silence.
 """
 from itertools import product
-from typing import Iterator, Tuple
+from typing import Iterator, Sequence, Tuple
 
 import numpy as np
 
@@ -13,23 +13,24 @@ from tb3_labs.handout import (
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, expected, is_constant, other_field_text, slow_commands)
 from tb3_labs.watch.drive_states import (
-    GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval, control_intervals,
-    frames, own_pose, state_intervals)
-from tb3_labs.watch.variables import shortened_value
+    HANDOUT_GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval,
+    control_intervals, local_frames, own_pose, state_intervals)
+from tb3_labs.watch.variables import last_before, shortened_value
 
-#: The tolerance of each state [rad], [m]; the gain of each rotation [1/s].
+#: The tolerance of each state [rad], [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
+#: The gain of each rotation [1/s].
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a has_control that does not follow ctrl_relinq."""
-    series, starts = node_run.find('has_control'), node_run.run.starts
+    series, starts = node_run.variable('has_control'), node_run.run.starts
     if series is None:
         return
     for begin, end, value in control_intervals(node_run):
-        # a node that is started later does not receive the message
+        # a node that was not running did not receive the message
         if not starts and not node_run.runs_at(begin):
             continue
         part = series.between(begin + LONGEST_LAG,
@@ -39,12 +40,12 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
                              f'{series.name} was {part.text[-1]}', part.time[0], series.name)
 
 
-def state_kept(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a state that a reset did not set back."""
-    series = node_run.find('state')
+def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields a `state` that a reset did not set to ROTATE_TO_GOAL."""
+    series = node_run.variable('state')
     if series is None:
         return
-    for frame in node_run.cached(frames):
+    for frame in node_run.cached(local_frames):
         part = series.between(frame.begin + LONGEST_LAG, frame.end)
         soon = series.between(frame.begin - SHORT_LAG, frame.begin + LONGEST_LAG).text
         if frame.is_reset and len(part.text) and ROTATE_TO_GOAL not in soon and (
@@ -57,31 +58,33 @@ def state_kept(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a goal that is not the one that was asked for."""
-    goals = node_run.run.goals      # in a recording they may be those of another node
-    is_asked = len(goals) and len(node_run.run.starts)
-    for name, requested in zip(GOAL, (goals.x, goals.y, goals.yaw)) if is_asked else ():
-        series = node_run.find(name)
-        # a yaw may be in degrees
-        rights = [requested[0], np.degrees(requested[0]) if 'yaw' in name else requested[0]]
+    """Yields a variable of the goal that does not have the requested value."""
+    goals = node_run.run.goals
+    if not len(goals) or not len(node_run.run.starts):
+        return      # without a trial, another node may have sent the goals
+    for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
+        series = node_run.variable(name)
+        # the node may have its goal_yaw in degrees
+        rights = [requested, np.degrees(requested) if 'yaw' in name else requested]
         if series is not None and is_constant(series) and (
                 np.abs(series.value[-1] - rights).min() > 1e-3):
-            yield BrokenLink(expected(
-                f'{series.name} is {shortened_value(series.text[-1])}', f'{requested[0]:g}'),
-                series.time[0], series.name)
+            words = expected(f'{series.name} is {shortened_value(series.text[-1])}',
+                             f'{requested:g}')
+            yield BrokenLink(words, series.time[0], series.name)
 
 
 def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str, np.ndarray]]:
-    """Yields (words, angle) of what a node may take for the heading error; the first is right."""
+    """Yields (words, angles) of each formula that a node may use for the heading error. The first
+    is right."""
     dx, dy = part.pose.to_goal.real, part.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal_yaw)]
-    targets = targets[::1 if part.state == ROTATE_TO_GOAL else -1] + [
-        ('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan2(-dy, -dx)', np.arctan2(-dy, -dx)),
-        ('atan(dy / dx)', np.arctan(dy / dx)), ('0', 0.0 * dx)]
+    if part.state != ROTATE_TO_GOAL:
+        targets.reverse()
+    targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan2(-dy, -dx)', np.arctan2(-dy, -dx)),
+                ('atan(dy / dx)', np.arctan(dy / dx)), ('0', 0.0 * dx)]
     yaw = part.pose.yaw
-    imu, odometry = (
-        samples.yaw[(np.searchsorted(samples.arrival, part.time) - 1).clip(0)]
-        for samples in (node_run.run.imu, node_run.run.odometry))
+    imu, odometry = (samples.yaw[last_before(samples.arrival, part.time).clip(0)]
+                     for samples in (node_run.run.imu, node_run.run.odometry))
     yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu), ('the yaw of the odometry', odometry),
             ('0', 0.0 * yaw), ('-local_yaw', -yaw), ('local_yaw in degrees', np.degrees(yaw))]
     for (target, angle), (heading, turned) in product(targets, yaws):
@@ -90,11 +93,11 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
 
 
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
-    """Returns (words, gain) of the heading error that the commands of a rotation follow, if
-    possible with the handout's gain; '' if they follow none."""
+    """Returns (words, gain) of the heading error that the commands of a rotation follow. An error
+    with the handout's gain is preferred. `words` are '' if the commands follow no error."""
     requested, found = GAINS[part.state], []
     for words, error in heading_errors(node_run, part):
-        # where the error jumps, both signs are right
+        # near a jump of the error, a command with either sign is right
         inner = (part.angular != 0.0) & (error != 0.0) & (
             (np.abs(error) < 3.0) | ('not normalized' in words))
         command, error = part.angular[inner], error[inner]
@@ -104,7 +107,7 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
         if abs(abs(gain) / requested - 1.0) < 0.05:
             gain = float(np.copysign(requested, gain))
         elif np.ptp(command) < 0.1:
-            continue        # any angle is a constant times a constant
+            continue        # a constant command follows each constant angle, with some gain
         is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
         if is_near.mean() >= RIGHT_SHARE:
             found.append((words, gain))
@@ -112,18 +115,18 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
 
 
 def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields wrong commands of a state, and a wrong end of it."""
+    """Yields the wrong commands and the wrong end of each state."""
     for part in node_run.cached(state_intervals):
         yield from wrong_command(node_run, part)
         yield from wrong_end(node_run, part)
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields commands of a state that do not have the side and the size of the law."""
+    """Yields commands of a state that have another sign or size than the law gives."""
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return
     if not len(part.time):
-        # a node waits for both sensors after a reset
+        # after a reset, a node may wait for both sensors
         first = [min(samples.between(part.begin, part.end).arrival, default=np.inf)
                  for samples in (node_run.run.imu, node_run.run.odometry)]
         if part.end - max(first) >= 1.0:
@@ -154,28 +157,29 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
 
 
 def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a state that does not end at its tolerance, and an unknown state that stays."""
+    """Yields a state that does not end at its tolerance, and an unknown state that does not end."""
     if part.state not in TOLERANCES:
-        # a state more, which the node leaves by itself, is no mistake
-        is_left = part.after in STATES or part.end - part.begin < 1.0
+        # an additional state is not a mistake if the node leaves it
+        is_left = part.next_state in STATES or part.end - part.begin < 1.0
         if part.state not in STATES and not is_left:
             yield BrokenLink(f"state became {part.state}, which is none of {', '.join(STATES)}",
                              part.begin, 'state')
         return
-    # between two readings the pose may have jumped
+    # only at a reading the pose is known: it may jump between two readings
     times = node_run.reading_times
     times = times[(times >= part.begin) & (times <= part.end)]
     pose = own_pose(node_run, times)
-    passed = STATES[STATES.index(part.state):STATES.index(part.after)] \
-        if part.after in STATES else ()
+    passed: Sequence[str] = ()
+    if part.next_state in STATES:
+        passed = STATES[STATES.index(part.state):STATES.index(part.next_state)]
     for state in passed:
         last_error = pose.error(state)[-1]
         if last_error > TOLERANCES[state] + POSE_TOLERANCE:
-            yield BrokenLink(f'state went from {part.state} to {part.after} at '
+            yield BrokenLink(f'state went from {part.state} to {part.next_state} at '
                              + error_text(state, last_error), part.end, 'state')
     error, tolerance = pose.error(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
-    if part.after or not len(near) or part.end - times[near[0]] <= 1.0:
+    if part.next_state or not len(near) or part.end - times[near[0]] <= 1.0:
         return
     is_left = error[near[0]:].max() > tolerance + POSE_TOLERANCE
     if is_left or not part.angular[part.time > times[near[0]] + LONGEST_LAG].any():
@@ -191,7 +195,7 @@ def error_text(state: str, error: float) -> str:
 
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands, or a missing zero, at the goal and after control was taken."""
+    """Yields commands at the goal and after control was taken, and the lack of a zero there."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     ends = [(part.begin, part.end, 'state became ' + GOAL_REACHED, is_moving | True)
@@ -218,8 +222,8 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
                 f'{sent.angular[k]:.2f}: no zero followed', begin)
 
 
-def slow_law(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom, and, as weak, another gain or speed."""
+def other_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields commands that come too seldom, and another gain or speed, which is a weak link."""
     for part in node_run.cached(state_intervals):
         if len(part.time) < 4 or part.state not in TOLERANCES:
             continue

@@ -1,7 +1,8 @@
-"""The local pose of the Transformation lab: what local_x, local_y, local_yaw and their references
-should be, and what they follow instead.
+"""The local pose of the Transformation lab: the right values of local_x, local_y, local_yaw and
+their references, and the wrong quantities that these variables may follow.
 
-Places are complex numbers here, x + iy. Angles are compared on the unit circle, so in any range.
+Places are complex numbers here, x + iy. Angles are compared on the unit circle, so that their range
+does not matter.
 """
 import re
 from itertools import islice, product
@@ -11,28 +12,36 @@ import numpy as np
 
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, farthest
 from tb3_labs.watch.drive_states import (
-    LONGEST_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, frames,
+    LONGEST_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, local_frames,
     part_with_control, unit_of)
-from tb3_labs.watch.quantities import SAME_SHARE, Quantity, ages, matching_quantities
+from tb3_labs.watch.quantities import SAME_SHARE, Quantity, matching_quantities, sample_ages
 from tb3_labs.watch.variables import Series, shortened_value
 
 #: A variable with fewer values is not judged.
 FEWEST_VALUES = 10
-#: The followed quantity is looked for in the NAMED_TIME around the worst value [s].
-NAMED_TIME = 60.0
+#: The followed quantity is searched for in this time around the worst value [s].
+FOLLOWED_WINDOW = 60.0
 
 
 def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
-    """Yields (number of choices that are not the first option, the choices) of all combinations."""
+    """Yields (number of mistakes, choices...) for each combination of one choice of each option. A
+    choice is a mistake unless it is the first of its option."""
     for chosen in product(*options):
-        yield (sum(one is not each[0] for one, each in zip(chosen, options)), *chosen)
+        mistakes = sum(choice is not option[0] for choice, option in zip(chosen, options))
+        yield (mistakes, *chosen)
+
+
+def in_window(times: np.ndarray, window: Tuple[float, float]) -> slice:
+    """Returns the indices of the times in a window. The times are in order."""
+    return slice(*np.searchsorted(times, window))
 
 
 def place_quantities(samples: Any, before: Frame, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local place, as complex numbers, by these
-    samples of the odometry; the first two are right. `before`: the frame before."""
+    """Yields the quantities that a node may take for its local place, as complex numbers, from
+    samples of the odometry. The first two are right. `before`: the frame before `frame`."""
     here, scale = samples.x + 1j * samples.y, POSE_TOLERANCE / SAME_SHARE
-    turned, turned_before = (each.odometry_yaw - each.declared_yaw for each in (frame, before))
+    turned = frame.odometry_yaw - frame.declared_yaw
+    turned_before = before.odometry_yaw - before.declared_yaw
     bases = (('the displacement since the reset', here - frame.place),
              ('the displacement since the reset before', here - before.place),
              ('the place in the odometry, not displaced', here))
@@ -51,8 +60,8 @@ def place_quantities(samples: Any, before: Frame, frame: Frame) -> Iterator[Quan
                            place * np.exp(-1j * frame.odometry_yaw), scale, mistakes=1)
 
 
-#: The formulas of a local yaw, and of a reference: (words, the factors of the present reading, of
-#: the reading at the reset, of the reading at the reset before).
+#: The formulas of a local yaw, and of a reference, as sums of readings: (words, factor of the
+#: present reading, factor of the reading at the reset, factor of the reading at the reset before).
 LOCAL_FORMULAS = ((' since the reset', 1, -1, 0), (' since the reset before', 1, 0, -1),
                   (', not from the reset on', 1, 0, 0),
                   (', minus the radians at the reset', 1, -np.pi / 180.0, 0))
@@ -61,11 +70,11 @@ REFERENCE_FORMULAS = ((' at the reset', 0, 1, 0), (' at the reset before', 0, 0,
 
 def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
              window: Tuple[float, float]) -> Iterator[Tuple[Quantity, Any, Any]]:
-    """Yields (a quantity that a node may read for a yaw or a reference, its value at the begin of
-    the frame, and of the frame before). The first is right."""
+    """Yields (a quantity that a node may read for a yaw or a reference; the value of this quantity
+    at the begin of `frame`; the value at the begin of `before`). The first quantity is right."""
     sensor = 'IMU' if name in ('local_yaw', 'initial_global_yaw') else 'odometry'
     samples = node_run.run.imu if sensor == 'IMU' else node_run.run.odometry
-    samples = samples.take(slice(*np.searchsorted(samples.arrival, window)))
+    samples = samples.take(in_window(samples.arrival, window))
     if 'yaw' not in name:
         yield Quantity('the place of the odometry', samples.arrival, samples.x + 1j * samples.y,
                        0.0), frame.place, before.place
@@ -77,11 +86,11 @@ def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
         yield yaw, frame.odometry_yaw, before.odometry_yaw
     for quantities in (node_run.imu_quantities, node_run.odometry_quantities):
         times = quantities[0].time
-        part = slice(*np.searchsorted(times, window))
+        part = in_window(times, window)
         this, last = np.searchsorted(times, (frame.begin, before.begin)).clip(max=len(times) - 1)
         times = times[part]
         for each in quantities:
-            # the other ranges are equal on the circle
+            # on the unit circle, a heading in any range equals the heading from -180 to 180
             if 'from -180' in each.words or not each.per_degree:
                 words = re.sub(',? in radians|, from -180 to 180', '', each.words)
                 mistakes = 1 + ('yaw' not in words) + ('odometry' in words)
@@ -92,42 +101,56 @@ def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
 
 def pose_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
                     window: Tuple[float, float]) -> Iterator[Quantity]:
-    """Yields the quantities that a variable of the pose or a reference may follow in a `window` of
-    a frame [s], as they are compared. The first two are right: the handout does not ask for a
-    declared pose."""
+    """Yields the quantities that the variable `name`, of the pose or a reference, may follow in a
+    `window` of a frame [s], in comparable form. The first two are right: the handout does not ask
+    for a declared pose."""
     if name in ('local_x', 'local_y'):
         odometry = node_run.run.odometry
-        samples = odometry.take(slice(*np.searchsorted(odometry.arrival, window)))
-        for each in place_quantities(samples, before, frame):
-            yield each._replace(value=comparable(name, each.value))
-        return
+        samples = odometry.take(in_window(odometry.arrival, window))
+        quantities = place_quantities(samples, before, frame)
+    else:
+        quantities = reading_quantities(node_run, before, frame, name, window)
+    for each in quantities:
+        yield each._replace(value=comparable(name, each.value))
+
+
+def reading_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
+                       window: Tuple[float, float]) -> Iterator[Quantity]:
+    """Yields the quantities that a local yaw or a reference may follow, each from one reading."""
     is_local = name in REFERENCES_OF
     formulas = LOCAL_FORMULAS if is_local else REFERENCE_FORMULAS
-    shares = (('', is_local), (', without the declared pose', is_local - 1))
+    # (words, factor of the declared pose)
+    declared_factors = (('', is_local), (', without the declared pose', is_local - 1))
     place = frame.declared_place * np.exp(1j * (frame.odometry_yaw - frame.declared_yaw))
-    for each, at_reset, at_reset_before in readings(
-            node_run, before, frame, name, window):
-        declared = place if 'yaw' not in name else frame.declared_yaw * (
-            180.0 / np.pi if ' in degrees' in each.words else 1.0)
-        for mistakes, (words, now, this, last), (kept, share) in mistake_combinations(
-                formulas, shares):
-            value = now * each.value + this * at_reset + share * declared
-            value = value + last * at_reset_before if last else value
-            yield each._replace(
-                words=each.words + words + kept, value=comparable(name, value),
-                scale=POSE_TOLERANCE / SAME_SHARE, mistakes=each.mistakes + mistakes)
+    for each, at_reset, at_reset_before in readings(node_run, before, frame, name, window):
+        if 'yaw' not in name:
+            declared = place
+        elif ' in degrees' in each.words:
+            declared = frame.declared_yaw * (180.0 / np.pi)
+        else:
+            declared = frame.declared_yaw
+        for mistakes, (words, now, this, last), (without, factor) in mistake_combinations(
+                formulas, declared_factors):
+            value = now * each.value + this * at_reset + factor * declared
+            if last:
+                value = value + last * at_reset_before
+            yield each._replace(words=each.words + words + without, value=value,
+                                scale=POSE_TOLERANCE / SAME_SHARE,
+                                mistakes=each.mistakes + mistakes)
 
 
 def comparable(name: str, value: np.ndarray) -> np.ndarray:
-    """Returns numbers as they are compared: a yaw on the unit circle, of a place its x or y."""
+    """Returns the values of the variable `name` in comparable form: a yaw as a point on the unit
+    circle, a place as its x or y."""
     if 'yaw' in name:
         return np.cos(value) + 1j * np.sin(value)       # faster than exp
     return np.imag(value) if name.endswith('y') and np.iscomplexobj(value) else np.real(value)
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the wrong variables of the local pose, first their wrong references."""
-    known = node_run.cached(frames)
+    """Yields the wrong variables of the local pose. The wrong references of a variable come
+    first."""
+    known = node_run.cached(local_frames)
     for (before, frame), name in product(zip(known[:1] + known, known), REFERENCES_OF):
         for wrong in wrong_variable(node_run, before, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -138,45 +161,51 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
 def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
                    name: str) -> Iterator[BrokenLink]:
     """Yields a variable that does not follow the right quantity in a frame."""
-    series, is_local = node_run.find(name), name in REFERENCES_OF
+    series, is_local = node_run.variable(name), name in REFERENCES_OF
     if series is None or np.isnan([frame.place, frame.odometry_yaw, frame.imu_yaw]).any():
         return
     window = (frame.begin - LONGEST_LAG, frame.end)
     rights = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
     right = rights[0]
-    # a node knows nothing of the frame before its first message in it
+    # the node learns of the frame with its first message in it
     first = right.time[right.time >= frame.begin][:1]
     if not len(first):
         return
     value = comparable(name, series.value * (unit_of(series) if is_local else 1.0))
-    part = part_with_control(node_run, Series(name, series.time, series.text, value).between(
-        first[0] + LONGEST_LAG, frame.end))
+    in_frame = Series(name, series.time, series.text, value).between(
+        first[0] + LONGEST_LAG, frame.end)
+    part = part_with_control(node_run, in_frame)
     if np.isfinite(part.value).sum() < FEWEST_VALUES or matching_quantities(
             part, rights, RIGHT_SHARE):
         return
     should = right.at(part.time)
     worst = farthest(part, should)
+    behaviour = ''
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max(initial=0.0)
-    words = ''
     if moved > 2.0 * POSE_TOLERANCE or not is_local:
-        begin, end = part.time[worst] - NAMED_TIME / 2.0, part.time[worst] + NAMED_TIME / 2.0
-        words = followed_text(part.between(begin, end), pose_quantities(
-            node_run, before, frame, name, (max(window[0], begin), min(window[1], end))))
-    words = words or late_text(part, right)
-    if len(set(part.text)) == 1 and (is_local or frame.is_reset and (
-            series.text_at(frame.begin - SHORT_LAG) == part.text[0])):
-        words = 'stayed ' + shortened_value(part.text[0])
-    elif not is_local and 'followed' not in words:
-        return      # it has another meaning here
-    yield BrokenLink('{}: it was {} when this was {:.3g}'.format(
-        expected(f'{frame.words}{series.name} {words}', right.words),
-        shortened_value(part.text[worst]),
-        np.angle(should[worst]) if 'yaw' in name else should[worst]),
+        begin = part.time[worst] - FOLLOWED_WINDOW / 2.0
+        end = part.time[worst] + FOLLOWED_WINDOW / 2.0
+        quantities = pose_quantities(node_run, before, frame, name,
+                                     (max(window[0], begin), min(window[1], end)))
+        behaviour = followed_text(part.between(begin, end), quantities)
+    behaviour = behaviour or late_text(part, right)
+    is_constant = len(set(part.text)) == 1
+    stayed_at_reset = frame.is_reset and (
+        series.text_at(frame.begin - SHORT_LAG) == part.text[0])
+    if is_constant and (is_local or stayed_at_reset):
+        behaviour = 'stayed ' + shortened_value(part.text[0])
+    elif not is_local and 'followed' not in behaviour:
+        return      # this node does not use the reference as the handout does
+    right_value = np.angle(should[worst]) if 'yaw' in name else should[worst]
+    words = expected(f'{frame.words}{series.name} {behaviour}', right.words)
+    yield BrokenLink(
+        f'{words}: it was {shortened_value(part.text[worst])} when this was {right_value:.3g}',
         part.time[worst], series.name)
 
 
 def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
-    """Returns a clause on the followed quantities with the fewest mistakes, '' if there is none."""
+    """Returns a clause on the quantities that a variable follows, only those with the fewest
+    mistakes; '' if the variable follows none of the quantities."""
     found = matching_quantities(part, quantities, RIGHT_SHARE)
     fewest = min((each.mistakes for each in found), default=0)
     texts = dict.fromkeys(each.words for each in found if each.mistakes == fewest)
@@ -185,6 +214,6 @@ def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
 
 def late_text(part: Series, right: Quantity) -> str:
     """Returns a clause on a variable that follows the right quantity late, or not at all."""
-    late = np.sort(ages(part, right._replace(scale=1.0), 60.0))
-    late = late[int(RIGHT_SHARE * (len(part.time) - 1))]
-    return f'came up to {late:.1f} s late' if late < np.inf else 'did not follow it'
+    delays = np.sort(sample_ages(part, right._replace(scale=1.0), 60.0))
+    longest = delays[int(RIGHT_SHARE * (len(part.time) - 1))]
+    return f'came up to {longest:.1f} s late' if longest < np.inf else 'did not follow it'

@@ -1,98 +1,129 @@
-"""The drives of a run as the node of the Transformation lab had them: its local frames, the pose by
-its own variables, the times in which it has control, and its states with their commands.
+"""The drives of a node of the Transformation lab, by its own variables: its local frames, its pose,
+the times in which it has control, and its states with the commands in them.
 
 A local frame begins at each start of the node and at each reset. Places are complex numbers here,
 x + iy, so that a rotation is a product.
 """
-from typing import List, NamedTuple, Tuple
+from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL, STATES
 from tb3_labs.watch.broken_link import LONGEST_READING_GAP, NodeRun
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.variables import Series, last_until
 
-#: A pose is right within POSE_TOLERANCE [m], [rad]. A law is kept if RIGHT_SHARE of the values are
-#: right.
-POSE_TOLERANCE, RIGHT_SHARE = 0.03, 0.9
-#: A variable is read at most LONGEST_LAG after its cause, most changes within SHORT_LAG [s].
+#: A pose is right if it is at most this far from the right pose [m], [rad].
+POSE_TOLERANCE = 0.03
+#: A node keeps a law if at least this share of its values is right.
+RIGHT_SHARE = 0.9
+#: The probe shows a change at most LONGEST_LAG after its cause, and most changes within SHORT_LAG
+#: [s].
 LONGEST_LAG, SHORT_LAG = 0.4, 0.1
 #: A robot rests for this time after its node was started [s].
 REST_TIME = 1.5
-#: A jump is a reset if there are at most two others within this time before and after it [s].
+#: A jump of a variable is a reset if at most two more jumps are within this time of it [s].
 JUMP_WINDOW = 1.0
-#: The variables of the pose, and the references that each of them uses.
+#: The variables of the pose, each with the references from which the node computes it.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
 REFERENCES = 'initial_global_x', 'initial_global_y', 'initial_odom_yaw', 'initial_global_yaw'
-#: The goal [m], [rad].
-GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
+#: The variables of the goal, with the handout's values [m], [rad].
+HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 
 
 class Frame(NamedTuple):
-    """A local frame: its begin and end [s], the declared place and yaw, whether a reset began it,
-    and the odometry's place and yaw and the IMU's yaw at its begin, NaN if they are unknown."""
+    """A local frame from `begin` to `end` [s]. A reset that begins a frame declares the robot's
+    place and yaw in this frame. At `begin`, the odometry has the robot's `place` and
+    `odometry_yaw`, and the IMU has its `imu_yaw`; NaN if they are unknown."""
 
     begin: float
-    end: float
-    declared_place: complex
-    declared_yaw: float
-    is_reset: bool
-    place: complex
-    odometry_yaw: float
-    imu_yaw: float
+    declared_place: complex = 0j
+    declared_yaw: float = 0.0
+    is_reset: bool = False
+    end: float = np.inf
+    place: complex = np.nan
+    odometry_yaw: float = np.nan
+    imu_yaw: float = np.nan
 
     @property
     def words(self) -> str:
         return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
 
 
-def frames(node_run: NodeRun) -> List[Frame]:
-    """Returns the frames of a run, in their order."""
+def local_frames(node_run: NodeRun) -> List[Frame]:
+    """Returns the local frames of a run, in their order."""
     run = node_run.run
     if not node_run.variables or not len(run.odometry) or not len(run.imu):
         return []
-    times = next(iter(node_run.variables.values())).time
-    first_readings = times[np.searchsorted(times, run.starts or times[:1]).clip(max=len(times) - 1)]
-    begins = [(min(first, start + REST_TIME), 0j, 0.0, False)
-              for first, start in zip(first_readings, run.starts or times[:1])]
-    begins += [(reset, complex(x, y), yaw, True) for reset, x, y, yaw in zip(
-        run.resets.arrival, run.resets.x, run.resets.y, run.resets.yaw) if reset > times[0]]
-    unknown = [] if run.starts else unknown_begins(node_run, [each[0] for each in begins])
-    begins = sorted(begins + [(begin, 0j, 0.0, False) for begin in unknown])
+    begun = recorded_frames(node_run)
+    unknown: List[float] = []
+    if not run.starts:
+        unknown = unknown_begins(node_run, [frame.begin for frame in begun])
+        begun += [Frame(begin) for begin in unknown]
+    begun.sort(key=lambda frame: frame.begin)
+    ends = [frame.begin for frame in begun[1:]] + [run.duration + 1.0]
     found: List[Frame] = []
-    for values, end in zip(begins, [each[0] for each in begins[1:]] + [run.duration + 1.0]):
-        begin = values[0]
-        odometry, imu = (
-            samples.take(min(np.searchsorted(samples.arrival, begin), len(samples) - 1))
-            for samples in (run.odometry, run.imu))
-        frame = Frame(begin, end, *values[1:], complex(odometry.x, odometry.y), odometry.yaw,
-                      imu.yaw)
-        if not run.starts and (not found or begin in unknown):
-            # the node may have begun this frame before the recording: its own references are taken
-            x, y, odometry_yaw, imu_yaw = (
-                np.nan if each is None else each.at(begin + LONGEST_LAG) if found else each.value[0]
-                for each in map(node_run.find, REFERENCES))
-            frame = frame._replace(place=complex(x, y), odometry_yaw=odometry_yaw, imu_yaw=imu_yaw)
+    for frame, end in zip(begun, ends):
+        odometry, imu = (first_from(samples, frame.begin) for samples in (run.odometry, run.imu))
+        frame = frame._replace(end=end, place=complex(odometry.x, odometry.y),
+                               odometry_yaw=odometry.yaw, imu_yaw=imu.yaw)
+        # such a frame may have begun before the recording, or at a moment that is not known
+        if not run.starts and (not found or frame.begin in unknown):
+            frame = with_own_references(node_run, frame, is_first=not found)
         found.append(frame)
     return found
 
 
+def recorded_frames(node_run: NodeRun) -> List[Frame]:
+    """Returns the frames at the recorded starts of the node, or at its first reading if no start
+    was recorded, and at the recorded resets. Only their begins and declared poses are set."""
+    run = node_run.run
+    times = next(iter(node_run.variables.values())).time
+    starts = run.starts or times[:1]
+    first_readings = times[np.searchsorted(times, starts).clip(max=len(times) - 1)]
+    found = [Frame(min(reading, start + REST_TIME))
+             for reading, start in zip(first_readings, starts)]
+    resets = run.resets
+    for time, x, y, yaw in zip(resets.arrival, resets.x, resets.y, resets.yaw):
+        if time > times[0]:
+            found.append(Frame(time, complex(x, y), yaw, is_reset=True))
+    return found
+
+
+def first_from(samples: Any, time: float) -> Any:
+    """Returns the first of the samples that arrived from `time` on, or the last sample."""
+    return samples.take(min(int(np.searchsorted(samples.arrival, time)), len(samples) - 1))
+
+
+def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Frame:
+    """Returns the frame with the robot's pose at its begin by the node's references."""
+    values = []
+    for series in map(node_run.variable, REFERENCES):
+        value = np.nan
+        if series is not None:
+            value = series.value[0] if is_first else series.at(frame.begin + LONGEST_LAG)
+        values.append(value)
+    x, y, odometry_yaw, imu_yaw = values
+    return frame._replace(place=complex(x, y), odometry_yaw=odometry_yaw, imu_yaw=imu_yaw)
+
+
 def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
-    """Returns the times at which a frame began for a reason that was not recorded: the node was
-    started again, or a reset was not in the log. Then its references or its pose jumped."""
+    """Returns the times at which a frame began, but no start and no reset was recorded. They show
+    as a pause of the readings, or as a jump of the node's references or pose. `known`: the recorded
+    begins."""
     read = node_run.reading_times
     begins = list(read[1:][np.diff(read) > LONGEST_READING_GAP])
     for name in (*REFERENCES, *REFERENCES_OF):
-        series = node_run.find(name)
+        series = node_run.variable(name)
         if series is None:
             continue
         jumps = series.changes if name in REFERENCES else jumps_of(node_run, series)
-        # a variable that jumps again and again is a mistake
-        begins += list(jumps[np.searchsorted(jumps, jumps + JUMP_WINDOW)
-                             - np.searchsorted(jumps, jumps - JUMP_WINDOW) <= 3])
+        # a variable that jumps more often is a mistake, not a reset
+        jumps_near = (np.searchsorted(jumps, jumps + JUMP_WINDOW)
+                      - np.searchsorted(jumps, jumps - JUMP_WINDOW))
+        begins += list(jumps[jumps_near <= 3])
         is_none = series.text == 'None'
         begins += list(series.time[1:][is_none[1:] != is_none[:-1]])
     found: List[float] = []
@@ -104,28 +135,32 @@ def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
 
 
 def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
-    """Returns the times at which a variable of the pose had changed by more than its sensor."""
-    is_yaw = 'yaw' in series.name
-    samples = node_run.run.imu if is_yaw else node_run.run.odometry
-    steps = np.diff(series.value) * (unit_of(series) if is_yaw else 1.0)
-    went = np.hypot(np.diff(samples.x), np.diff(samples.y)) if not is_yaw else np.abs(
-        wrap_all(np.diff(samples.yaw)))
-    way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(went)))
+    """Returns the times at which a variable of the pose changed by more than its sensor did."""
+    if 'yaw' in series.name:
+        samples = node_run.run.imu
+        steps = np.abs(wrap_all(np.diff(series.value) * unit_of(series)))
+        sensor_steps = np.abs(wrap_all(np.diff(samples.yaw)))
+    else:
+        samples = node_run.run.odometry
+        steps = np.abs(np.diff(series.value))
+        sensor_steps = np.hypot(np.diff(samples.x), np.diff(samples.y))
+    # the length of the sensor's way until each reading, and until LONGEST_LAG before it
+    way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(sensor_steps)))
     way_before = np.interp(series.time - LONGEST_LAG, series.time, way) if len(way) else way
-    steps = np.abs(wrap_all(steps) if is_yaw else steps)
     return series.time[1:][steps > 2.0 * POSE_TOLERANCE + way[1:] - way_before[:-1]]
 
 
 class Pose(NamedTuple):
-    """By the node's own variables at some times: the vector to the goal (complex), the yaw and the
-    yaw of the goal [rad]; NaN without the handout's variables."""
+    """The pose by the node's own variables, in arrays with a value for each time: the vector from
+    the robot to the goal (complex), the yaw, and the yaw of the goal [rad]. A value is NaN if the
+    node lacks the handout's variable."""
 
     to_goal: np.ndarray
     yaw: np.ndarray
     goal_yaw: np.ndarray
 
     def error(self, state: str) -> np.ndarray:
-        """The error that a state removes: of the heading [rad], or a distance [m]."""
+        """The error that the node reduces in a state: a distance [m], or a heading error [rad]."""
         if state == MOVE_FORWARD:
             return np.abs(self.to_goal)
         target = np.angle(self.to_goal) if state == ROTATE_TO_GOAL else self.goal_yaw
@@ -133,32 +168,37 @@ class Pose(NamedTuple):
 
 
 def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
-    """Returns the Pose at each time. In a trial a goal that is not shown is that of the lab."""
-    known = GOAL if node_run.run.starts else {}
+    """Returns the Pose at these times. In a trial, a goal without a variable is the handout's."""
+    default = HANDOUT_GOAL if node_run.run.starts else {}
     value, unit = {}, {}
-    for name in (*REFERENCES_OF, *GOAL):
-        series = node_run.find(name)
-        unit[name] = 1.0 if series is None else unit_of(series)
-        value[name] = np.full(len(times), known.get(name, np.nan)) if series is None else \
-            np.interp(times, series.time, series.value)
+    for name in (*REFERENCES_OF, *HANDOUT_GOAL):
+        series = node_run.variable(name)
+        if series is None:
+            value[name], unit[name] = np.full(len(times), default.get(name, np.nan)), 1.0
+        else:
+            value[name], unit[name] = np.interp(times, series.time, series.value), unit_of(series)
     to_goal = value['goal_x'] - value['local_x'] + 1j * (value['goal_y'] - value['local_y'])
     return Pose(to_goal, value['local_yaw'] * unit['local_yaw'],
                 value['goal_yaw'] * min(unit['local_yaw'], unit['goal_yaw']))
 
 
 def unit_of(series: Series) -> float:
-    """Returns the unit of a yaw's numbers [rad]: numbers beyond a turn are degrees."""
+    """Returns the unit of a yaw [rad]: a degree if a number is more than a whole turn in
+    radians."""
     return np.pi / 180.0 if np.nan_to_num(np.abs(series.value)).max(initial=0.0) > 7.0 else 1.0
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = LONGEST_LAG) -> Series:
-    """Returns the part of a variable in which the node has had control for these seconds, by its
-    own has_control, else by ctrl_relinq, which it may not have heard; without both all of it."""
-    control, own = node_run.run.control, node_run.flag('has_control')
+    """Returns the readings in `part` at which the node has had control for these seconds.
+
+    Control is known by the node's has_control, or by ctrl_relinq if the node has no such variable.
+    Without has_control and ctrl_relinq, all readings are returned.
+    """
+    control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = (control.arrival, control.value) if own is None else (own.time, own.value)
     if not len(time):
         return part
-    now, before = (np.searchsorted(time, part.time - each, 'right') - 1 for each in (0.0, seconds))
+    now, before = last_until(time, part.time), last_until(time, part.time - seconds)
     return part.take((before >= 0) & (value[now] == 1.0) & (value[before] == 1.0))
 
 
@@ -170,14 +210,14 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 
 
 class StateInterval(NamedTuple):
-    """The time in one state with control: the first and the last reading in it [s], and the state
-    after it, '' if it is not known. Arrays with a value for each command: its time, linear.x,
-    angular.z, and the own Pose."""
+    """A time in which the node is in one state and has control. `begin` and `end`: the first and
+    the last reading in this time [s]. `next_state` is '' if it is not known. The arrays have a
+    value for each command: the time, linear.x, angular.z. `pose`: the own Pose at the commands."""
 
     state: str
     begin: float
     end: float
-    after: str
+    next_state: str
     time: np.ndarray
     linear: np.ndarray
     angular: np.ndarray
@@ -185,24 +225,28 @@ class StateInterval(NamedTuple):
 
 
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
-    """Returns the StateIntervals of a run, in their order; [] without the handout's variables."""
-    series, found, sent = node_run.find('state'), [], node_run.commands
+    """Returns the StateIntervals of a run, in their order; [] if no variable `state` has one of the
+    handout's states."""
+    series, sent = node_run.variable('state'), node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
-    cuts = [*(each.begin for each in node_run.cached(frames)), *node_run.run.control.arrival]
+    # a frame, a message on ctrl_relinq and a gap of the readings end an interval, too
+    cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > LONGEST_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
+    found = []
     for begin, end in zip(edges[:-1], edges[1:]):
         part = part_with_control(node_run, series.between(begin, end), 0.0)
-        error = own_pose(node_run, part.time).error(ROTATE_TO_GOAL)
-        if np.isnan(error).all():
+        errors = own_pose(node_run, part.time).error(ROTATE_TO_GOAL)
+        if np.isnan(errors).all():
             continue
-        is_change = end in series.changes and end not in gaps and (
-            np.abs(np.subtract(cuts, end)) > SHORT_LAG).all()
-        commands = sent.take((sent.arrival > part.time[0] - SHORT_LAG / 2.0) & (
-            sent.arrival <= part.time[-1]))
+        is_near_cut = (np.abs(np.subtract(cuts, end)) <= SHORT_LAG).any()
+        next_state = ''
+        if end in series.changes and end not in gaps and not is_near_cut:
+            next_state = series.text_at(end)
+        first, last = part.time[0], part.time[-1]
+        commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
         found.append(StateInterval(
-            str(part.text[-1]), part.time[0], part.time[-1],
-            series.text_at(end) if is_change else '', commands.arrival, commands.linear,
+            str(part.text[-1]), first, last, next_state, commands.arrival, commands.linear,
             commands.angular, own_pose(node_run, commands.arrival)))
     return found

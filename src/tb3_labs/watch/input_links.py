@@ -23,12 +23,13 @@ from tb3_labs.watch.variables import Series
 
 # -- the gamepad
 
-#: The stimuli that show the axes of a pad.
+#: The stimuli of marking that show which axes of a pad drive and turn.
 FORWARD_STICK, TURNING_STICK = 'left stick up', 'right stick left'
 
 
 def driving_axes(node_run: NodeRun) -> List[int]:
-    """Returns the axes of the pad that the check played, or of the handout: driving, turning."""
+    """Returns the axes for driving and for turning: of the pad that the marker played, or those of
+    the handout."""
     found = []
     for stimulus, usual in ((FORWARD_STICK, LINEAR_AXIS), (TURNING_STICK, ANGULAR_AXIS)):
         begin = stimulus_begin(node_run, stimulus)
@@ -38,7 +39,6 @@ def driving_axes(node_run: NodeRun) -> List[int]:
 
 
 def pad_is_known(node_run: NodeRun) -> bool:
-    """Has the check played the pad?"""
     return stimulus_begin(node_run, FORWARD_STICK) < np.inf
 
 
@@ -51,7 +51,7 @@ def pad_of(node_run: NodeRun) -> Device:
 
 
 def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
-    """Returns the fields that do not follow their stick; weak ones if the pad is not known."""
+    """Returns the fields that do not follow their stick. They are weak if the pad is not known."""
     pad, (forward, turning) = pad_of(node_run), node_run.cached(driving_axes)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
     return [each._replace(is_weak=each.is_weak or not pad_is_known(node_run))
@@ -62,7 +62,8 @@ def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
 
 
 def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iterator[BrokenLink]:
-    """Yields a wrong button: A hands the robot over, B takes it, Y calls the reset."""
+    """Yields the button `name`, pressed at `begin`, if it did not do its task until `end`: A hands
+    the robot over, B takes it back, Y calls the reset."""
     control, times = node_run.run.control, node_run.commands.arrival
     is_soon = (control.arrival > begin) & (control.arrival < min(end, begin + 1.0))
     published = 'nothing' if not is_soon.any() else str(control.value[is_soon][-1] == 1.0)
@@ -76,7 +77,8 @@ def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iter
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the first ignored stick or wrong button, with a flag that a button changed."""
+    """Yields the first ignored stick or wrong button, first with each True or False variable that a
+    button changed."""
     begins = a, b, y = [stimulus_begin(node_run, name) for name in 'ABY']
     ignored = list(unanswered(
         node_run.commands, pad_of(node_run), lambda row: row[node_run.cached(driving_axes)].any(),
@@ -100,10 +102,10 @@ PAD_LINKS = law_link(stick_laws, weak=False), wrong_control, law_link(stick_laws
 
 # -- the mouse of the IMU lab
 
-#: `turning` is known within KNOWN_WITHIN [s].
-KNOWN_WITHIN = 0.15
-#: No turn comes before this stimulus.
-BESIDE = 'l beside the mouse'
+#: The variable `turning` may have changed by this much before or after the recording shows it [s].
+TURNING_UNCERTAINTY = 0.15
+#: The first stimulus of marking in which the node may turn while the mouse is active.
+TURN_BESIDE_MOUSE = 'l beside the mouse'
 
 
 def mouse_of(node_run: NodeRun) -> Device:
@@ -115,16 +117,20 @@ def mouse_of(node_run: NodeRun) -> Device:
 
 
 def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
-    """Returns the share of the time around each time in which the node turned, 0.5 if unknown."""
-    turning = node_run.flag('turning')
+    """Returns for each time the share of readings near it at which the node turned, 0.5 if this is
+    unknown."""
+    turning = node_run.boolean_variable('turning')
     if turning is None:
-        return 0.5 * (times > stimulus_begin(node_run, BESIDE))
-    return np.array([np.append(turning.between(time - KNOWN_WITHIN, time + KNOWN_WITHIN).value,
-                               turning.at(time)).mean() for time in times])
+        return 0.5 * (times > stimulus_begin(node_run, TURN_BESIDE_MOUSE))
+    shares = []
+    for time in times:
+        near = turning.between(time - TURNING_UNCERTAINTY, time + TURNING_UNCERTAINTY).value
+        shares.append(np.append(near, turning.at(time)).mean())
+    return np.array(shares)
 
 
 def mouse_forms(received: Any, axis: str) -> List[Quantity]:
-    """Returns the quantities that a node may take for x or y of the mouse; the first is right."""
+    """Returns the quantities that a node may use for x or y of the mouse. The first is right."""
     is_far = {each: np.abs(getattr(received, each)) > MOUSE_DEAD_ZONE for each in 'xy'}
     zones = ((' outside of the dead zone', is_far[axis]), ('', 1.0),
              (' outside of both dead zones', is_far['x'] & is_far['y']))
@@ -140,7 +146,7 @@ def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
     commands = commands.take(turning_share(node_run, commands.arrival) == 0.0)
     x_forms, y_forms = mouse_forms(received, 'x'), mouse_forms(received, 'y')
     up = 1.0
-    # the marker records y as up for a client whose sign it knows; the y of another may count down
+    # the recorded y points up if the marker knew the client of the mouse; else it may point down
     if not any(event['up'] for _, event in events_of(node_run, 'mouse client')):
         y = np.append(received.y, 0.0)[mouse.index_at(commands.arrival)]
         up = np.sign(np.dot(commands.linear, y)) or 1.0
@@ -150,12 +156,13 @@ def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
 
 
 def mouse_ignored(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a mouse without commands, or without a zero in the middle or when it is inactive."""
+    """Yields a mouse without an answer: no commands while it is active and not in the middle, or no
+    zero after it became inactive or came to the middle."""
     return unanswered(
         node_run.commands, mouse_of(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
         lambda begin, end: not node_run.may_run(begin, end) or turning_share(
-            node_run, np.arange(begin - KNOWN_WITHIN, end, KNOWN_WITHIN)).any())
+            node_run, np.arange(begin - TURNING_UNCERTAINTY, end, TURNING_UNCERTAINTY)).any())
 
 
 MOUSE_LINKS = law_link(mouse_laws, weak=False), mouse_ignored, law_link(mouse_laws, weak=True)

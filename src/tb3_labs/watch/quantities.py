@@ -1,8 +1,8 @@
 """The quantities that a variable may follow, and which of them it follows.
 
-A node computes its variables from the messages that it receives. So a variable that follows a
-quantity has, at each moment, the very number that the quantity had at one of the last samples. A
-quantity is a closed form of the messages. Its words have the unit of its number.
+A node computes its variables from the messages that it receives. A quantity is a number that is
+computed from the messages in closed form. A variable that follows a quantity has, at each moment,
+exactly the number of the quantity at one of the last samples.
 """
 import math
 from dataclasses import replace
@@ -12,27 +12,32 @@ from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import euler
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.variables import Series, last_before
 
-#: A variable has a sample's number if it differs by less than this share of the quantity's scale.
+#: Two numbers are equal if they differ by at most this share of the quantity's scale.
 SAME_SHARE = 3e-4
-#: A variable follows a quantity if this share of its values are numbers of recent samples. A recent
-#: sample was the latest one at most RECENT_TIME before [s]. In a silence no sample grows old.
-FOLLOWING_SHARE, RECENT_TIME = 0.98, 0.5
-#: A sample may reach the recorder by this later than the node [s].
+#: A variable follows a quantity if at least this share of its values are numbers of recent samples.
+FOLLOWING_SHARE = 0.98
+#: A sample is recent until this time after the next sample came [s]. If no next sample comes, the
+#: sample stays recent.
+RECENT_TIME = 0.5
+#: The node may receive a sample earlier than the recorder by this time [s].
 ARRIVAL_LEAD = 0.03
-#: The longest delay that is looked for [s].
+#: A variable that follows a quantity later than this is not found [s].
 LONGEST_DELAY = 8.0
-#: At most this many values of a variable are compared; first a COARSE_STEPth of them, by which most
-#: quantities are refused.
-MOST_VALUES, COARSE_STEP = 400, 4
-#: A quantity has moved if it has changed by this share of its scale.
+#: At most about this many values of a variable are compared.
+MOST_VALUES = 400
+#: Every fourth value is compared first, since this refuses most quantities.
+COARSE_STEP = 4
+#: A quantity has moved if it has changed by more than this share of its scale.
 MOVED_SHARE = 0.005
 
 
 class Quantity(NamedTuple):
-    """A number over time, in words; `scale`: about its range; `per_degree`: the change of a heading
-    for one degree to the left, 0 if it is not a heading; the number of its `mistakes`, if known."""
+    """A number over time. `words` name the number and its unit. `scale`: about the range of the
+    number. `per_degree`: the change of a heading for one degree to the left; 0 if the quantity is
+    not a heading. `mistakes`: the number of mistakes of a node that uses this quantity; 0 if this
+    number is not known."""
 
     words: str
     time: np.ndarray
@@ -42,13 +47,14 @@ class Quantity(NamedTuple):
     mistakes: int = 0
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Returns the number of the latest sample before each time, else that of the first one."""
-        return self.value[(np.searchsorted(self.time, times) - 1).clip(0)]
+        """Returns the number of the last sample before each time, or of the first sample."""
+        return self.value[last_before(self.time, times).clip(0)]
 
 
 class RecentSamples(NamedTuple):
-    """The recent samples of each reading, a row for each reading, the newest sample first: the
-    index and the age [s] of each, and whether the sample is there."""
+    """The recent samples of each reading. Each array has a row for each reading, and in it a column
+    for each sample, the newest sample first: the index of the sample, its age [s], and whether this
+    sample exists."""
 
     sample: np.ndarray
     age: np.ndarray
@@ -56,33 +62,33 @@ class RecentSamples(NamedTuple):
 
 
 def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> RecentSamples:
-    """Returns the samples that were the latest one at most `longest` [s] before each reading.
-    `times` has at least one sample."""
+    """Returns the samples that are recent at each reading, if samples are recent for `longest` [s].
+    `times`: the times of the samples, at least one."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
-    index = (np.searchsorted(times, readings + ARRIVAL_LEAD) - 1)[:, None] - np.arange(most)
-    # a sample grows old when the next one comes
+    index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
+    # the age of a sample is the time since the next sample came
     age = (readings[:, None] - np.append(times[1:], np.inf)[index.clip(0)]).clip(0.0)
     return RecentSamples(index.clip(0), age, (index >= 0) & (age <= longest))
 
 
 def is_equal(series: Series, quantity: Quantity, samples: RecentSamples) -> np.ndarray:
-    """Has each value the number of each of its recent samples?"""
+    """Returns a row for each value: which of its recent samples have the same number?"""
     apart = np.abs(series.value[:, None] - quantity.value[samples.sample])
     return samples.is_there & (apart <= SAME_SHARE * quantity.scale)
 
 
-def ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
-    """Returns the age [s] of the newest sample whose number each value has, 0 until the next sample
-    comes; inf if none of the last `longest` seconds has it."""
+def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
+    """Returns the age [s] of the newest sample with the number of each value; inf if no sample of
+    the last `longest` seconds has this number. The newest sample of all has the age 0."""
     if not len(quantity.time) or not len(series.time):
         return np.full(len(series.time), np.inf)
     samples = recent_samples(series.time, quantity.time, longest)
     return np.where(is_equal(series, quantity, samples), samples.age, np.inf).min(axis=1)
 
 
-def thinned(series: Series) -> Series:
-    """Returns at most about MOST_VALUES values of a series, those that are numbers."""
+def subsampled(series: Series) -> Series:
+    """Returns at most about MOST_VALUES of the values that are numbers, evenly chosen."""
     known = np.flatnonzero(np.isfinite(series.value))
     return series.take(known[::max(1, len(known) // MOST_VALUES)])
 
@@ -90,10 +96,10 @@ def thinned(series: Series) -> Series:
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in their order. If there are several, this
-    run does not show which of them the node uses."""
-    # without the value before any message
+    run does not show which of the quantities the node uses."""
+    # the first value may be from before the first message
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
-    all_values = thinned(series.take(slice(first, None)))
+    all_values = subsampled(series.take(slice(first, None)))
     some_values = all_values.take(slice(None, None, COARSE_STEP))
     most_misses = (1.0 - share) * len(all_values.time) + 1e-9
     found, times = [], np.empty(0)
@@ -111,13 +117,15 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the longest delay [s] with which a variable follows a quantity, else inf."""
-    found = np.sort(ages(thinned(series), quantity, LONGEST_DELAY))
+    """Returns the longest delay [s] with which a variable follows a quantity; inf if it does
+    not."""
+    found = np.sort(sample_ages(subsampled(series), quantity, LONGEST_DELAY))
     return float(found[int(FOLLOWING_SHARE * (len(found) - 1))]) if len(found) else math.inf
 
 
 def median_pause(series: Series, quantity: Quantity) -> float:
-    """Returns the median pause between changes of a variable while a quantity changes [s], or 0."""
+    """Returns the median pause [s] between changes of a variable while a quantity changes; 0 if
+    there are fewer than three such pauses."""
     edges = np.searchsorted(quantity.time, series.changes).clip(0, len(quantity.time) - 1)
     steps = np.abs(np.diff(quantity.value[edges]))
     pauses = np.diff(series.changes)[steps > MOVED_SHARE * quantity.scale]
@@ -126,7 +134,8 @@ def median_pause(series: Series, quantity: Quantity) -> float:
 
 # -- headings
 
-#: The ranges that a node may give to a yaw from -180 to 180: (words, closed form, its sign).
+#: The ranges that a node may give to a yaw from -180 to 180 degrees: (words, closed form, the sign
+#: of its change for a turn to the left, 0 if the form is not a heading).
 RANGES = (
     ('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1),
     ('from -180 to 180', lambda yaw: yaw, 1),
@@ -145,29 +154,28 @@ RANGES = (
      lambda yaw: yaw / 2.0 + np.where(yaw < 0.0, 360.0, 0.0), 0),
     ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
     ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
-#: The units: (words, factor of degrees, rounding).
+#: The units that a node may give to a yaw: (words, factor from degrees, rounding).
 UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, converted to degrees twice', 180.0 / math.pi, None),
          ('degrees, cut to whole numbers', 1.0, np.trunc),
          ('degrees, rounded to whole numbers', 1.0, np.round),
          ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
-#: The order of a quaternion's numbers, as squaternion takes them, and the other orders; that of ROS
-#: is the first of these.
+#: The order of the numbers of a quaternion in squaternion, and all other orders, first that of ROS.
 ORDER = 'wxyz'
 OTHER_ORDERS = sorted(list(permutations(range(4)))[1:], key=lambda order: order != (1, 2, 3, 0))
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
              of: str = '') -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for the heading, the right one first.
-    `quaternion`: w, x, y, z of each sample; `of`: words on a sensor that is not the IMU."""
+    """Yields the quantities that a node may take for the heading, first the right heading.
+    `quaternion`: w, x, y, z of each sample. `of`: words that name the sensor; '' for the IMU."""
     roll, pitch, yaw = np.degrees(euler(*quaternion))
     for (unit, factor, rounding), (words, form, sign) in product(UNITS, RANGES):
         name = f'the yaw{of} in {unit}, {words}'
         if name.startswith(f'the yaw{of} in degrees, from 0'):
             name = 'the heading, from 0 to 360 degrees' + of
         named = [(name, form(yaw) * factor)]
-        if factor != 1.0:       # the range may be made after the conversion
+        if factor != 1.0:       # the node may convert the yaw first, and change its range then
             named.append((name.replace('from 0 to 360', 'its number plus 360 where it is negative'),
                           form(yaw * factor)))
         for name, value in named:
@@ -200,8 +208,8 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
 
 
 def heading_from_another_zero(series: Series, right: Quantity, unit: float) -> Optional[Quantity]:
-    """Returns the heading from another zero, as that at the node's start, if a variable follows it.
-    `unit`: the variable's change for one degree."""
+    """Returns the quantity "heading from another zero" if a variable follows it, else None. The
+    zero may be the heading at the node's start. `unit`: the variable's change for one degree."""
     heading = right.at(series.time)
     apart = np.exp(1j * np.radians(series.value / unit - heading))
     zero = np.degrees(np.angle(np.nanmedian(apart.real) + 1j * np.nanmedian(apart.imag)))

@@ -3,15 +3,18 @@ from typing import Iterator, List, Optional
 
 import numpy as np
 
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
 from tb3_labs.watch.typed_turns import (
-    CLEAR, OVER_TOLERANCE, READING_PERIOD, Turn, by_the_short_way, own_heading, turns)
+    CLEAR_ERROR, OVER_TOLERANCE, READING_PERIOD, Turn, letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: An angle is right within NEAR [deg]. A finer tolerance is reached within FINER_TIME [s].
-NEAR, FINER_TIME = 3.0, 2.5
+#: A goal_yaw is right if it is at most this far from the right angle [deg].
+GOAL_TOLERANCE_DEG = 3.0
+#: A node whose tolerance is finer than the handout's ends its turn within this time [s].
+FINE_STOP_TIME = 2.5
 
 
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -22,49 +25,53 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a goal_yaw that a letter did not set to 90 degrees from curr_yaw, or does not stay."""
+    """Yields a goal_yaw that a letter did not set to 90 degrees from curr_yaw, and a goal_yaw that
+    changed during its turn."""
     series, quantity, _ = node_run.cached(own_heading)
-    goal, turning = node_run.find('goal_yaw'), node_run.flag('turning')
+    goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
     right: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
         return
     unit = quantity.per_degree
-    for turn in node_run.cached(turns):
+    for turn in node_run.cached(letter_turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
-            continue        # the letter is not read yet
-        after, sides = to_number(turn.after), [turn.side] if turn.side else [1, -1]
-        off = by_the_short_way((after - turn.own) / unit - TURN_DEG * np.array(sides))
-        near = NEAR
-        if not turn.side:       # an unrecorded letter is read at any moment until goal_yaw was
+            continue        # the node is still in the turn before, and has not read the letter
+        after = to_number(turn.goal_after)
+        sides = [turn.side] if turn.side else [1, -1]
+        off = wrap_all((after - turn.begin_yaw) / unit - TURN_DEG * np.array(sides), 360.0)
+        tolerance = GOAL_TOLERANCE_DEG
+        if not turn.side:
+            # the node read the unrecorded letter at an unknown moment before goal_yaw changed
             soon = series.at(turn.begin + 2.0 * READING_PERIOD)
-            near += abs(by_the_short_way((soon - turn.own) / unit))
-        if (np.abs(off) <= near).any():
+            tolerance += float(abs(wrap_all((soon - turn.begin_yaw) / unit, 360.0)))
+        if (np.abs(off) <= tolerance).any():
             right = right or turn
             goals = turn.goal[turn.moving]
-            if len(set(goals)) > 5 and abs(goals[-1] - after) > NEAR * unit:
+            if len(set(goals)) > 5 and abs(goals[-1] - after) > GOAL_TOLERANCE_DEG * unit:
                 yield BrokenLink(
                     f'{goal.name} went on from {after:.4g} to {goals[-1]:.4g} in the turn after '
                     f'{turn.letter}; it should stay', turn.begin, goal.name)
             continue
-        change = 'stayed' if turn.before == turn.after else 'became'
+        change = 'stayed' if turn.goal_before == turn.goal_after else 'became'
         right_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.side:
-            right_goal = f'{(turn.own + turn.side * TURN_DEG * unit) % (360.0 * unit):.4g}'
-        words = expected(f'after {turn.letter}, with {series.name} {turn.own:.4g}, {goal.name} '
-                         f'{change} {shortened_value(turn.after)}', right_goal)
+            right_goal = f'{(turn.begin_yaw + turn.side * TURN_DEG * unit) % (360.0 * unit):.4g}'
+        words = expected(
+            f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} {change} '
+            f'{shortened_value(turn.goal_after)}', right_goal)
         yield BrokenLink(words + goal_remark(node_run, turn, right), turn.begin, goal.name)
 
 
 def goal_remark(node_run: NodeRun, turn: Turn, right: Optional[Turn]) -> str:
-    """Returns a clause on a possible reason of a wrong goal. `right`: a turn with a right goal."""
+    """Returns a clause on a possible reason for a wrong goal. `right`: a turn with a right goal."""
     starts, printed = node_run.run.starts, node_run.run.printed.arrival
     start = max([time for time in starts if time < turn.begin], default=turn.begin)
     is_asked = ((start < printed) & (printed < turn.begin)).any()
-    if turn.before == turn.after and start < turn.begin and not is_asked:
+    if turn.goal_before == turn.goal_after and start < turn.begin and not is_asked:
         return f'. It had asked for nothing, {turn.begin - start:.1f} s after its start'
     if right is None:
         return ''
-    words = f'; after {right.letter} with {right.own:.4g} it was right'
+    words = f'; after {right.letter} with {right.begin_yaw:.4g} it was right'
     for name, series in node_run.variables.items():
         now, then = series.text_at(turn.begin), series.text_at(right.begin)
         if now != then and set(series.text) == {'True', 'False'}:
@@ -73,11 +80,11 @@ def goal_remark(node_run: NodeRun, turn: Turn, right: Optional[Turn]) -> str:
 
 
 def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a `turning` that does not become True by a letter."""
-    turning = node_run.flag('turning')
+    """Yields a `turning` that does not become True after a letter."""
+    turning = node_run.boolean_variable('turning')
     if turning is None:
         return
-    for turn in node_run.cached(turns):
+    for turn in node_run.cached(letter_turns):
         part = turning.between(turn.begin + READING_PERIOD / 2.0, min(turn.end, turn.begin + 1.0))
         if len(part.value) > 4 and not part.value.any():
             is_known = np.isfinite(turn.error[:1]).any()
@@ -88,9 +95,9 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom, and zeros from elsewhere."""
-    turning = node_run.flag('turning')
-    for turn in node_run.cached(turns):
+    """Yields commands that come too seldom, and zeros that another callback sends in a turn."""
+    turning = node_run.boolean_variable('turning')
+    for turn in node_run.cached(letter_turns):
         moving, letter = turn.moving, turn.letter
         if not len(turn.time) and turning is not None and turning.between(
                 turn.begin, min(turn.end, turn.begin + 1.0)).value.sum() > 10:
@@ -112,8 +119,8 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands without a speed, to the wrong side, or over the limits."""
-    for turn in node_run.cached(turns):
-        if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR:
+    for turn in node_run.cached(letter_turns):
+        if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR_ERROR:
             yield BrokenLink(
                 f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
                 f'stayed 0{other_field_text(node_run)}', turn.begin, 'angular.z')
@@ -121,15 +128,16 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     yield from over_the_limits(node_run)
 
 
-#: Kinds of commands: words, and whether a command is of this kind.
-KINDS = (('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
-         ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
-         ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
+#: Kinds of commands: (words, does the command `k` of the turn belong to this kind?).
+COMMAND_KINDS = (
+    ('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
+    ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
+    ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
 
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that turn away from the goal."""
-    commands = [(turn, k) for turn in node_run.cached(turns) for k in turn.clear]
+    commands = [(turn, k) for turn in node_run.cached(letter_turns) for k in turn.clear]
     wrong = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] < 0.0]
     right = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] > 0.0]
     if len(wrong) < 2:
@@ -142,7 +150,7 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
             'from {:+.0f} to {:+.0f} degrees'.format(
                 turn.letter, turn.command[k], turn.error[turn.moving[0]], turn.error[k])
     else:
-        kinds = [f'; for {kind} it was right' for kind, is_kind in KINDS
+        kinds = [f'; for {kind} it was right' for kind, is_kind in COMMAND_KINDS
                  if any(is_kind(*each) for each in right)
                  and not any(is_kind(*each) for each in wrong)]
         words += steering_source_text(node_run) or ''.join(kinds[:1])
@@ -150,17 +158,18 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def steering_source_text(node_run: NodeRun) -> str:
-    """Returns a clause on another variable from which the commands turn to goal_yaw, else ''."""
+    """Returns a clause on the variable that the commands use in place of curr_yaw; '' if there is
+    no such variable."""
     quantity = node_run.cached(own_heading).quantity
     unit = quantity.per_degree if quantity is not None else 1.0
     for series in node_run.variables.values():
-        if not np.isfinite(series.value).all() or np.ptp(series.value) < CLEAR * unit:
+        if not np.isfinite(series.value).all() or np.ptp(series.value) < CLEAR_ERROR * unit:
             continue
         is_right: List[bool] = []
-        for turn in node_run.cached(turns):
+        for turn in node_run.cached(letter_turns):
             own = np.array([series.at(time) for time in turn.time[turn.moving]])
-            error = by_the_short_way((turn.goal[turn.moving] - own) / unit)
-            is_clear = (np.abs(error) > CLEAR) & (np.abs(error) < 150.0)
+            error = wrap_all((turn.goal[turn.moving] - own) / unit, 360.0)
+            is_clear = (np.abs(error) > CLEAR_ERROR) & (np.abs(error) < 150.0)
             is_right += list((error * turn.command[turn.moving])[is_clear] > 0.0)
         if len(is_right) > 10 and np.mean(is_right) > 0.95:
             return f'; it turns from {series.name} to goal_yaw'
@@ -168,9 +177,9 @@ def steering_source_text(node_run: NodeRun) -> str:
 
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a command that is too fast, or drives forward in a turn."""
+    """Yields a turn that is too fast, and a turn with a forward speed."""
     sent = node_run.commands
-    for turn in node_run.cached(turns):
+    for turn in node_run.cached(letter_turns):
         if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
             k = int(np.argmax(np.abs(turn.command)))
             yield BrokenLink(
@@ -183,10 +192,10 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a turn that does not end within the tolerance by a zero."""
-    turning, limit = node_run.flag('turning'), HDG_TOL + OVER_TOLERANCE
+    """Yields a turn that ends outside the tolerance, too late, or without a zero command."""
+    turning, limit = node_run.boolean_variable('turning'), HDG_TOL + OVER_TOLERANCE
     own_tolerance = node_run.constant_text('HDG_TOL', HDG_TOL)
-    for turn in node_run.cached(turns):
+    for turn in node_run.cached(letter_turns):
         if not len(turn.moving):
             if turning is not None and turn.ends_at_once(turning):
                 yield BrokenLink(
@@ -209,8 +218,8 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         first, begin = inner[0], turn.time[inner[0]]
         more = turn.time[last] - begin
-        # a node with a finer tolerance comes nearer, and ends by itself
-        is_finer = more < FINER_TIME and (is_ended or turn.is_cut) and (
+        # a node whose tolerance is finer comes nearer to the goal, and then ends the turn
+        is_finer = more < FINE_STOP_TIME and (is_ended or turn.is_cut) and (
             np.abs(turn.error[first:last + 1]).max() < HDG_TOL)
         if more > 0.5 and not is_finer:
             is_on = turning is not None and turning.at(begin + 0.3) == 1.0
@@ -220,15 +229,17 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def same_time_text(node_run: NodeRun) -> str:
-    """Returns a clause on turns that all took the same time, else ''."""
-    took = [np.ptp(turn.time[turn.moving]) for turn in node_run.cached(turns) if len(turn.moving)]
-    is_same = len(took) > 2 and np.ptp(took) < 0.15
-    return f'; each turn took {np.mean(took):.1f} s, at whatever error it ended' if is_same else ''
+    """Returns a clause if all turns took the same time, else ''."""
+    durations = [np.ptp(turn.time[turn.moving]) for turn in node_run.cached(letter_turns)
+                 if len(turn.moving)]
+    if len(durations) < 3 or np.ptp(durations) >= 0.15:
+        return ''
+    return f'; each turn took {np.mean(durations):.1f} s, at whatever error it ended'
 
 
-def not_over(node_run: NodeRun) -> Iterator[BrokenLink]:
+def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a `turning` that is still True when the next letter is typed."""
-    turning, found = node_run.flag('turning'), node_run.cached(turns)
+    turning, found = node_run.boolean_variable('turning'), node_run.cached(letter_turns)
     if turning is None or not len(node_run.run.letters):
         return
     for before, turn in zip(found[:1] + found, found):
@@ -237,9 +248,9 @@ def not_over(node_run: NodeRun) -> Iterator[BrokenLink]:
                              'not become False at the goal before', turn.begin, turning.name)
 
 
-def slow_law(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields, as weak, commands below the gain times the error."""
-    for turn in node_run.cached(turns):
+def low_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
+    """Yields commands that are slower than the gain times the error. These links are weak."""
+    for turn in node_run.cached(letter_turns):
         is_right = turn.command * turn.error > 0.0
         clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & is_right)
         if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:
@@ -247,4 +258,5 @@ def slow_law(node_run: NodeRun) -> Iterator[BrokenLink]:
             yield BrokenLink('{}, by the handout it is {:+.2f}{}{}'.format(
                 turn.command_text(k), np.copysign(MAX_ANG_Z, turn.error[k]),
                 node_run.constant_text('K_HDG', K_HDG),
-                node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z)), turn.time[k], 'angular.z', True)
+                node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z)),
+                turn.time[k], 'angular.z', is_weak=True)

@@ -1,48 +1,47 @@
-"""The turns of a run as its node had them: the letter, the goal, each command with its error."""
+"""The turns of a node by its own variables: the letter, the goal, each command with its error."""
 from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MOUSE_DEAD_ZONE, TURN_DEG
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, followed_heading, is_usable_heading)
 from tb3_labs.watch.quantities import Quantity, heading_from_another_zero, matching_quantities
-from tb3_labs.watch.variables import Series
+from tb3_labs.watch.variables import Series, last_before
 
-#: A node reads a letter within LETTER_DELAY [s]. Variables are read every READING_PERIOD [s].
-LETTER_DELAY, READING_PERIOD = 3.0, 0.06
-#: The side of an error is clear if the error is between CLEAR and 180 - CLEAR [deg].
-CLEAR = 20.0
-#: A turn ends by at most this over the tolerance [deg].
+#: A node reads a typed letter within this time [s].
+LETTER_DELAY = 3.0
+#: The probe reads the variables of a node about once in this time [s].
+READING_PERIOD = 0.06
+#: The side of an error is clear if the error is between CLEAR_ERROR and 180 - CLEAR_ERROR [deg].
+CLEAR_ERROR = 20.0
+#: The error at the end of a turn may be larger than the handout's tolerance by this [deg].
 OVER_TOLERANCE = 4.0
-#: A variable with another name is the heading only if its range is larger.
+#: A variable that is not named curr_yaw is the heading only if its values differ by more than this.
 LEAST_RANGE = 0.5
-
-
-def by_the_short_way(degrees: Any) -> Any:
-    """Returns angles wrapped to -180 to 180."""
-    return degrees - 360.0 * np.round(degrees / 360.0)
 
 
 @dataclass(frozen=True)
 class Turn:
-    """A letter that was typed, and the turn after it, until the next letter. The turn `is_cut` if
-    the mouse is moved before the next letter, or the node ends. `side`: 1 for l, -1 for r, 0 if it
-    is unknown.
+    """The turn after a typed letter, until the next letter. `side`: 1 for the letter l, -1 for r,
+    0 for an unknown letter. A turn `is_cut` if the mouse moved, or the node ended, before the next
+    letter.
 
-    Angles in the node's own unit: `own`, curr_yaw at the letter; `before` and `after`, goal_yaw as
-    a text, '' if there is none. Arrays with a value for each command: the time, angular.z, goal_yaw
-    and curr_yaw at this time, and their difference [deg], NaN if the goal is not known.
-    """
+    Angles have the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
+    `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
+    letter; '' without a goal_yaw. The arrays have a value for each command of the turn: the time,
+    angular.z, goal_yaw, curr_yaw, and goal_yaw minus curr_yaw [deg], which is NaN if the goal is
+    not known. """
 
     begin: float
     end: float
     is_cut: bool
     side: int
-    own: float
-    before: str
-    after: str
+    begin_yaw: float
+    goal_before: str
+    goal_after: str
     time: np.ndarray
     command: np.ndarray
     goal: np.ndarray
@@ -55,8 +54,8 @@ class Turn:
 
     @property
     def error(self) -> np.ndarray:
-        """The error of each command by the short way [deg]."""
-        return by_the_short_way(self.difference)
+        """The difference of each command, wrapped to (-180, 180] [deg]."""
+        return wrap_all(self.difference, 360.0)
 
     @property
     def moving(self) -> np.ndarray:
@@ -66,11 +65,11 @@ class Turn:
     @property
     def clear(self) -> np.ndarray:
         """The indices of the commands that turn while the side of the error is clear."""
-        is_clear = (np.abs(self.error) > CLEAR) & (np.abs(self.error) < 180.0 - CLEAR)
+        is_clear = (np.abs(self.error) > CLEAR_ERROR) & (np.abs(self.error) < 180.0 - CLEAR_ERROR)
         return np.flatnonzero(is_clear & (np.abs(self.command) > 0.02))
 
     def ends_at_once(self, turning: Series) -> bool:
-        """Was `turning` True, and False by the first command, far from the goal?"""
+        """Did `turning` become False by the first command already, far from the goal?"""
         if self.is_cut or not (np.abs(self.error[:1]) > HDG_TOL + OVER_TOLERANCE).any():
             return False
         over = self.time[0] + 2.0 * READING_PERIOD
@@ -79,7 +78,8 @@ class Turn:
                     and len(later) > 4 and not later.any())
 
     def command_text(self, k: int) -> str:
-        """Returns a clause on a command and its error, and on how the error is wrapped."""
+        """Returns a clause on command `k` and its error. If the difference of goal_yaw and curr_yaw
+        is more than half a turn, the clause also says how it is wrapped."""
         words = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             words = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
@@ -88,8 +88,8 @@ class Turn:
 
 
 class OwnHeading(NamedTuple):
-    """The node's variable for the heading, the quantity that it follows, or the BrokenLink if it is
-    not a usable heading; None if there is none."""
+    """The node's variable for the heading, None if the node has none; the quantity that the
+    variable follows; the BrokenLink of a variable that is not a usable heading."""
 
     series: Optional[Series] = None
     quantity: Optional[Quantity] = None
@@ -97,8 +97,7 @@ class OwnHeading(NamedTuple):
 
 
 def own_heading(node_run: NodeRun) -> OwnHeading:
-    """Returns the OwnHeading of a node."""
-    series = node_run.find('curr_yaw')
+    series = node_run.variable('curr_yaw')
     if series is None:
         series = renamed_heading(node_run)
     elif matching_quantities(series, [node_run.heading]):
@@ -107,7 +106,7 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
         return OwnHeading()
     quantity, broken = followed_heading(series, node_run.imu_quantities)
     if broken is not None and 'does not follow' in broken.words:
-        for unit in (1.0, np.pi / 180.0):       # a turn needs no certain zero
+        for unit in (1.0, np.pi / 180.0):       # a node can turn by a heading from any zero
             another = heading_from_another_zero(series, node_run.heading, unit)
             if another is not None:
                 return OwnHeading(series, another)
@@ -115,9 +114,9 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
 
 
 def renamed_heading(node_run: NodeRun) -> Optional[Series]:
-    """Returns the first variable that follows a usable heading, else the first that follows another
-    quantity of the IMU."""
-    others = []
+    """Returns the node's heading if no variable is named curr_yaw: the first variable that follows
+    a usable heading, or if there is none, the first that follows any quantity of the IMU."""
+    followers = []
     for series in node_run.variables.values():
         if 'goal' in series.name or not np.isfinite(series.value).any() or (
                 np.nanmax(series.value) - np.nanmin(series.value) <= LEAST_RANGE):
@@ -125,26 +124,29 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
         found = matching_quantities(series, node_run.imu_quantities)
         if found and is_usable_heading(found[0], node_run.heading):
             return series
-        others += [series] if found else []
-    return others[0] if others else None
+        if found:
+            followers.append(series)
+    return followers[0] if followers else None
 
 
 def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
-    """Returns the times at which a letter had changed goal_yaw while `turning` stayed True (it was
-    the next letter of a queue, or was typed in a turn), and while `turning` stayed False."""
+    """Returns (times in turns, times without turns) at which a letter changed goal_yaw and not
+    `turning`. In a turn, `turning` stayed True: the letter was typed during the turn, or waited in
+    a queue. Without a turn, `turning` stayed False."""
     series, quantity, _ = node_run.cached(own_heading)
-    turning, goal = node_run.flag('turning'), node_run.find('goal_yaw')
+    turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     in_turns: List[float] = []
     without_turns: List[float] = []
     if turning is None or goal is None:
         return in_turns, without_turns
     is_new = np.hstack([False, goal.text[1:] != goal.text[:-1], False])
-    # a goal that goes on and on is a mistake
+    # a goal_yaw that changes at each reading is a mistake, not a letter
     alone = goal.time[1:][is_new[1:-1] & ~is_new[:-2] & ~is_new[2:]]
     for time in goal.changes:
         near = turning.between(time - 2.0 * READING_PERIOD, time + 8.0 * READING_PERIOD).value
         if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
-            in_turns += [time] if time in alone else []
+            if time in alone:
+                in_turns.append(time)
         elif series is not None and quantity is not None and len(near) > 5 and not near.any():
             off = abs((goal.at(time) - series.at(time)) / quantity.per_degree)
             if min(abs(off - TURN_DEG), abs(360.0 - off - TURN_DEG)) < 1.0:
@@ -152,60 +154,97 @@ def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
     return in_turns, without_turns
 
 
-def letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
-    """Returns (begin, end, is_cut, side) of each typed letter. If letters were not recorded, they
-    are found by `turning` and `goal_yaw`."""
-    typed, turning, goal = node_run.run.letters, node_run.flag('turning'), node_run.find('goal_yaw')
-    mouse, found = node_run.run.mouse, []
+class Letter(NamedTuple):
+    """A typed letter. Its fields are those of its Turn."""
+
+    begin: float
+    end: float
+    is_cut: bool
+    side: int
+
+
+def typed_letters(node_run: NodeRun) -> List[Letter]:
+    """Returns the letters of a run. If the recording has no letters, `turning` and `goal_yaw` show
+    when they were typed."""
+    typed, mouse = node_run.run.letters, node_run.run.mouse
     times, sides = typed.arrival, typed.value
     if not len(typed):
-        in_turns, without_turns = node_run.cached(goal_changes)
-        changes = goal.changes if goal is not None else np.empty(0)
-        if turning is not None:
-            changes = np.append(turning.time[1:][np.diff(turning.value) > 0.0], without_turns)
-        times = np.union1d(changes - 2.0 * READING_PERIOD, in_turns)
+        times = unrecorded_letters(node_run)
         sides = np.zeros(len(times))
     drives = (mouse.active > 0.0) & (np.maximum(abs(mouse.x), abs(mouse.y)) >= MOUSE_DEAD_ZONE)
-    for begin, end, side in zip(times, np.append(times[1:], node_run.run.duration), sides):
-        # the latest message of the mouse before the letter counts, too
-        first, last = np.searchsorted(mouse.arrival, (begin, end))
-        part = slice(max(first - 1, 0), last)
-        cut = min(*mouse.arrival[part][drives[part]][:1], node_run.end_after(begin), end)
-        # a letter other than l and r only ends a turn
-        if cut > begin and (side or not len(typed)):
-            found.append((float(begin), float(cut), bool(cut < end), int(side)))
-    return found
-
-
-def turns(node_run: NodeRun) -> List[Turn]:
-    """Returns the turns of a run. Without goal_yaw their goals are those of the letters."""
-    series, quantity, _ = node_run.cached(own_heading)
-    used, goal, sent = quantity, node_run.find('goal_yaw'), node_run.commands
-    if used is None:
-        used, series, goal = node_run.heading, None, None
-    if not len(node_run.run.letters) and goal is not None:
-        for time in node_run.cached(goal_changes)[0]:
-            # between two readings the goal is not known
-            last = goal.time[np.searchsorted(goal.time, time) - 1]
-            sent = sent.take((sent.arrival <= last) | (sent.arrival > time))
     found = []
-    for begin, end, is_cut, side in letters(node_run):
-        own = series.at(begin) if series is not None else float(used.at(np.array([begin]))[0])
-        read, before, after = begin, '', ''
-        if goal is not None:        # the letter is read when goal_yaw changes, if it does
-            changes = goal.between(begin, min(end, begin + LETTER_DELAY)).changes
-            read = float(changes[0]) if len(changes) else begin + READING_PERIOD
-            before, after = goal.text_at(begin), goal.text_at(read + READING_PERIOD)
-        commands = sent.take((sent.arrival > max(begin, read - 2.0 * READING_PERIOD)) & (
-            sent.arrival < end))
-        times, now = commands.arrival, used.at(commands.arrival)
-        if goal is None:
-            goals = np.full(len(times), own + side * TURN_DEG * used.per_degree)
-        else:
-            goals = np.array([goal.at(min(max(time, read) + READING_PERIOD, np.nextafter(end, 0.0)))
-                              for time in times])
-        unknown = 0.0 if side or goal is not None else np.nan
-        found.append(Turn(
-            begin, end, is_cut, side, own, before, after, times, commands.angular, goals, now,
-            (goals - now) / used.per_degree + unknown))
+    for begin, end, side in zip(times, np.append(times[1:], node_run.run.duration), sides):
+        # the latest message of the mouse before the letter is still in force
+        first = max(last_before(mouse.arrival, begin), 0)
+        during = slice(first, np.searchsorted(mouse.arrival, end))
+        moved = mouse.arrival[during][drives[during]]
+        cut = min(*moved[:1], node_run.end_after(begin), end)
+        # a recorded letter without a side is neither l nor r: it begins no turn
+        if cut > begin and (side or not len(typed)):
+            found.append(Letter(float(begin), float(cut), bool(cut < end), int(side)))
     return found
+
+
+def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
+    """Returns the times of the letters by the changes of `turning` and `goal_yaw`."""
+    turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
+    in_turns, without_turns = node_run.cached(goal_changes)
+    changes = np.empty(0)
+    if turning is not None:
+        becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
+        changes = np.append(becomes_true, without_turns)
+    elif goal is not None:
+        changes = goal.changes
+    return np.union1d(changes - 2.0 * READING_PERIOD, in_turns)
+
+
+def letter_turns(node_run: NodeRun) -> List[Turn]:
+    """Returns the Turn of each letter of a run."""
+    series, quantity, _ = node_run.cached(own_heading)
+    goal = node_run.variable('goal_yaw')
+    if quantity is None:        # without a usable heading, the right heading is taken
+        quantity, series, goal = node_run.heading, None, None
+    commands = commands_with_known_goal(node_run, goal)
+    return [turn_of(letter, commands, quantity, series, goal)
+            for letter in typed_letters(node_run)]
+
+
+def commands_with_known_goal(node_run: NodeRun, goal: Optional[Series]) -> Any:
+    """Returns the node's commands. A command is left out if an unrecorded letter changed goal_yaw
+    between the reading before the command and the next reading."""
+    commands = node_run.commands
+    if len(node_run.run.letters) or goal is None:
+        return commands
+    for time in node_run.cached(goal_changes)[0]:
+        reading_before = goal.time[last_before(goal.time, time)]
+        commands = commands.take((commands.arrival <= reading_before) | (commands.arrival > time))
+    return commands
+
+
+def turn_of(letter: Letter, commands: Any, heading: Quantity, series: Optional[Series],
+            goal: Optional[Series]) -> Turn:
+    """Returns the Turn of a letter. `heading`: the quantity that the node uses. `series`: the
+    node's variable for the heading. `goal`: goal_yaw; without goal_yaw, the letter gives the
+    goal."""
+    begin, end, _, side = letter
+    begin_yaw = series.at(begin) if series is not None else float(heading.at(np.array([begin]))[0])
+    read, goal_before, goal_after = begin, '', ''
+    if goal is not None:
+        # goal_yaw changes when the node reads the letter
+        changes = goal.between(begin, min(end, begin + LETTER_DELAY)).changes
+        read = float(changes[0]) if len(changes) else begin + READING_PERIOD
+        goal_before, goal_after = goal.text_at(begin), goal.text_at(read + READING_PERIOD)
+    is_after = commands.arrival > max(begin, read - 2.0 * READING_PERIOD)
+    commands = commands.take(is_after & (commands.arrival < end))
+    times, headings = commands.arrival, heading.at(commands.arrival)
+    if goal is not None:
+        last_moment = np.nextafter(end, 0.0)
+        goals = np.array([goal.at(min(max(time, read) + READING_PERIOD, last_moment))
+                          for time in times])
+    else:
+        goals = np.full(len(times), begin_yaw + side * TURN_DEG * heading.per_degree)
+    difference = (goals - headings) / heading.per_degree
+    if goal is None and not side:
+        difference[:] = np.nan
+    return Turn(*letter, begin_yaw, goal_before, goal_after, times, commands.angular, goals,
+                headings, difference)

@@ -1,4 +1,4 @@
-"""The variables of a node over a run, by their names; see probe/sitecustomize.py.
+"""The variables of a node over a run, by their names. probe/sitecustomize.py reads them.
 
 In this room a `run` is a RunData (:mod:`tb3_labs.report.run_data`). All times are arrivals at the
 recorder [s].
@@ -15,30 +15,27 @@ TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
 
 @dataclass(frozen=True)
 class Series:
-    """The values of one variable. `value` is NaN if the text is not a number; True is 1."""
+    """The readings of one variable: the time, text and number of each. The number of True is 1, of
+    False 0, and of any text that is not a number NaN."""
 
     name: str
     time: np.ndarray
     text: np.ndarray
     value: np.ndarray
 
-    def _index_at(self, time: float) -> int:
-        return max(0, int(np.searchsorted(self.time, time, 'right')) - 1)
-
     def at(self, time: float) -> float:
-        """Returns the last value that was read until this time, else the first value."""
-        return float(self.value[self._index_at(time)])
+        """Returns the number of the last reading until this time, or of the first reading."""
+        return float(self.value[max(0, last_until(self.time, time))])
 
     def text_at(self, time: float) -> str:
-        """Returns the text of this value."""
-        return str(self.text[self._index_at(time)])
+        """Returns the text of the last reading until this time, or of the first reading."""
+        return str(self.text[max(0, last_until(self.time, time))])
 
     def take(self, index: Any) -> 'Series':
-        """Returns the part at a numpy index."""
         return Series(self.name, self.time[index], self.text[index], self.value[index])
 
     def between(self, begin: float, end: float) -> 'Series':
-        """Returns the part in [begin, end)."""
+        """Returns the readings in [begin, end)."""
         return self.take(slice(*np.searchsorted(self.time, (begin, end))))
 
     @property
@@ -47,8 +44,19 @@ class Series:
         return self.time[1:][self.text[1:] != self.text[:-1]]
 
 
+def last_until(times: Any, time: Any) -> Any:
+    """Returns the index of the last of the `times`, which are in order, that is not after `time`;
+    -1 if all are after. An array of times gives an array of indices."""
+    return np.searchsorted(times, time, side='right') - 1
+
+
+def last_before(times: Any, time: Any) -> Any:
+    """Returns the same as `last_until`, but for times before `time`, not equal to it."""
+    return np.searchsorted(times, time, side='left') - 1
+
+
 def to_number(text: str) -> float:
-    """Returns the number in a variable's text; NaN if the text is not a number."""
+    """Returns the number that a variable's text shows, or NaN."""
     try:
         return TRUTH_VALUES[text] if text in TRUTH_VALUES else float(text)
     except ValueError:
@@ -56,13 +64,13 @@ def to_number(text: str) -> float:
 
 
 def shortened_value(text: str) -> str:
-    """Returns a variable's text with few digits."""
+    """Returns a variable's text for a sentence: a number with four digits, or 40 characters."""
     value = to_number(text)
     return text[:40] if np.isnan(value) else f'{value:.4g}'
 
 
 def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
-    """Returns {node: {name: Series}} of the `variables` of a run, in the order of arrival."""
+    """Returns {node: {name: Series}} of `rows`, the field `variables` of a run."""
     numbers = {text: to_number(text) for text in set(rows.value.tolist())}
     indices: Dict[Tuple[str, str], List[int]] = {}
     for index, key in enumerate(zip(rows.node.tolist(), rows.name.tolist())):
@@ -76,7 +84,7 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
 
 
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
-    """Returns {name: Series} of a node, by default of the node with the most values."""
+    """Returns {name: Series} of `node`, by default of the node with the most readings."""
     rows = run.variables
     counts = Counter(rows.node.tolist())
     most: str = max(sorted(counts), key=lambda each: counts[each], default='')

@@ -15,13 +15,14 @@ from tb3_labs.marking.labs.criteria import (
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
+from tb3_labs.watch.input_links import FORWARD_STICK, TURNING_STICK
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
 #: The stimuli of the sticks, in their order.
-LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
+LEFT_STICK_UP, LEFT_STICK_DOWN = FORWARD_STICK, 'left stick down'
 BOTH_STICKS = 'left stick half up, right stick half right'
-RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
+RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = TURNING_STICK, 'right stick right'
 STICKS_LET_GO = 'sticks let go'
 #: stimulus -> (left stick, 1 is up; right stick, 1 is left), each from -1 to 1
 STICK_POSITIONS = {

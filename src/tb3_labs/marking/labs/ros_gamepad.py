@@ -19,11 +19,10 @@ from tb3_labs.marking.labs import gamepad as lab
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.labs.ros_move2goal import RESET_NAMES, fields_of
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, Repeater
+from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 
-#: The marker's gamepad has this number of axes and of buttons.
-NUMBER_OF_AXES, NUMBER_OF_BUTTONS = 8, 11
 #: The marker presses a button for this time [s].
 PRESS_TIME = 0.15
 #: The marker presses Y for this time [s]. A node must not call the reset again meanwhile.
@@ -37,13 +36,13 @@ class HeldPad(Repeater):
         """`numbers` maps the name of an axis or a button to its number."""
         super().__init__(JOY, Joy)
         self.numbers = SimpleNamespace(**numbers)
-        self._buttons = [0] * NUMBER_OF_BUTTONS
+        self._buttons = [0] * PAD_BUTTONS
         self.sticks()
         self.wait_for_subscriber()
 
     def sticks(self, forward=0.0, left=0.0):
         """Hold the sticks at these values, each -1 to 1."""
-        self._axes = [0.0] * NUMBER_OF_AXES
+        self._axes = [0.0] * PAD_AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
         self._publish()
@@ -51,7 +50,7 @@ class HeldPad(Repeater):
     def push_other_axes(self, seconds=0.3):
         """Push each axis without a function for `seconds` [s]."""
         used = self.numbers.linear_axis, self.numbers.angular_axis
-        for number in sorted(set(range(NUMBER_OF_AXES)) - set(used)):
+        for number in sorted(set(range(PAD_AXES)) - set(used)):
             self._axes[number] = 1.0
             self._publish()
             time.sleep(seconds)

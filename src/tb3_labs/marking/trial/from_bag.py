@@ -10,7 +10,7 @@ import numpy as np
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MOST_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
 from tb3_labs.report.bag.ros_bag import read_run
-from tb3_labs.report.run_data import Kind, Poses, RunData, States, Values
+from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, States
 
 #: A node's line about a reset, and the call of this reset, are at most this far apart [s].
 SAME_RESET = 1.0
@@ -81,10 +81,10 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
         resets=samples_from_rows(Poses, sorted(resets)),
         starts=tuple(start.begin for start in observation.processes),
         states=samples_from_rows(States, [[each.begin, each.name] for each in observation.stimuli]),
-        goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Values, letters))
+        goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Numbers, letters))
 
 
-def samples_from_rows(kind: Type[Kind], rows: Sequence[Sequence[Any]]) -> Kind:
+def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
     """Returns the Samples of rows: the time of arrival, then the fields. The stamp of a sample is
     the time of its arrival."""
     if not rows:

@@ -29,7 +29,7 @@ from std_msgs.msg import Bool, Header, String
 
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM
+from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM_TOPIC
 from tb3_labs.marking.trial.observation import LONGEST, NOT_FINITE
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
@@ -181,7 +181,7 @@ class Recorder:
         # rospy does not unpack an AnyMsg. In a process all subscribers of a topic have one class,
         # and ros_gamepad.py reads Bool
         for topic, kind, received in (
-                (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM, Odometry, rospy.AnyMsg),
+                (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),
                 (CTRL_RELINQ, Bool, Bool)):
             rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)

@@ -14,7 +14,7 @@ from tb3_labs.ros.node import guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.reset_client import call_reset
 from tb3_labs.ros.rospy_internals import ignore_own_messages
-from tb3_labs.ros.topics import RENEWS, log_missing_topics, subscribe_events
+from tb3_labs.ros.topics import RENEWAL_HEADER, log_missing_topics, subscribe_events
 
 
 class GamepadNode:
@@ -24,7 +24,7 @@ class GamepadNode:
         model, config = read_model(), read_config(PadConfig)
         self._core = GamepadCore(config, model)
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
-                                        headers=RENEWS)
+                                        headers=RENEWAL_HEADER)
         self._holders = rospy.Publisher('control_holder', String, queue_size=20, latch=True)
         self._runner = CoreRunner(lambda: self._core.tick(steady_time()), self._publish_output,
                                   self._carry_out)

@@ -19,7 +19,7 @@ from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
-from tb3_labs.ros.topics import WarningThrottle, ages, sender_connection, subscribe
+from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, subscribe
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
@@ -33,7 +33,7 @@ ANSWER_POLL = 0.005
 STATUS_PERIOD = 0.5
 #: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
-ODOM = 'odom'
+ODOM_FRAME = 'odom'
 #: A longer frame name of a sender is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
@@ -205,7 +205,7 @@ def _in_degrees(pose):
 def only_new(topic, callback):
     """Returns a function that passes messages of `topic` to `callback`. The function drops each
     latched message that may be old, with a warning."""
-    to_age = ages(topic)
+    to_age = age_reader(topic)
 
     def on_message(message):
         if to_age(message) in (Age.LATCHED, Age.OLD):
@@ -222,7 +222,7 @@ def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The frame's name
     may have this node's namespace or not. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
-    in_odom = name in (ODOM, frame(ODOM))
+    in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
         name = name if len(name) <= LONGEST_QUOTE else name[:LONGEST_QUOTE] + '...'
         raise ValueError(

@@ -1,7 +1,7 @@
-// The controls of the page: what a person asks for, and why a control makes no sense now.
+// The controls of the page. A control sends a request of the person to the panel.
 //
-// The panel decides what is carried out. A control is disabled here so that its title shows the
-// reason. STOP and B are never disabled.
+// The panel decides whether a request is carried out. If a request would be refused now, the page
+// disables the control, and the control's title shows the reason. STOP and B are never disabled.
 
 import {degrees, radians} from './drawing.js';
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
@@ -15,24 +15,25 @@ const ABSENT_TEXTS = {
   mouse: 'no node hears mouse_info: start a turtlebot_controller.py',
 };
 
-const SHORTEST_DRAG = 14;    // [px] a shorter drag gives no heading
-const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);   // degrees
-const HANDS = ['pad', 'mouse'];      // two ways to drive by hand
-/** {reason: the elements that it disables} */
+const SHORTEST_DRAG = 14;    // [px] a shorter drag does not set the heading
+/** id of a button -> turn [degrees] */
+const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);
+const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
+/** {key of _reasons(): the ids of the elements that a reason disables} */
 const CONTROLS = {
   turn: [...TURNS.keys()], goal: ['goal'], reset: ['reset'], mouse: ['mouse-pad'],
   pad: ['button-a', 'button-y', 'stick-left', 'stick-right'],
 };
 
 export class Controls {
-  /** `state`: {control, picture} of the page; `redraw()` draws again. */
+  /** `state` is {control, picture} of the page. `redraw()` draws the page again. */
   constructor({link, pad, map, state, redraw}) {
     Object.assign(this, {_link: link, _pad: pad, _state: state, _redraw: redraw});
     this._mapInput = new PoseInput(map, {
-      // the pose is sent, and stays in the fields
+      // a dragged pose is sent, and stays in the fields
       redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
     });
-    // May keys and a real gamepad drive now?
+    // may keys and a real gamepad drive now?
     const driving = () => this._state.control && !this._reasons().pad;
     this._letGo = [stick($('stick-left'), 'forward', pad),
                    stick($('stick-right'), 'left', pad), mousePad($('mouse-pad'), pad)];
@@ -44,7 +45,7 @@ export class Controls {
     this._connect();
   }
 
-  /** Disable what makes no sense now, and show why. */
+  /** Disable the controls that cannot be used now, and show the reasons. */
   show() {
     const {picture} = this._state, reasons = this._reasons();
     const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
@@ -60,14 +61,14 @@ export class Controls {
     setText($('hand-hint'), $('pad').hidden ? reasons.mouse || mouse : reasons.pad || pad);
   }
 
-  /** A hidden page must not drive: its timers are slow, and nobody looks at it. */
+  /** End a drive, because nobody sees a hidden page, and the timers of a hidden page are slow. */
   hide() {
     this._mapInput.cancel();
     if (!this._pad.drop()) return;
     say('The page was hidden: it drives again when something is gripped anew.', true);
   }
 
-  /** {control: the reason why it makes no sense now, or ''} */
+  /** Returns {kind of control: the reason why it cannot be used now, or ''}. */
   _reasons() {
     const {picture} = this._state, can = picture?.can || {};
     const unknown = !this._link.connected ? 'not connected' : !picture ? 'no data yet' : '';
@@ -93,7 +94,7 @@ export class Controls {
     this._request({type: kind, x, y, yaw_deg});
   }
 
-  /** STOP, or B. Returns whether this page may stop the robot. */
+  /** Stop the robot, after STOP or B. Returns false if this panel only shows the robot. */
   _stop() {
     if (!this._state.control) return false;
     this._mapInput.cancel();
@@ -105,7 +106,7 @@ export class Controls {
     return true;
   }
 
-  /** All that was held must be gripped again. */
+  /** Show all sticks at rest. The person must grip again. */
   _dropped() {
     for (const letGo of this._letGo) letGo();
     this._keys.release();
@@ -115,7 +116,7 @@ export class Controls {
   // -- the page's elements
 
   _connect() {
-    // A stop must not wait until the finger is lifted.
+    // A stop must not wait until the person lifts the finger.
     $('stop').addEventListener('pointerdown', () => this._stop());
     $('stop').addEventListener('click', (event) => { if (event.detail === 0) this._stop(); });
     for (const [id, angle] of TURNS) {
@@ -141,14 +142,14 @@ export class Controls {
   }
 }
 
-/** Pointers on the map: with a tool, a drag gives a pose in local; else see MapInput. */
+/** Pointers on the map. While a tool is chosen, a drag gives a pose in local. See also MapInput. */
 class PoseInput extends MapInput {
-  /** `placed(kind, pose)` gets a dragged pose. */
+  /** `placed(kind, pose)` is called with a dragged pose. */
   constructor(map, {redraw, placed}) {
     super(map, redraw);
     this._placed = placed;
     this._tool = null;                // null, 'goal' or 'reset'
-    this._start = null;               // {pixel, point}: where a drag of the tool began
+    this._start = null;               // {pixel, point} at the begin of a drag with a tool
   }
 
   choose(tool) {
@@ -188,7 +189,7 @@ class PoseInput extends MapInput {
     this._placed(kind, draft.pose);
   }
 
-  /** The draft from the press to here. A short drag takes the heading that is typed. */
+  /** Show the pose of the drag so far. A short drag has the heading of the field. */
   _show(at) {
     const {pixel, point} = this._start, end = this.map.localAt(...at);
     if (!end) return;
@@ -220,7 +221,7 @@ function fill(kind, pose) {
   $(kind + '-yaw').value = degrees(yaw).toFixed(1);
 }
 
-/** The number in a field, with a point or a comma; NaN, which the panel refuses, if there is none. */
+/** The number in a field, with a point or a comma. No number gives NaN, which the panel refuses. */
 function read(id) {
   const text = $(id).value.trim().replace(',', '.');
   return text === '' ? NaN : Number(text);

@@ -1,10 +1,10 @@
 // The inputs of a person who drives: sticks, buttons and the mouse pad on the screen, the keyboard,
-// and a real gamepad. Each pointer holds its own element, so that several fingers work at once.
+// and a real gamepad. Each pointer holds one element, so that several fingers work at once.
 
 import {clamp} from './pad.js';
 import {say} from './page.js';
 
-const REST_ZONE = 0.04;    // a stick nearer to its middle than this is at rest
+const REST_ZONE = 0.04;    // a stick on the screen that is nearer to its middle is at rest
 const ARROW_DEFLECTION = 0.5;    // the deflection of the arrow keys
 const ARROWS = {
   ArrowUp: [ARROW_DEFLECTION, 0], ArrowDown: [-ARROW_DEFLECTION, 0],
@@ -13,12 +13,12 @@ const ARROWS = {
 /** The buttons of the pad on the screen, and their keys. */
 export const PAD_BUTTONS = ['a', 'b', 'y'];
 const TYPING = 'input, textarea, select';
-const TOUCH_ZONE = 0.12;    // a stick further from its middle than this is touched
-const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // of the layout "standard"
-const DRIVING = ['a', 'y'];   // B is a stop, which works at any time
+const TOUCH_ZONE = 0.12;    // a stick of a gamepad that is farther from its middle is touched
+const BUTTONS = {a: 0, b: 1, y: 3, hold: 5};    // numbers in the layout "standard" of gamepads
+const DRIVING_BUTTONS = ['a', 'y'];    // B is a stop, which works at any time
 
-/** A stick that moves along one axis, 'forward' or 'left'. It starts where it was gripped.
- *  Returns a function that lets it go. */
+/** A stick that moves along one axis, 'forward' or 'left'. The place of the grip is its middle.
+ *  Returns a function that lets the stick go. */
 export function stick(element, axis, pad) {
   const knob = element.querySelector('.knob'), up = axis === 'forward';
   const at = (event) => (up ? event.clientY : event.clientX);
@@ -47,8 +47,8 @@ export function stick(element, axis, pad) {
   });
 }
 
-/** A square whose middle is (0, 0); x right, y up, each from -1 to 1. Returns a function that lets
- *  it go. */
+/** A square with the mouse's position (x, y), each from -1 to 1, x right, y up. Returns a function
+ *  that lets the mouse go. */
 export function mousePad(element, pad) {
   const dot = element.querySelector('.dot');
   const show = (x, y) => {
@@ -68,16 +68,16 @@ export function mousePad(element, pad) {
   });
 }
 
-/** A button of the pad; Enter presses it, too. */
+/** A button of the pad. Enter presses the button, too. */
 export function padButton(element, name, pad) {
   onHold(element, () => pad.press(name), () => {}, () => {});
   element.addEventListener('click', (event) => {
-    if (event.detail === 0) pad.press(name);      // a pointer's click was told already
+    if (event.detail === 0) pad.press(name);      // 0: Enter; a pointer has pressed already
   });
 }
 
-/** Calls back when a pointer grips the element, moves, and lets go in any way.
- *  Returns a function that ends the hold: the pointer must then press again. */
+/** Calls grip(), move() and letGo() when a pointer grips the element, moves, and lets go.
+ *  Returns a function that ends the hold. Then the pointer must press again. */
 function onHold(element, grip, move, letGo) {
   let pointer = null;
   element.addEventListener('pointerdown', (event) => {
@@ -105,22 +105,22 @@ function onHold(element, grip, move, letGo) {
 
 // -- the keyboard
 
-/** Shortcuts, and the arrows as sticks at half deflection while they are held. In index.html each
- *  button has its key, and its tooltip shows it. */
+/** The keys: shortcuts of buttons, and the arrows, which are sticks at half deflection while a
+ *  person holds them. In index.html a button has its key, and the tooltip shows the key. */
 export class Keys {
-  /** `stop()`: false if there is nothing to stop; `driving()`: may the arrows drive now? */
+  /** `stop()` returns false if this page may not stop. `driving()`: may the arrows drive now? */
   constructor(pad, {stop, driving}) {
     Object.assign(this, {_pad: pad, _stop: stop, _driving: driving});
     this._arrows = new Set();
-    this._spaceStops = false;      // was the space key, when it went down, a stop?
-    // In the capture phase: nothing on the page can keep the stop key for itself.
+    this._spaceStops = false;      // did the last press of the space key stop the robot?
+    // In the capture phase this listener gets the stop key before every element of the page.
     addEventListener('keydown', (event) => this._down(event), true);
     addEventListener('keyup', (event) => this._up(event), true);
-    // A window without the focus does not hear that a key is let go.
+    // A window without the focus gets no event when a key goes up.
     addEventListener('blur', () => this.release());
   }
 
-  /** The arrows are let go; a key that is still down must be pressed again. */
+  /** Let the arrows go. A key that is still down must be pressed again. */
   release() {
     this._arrows.clear();
     this._pad.release('keys');
@@ -144,7 +144,7 @@ export class Keys {
 
   _stopKey(event) {
     if (event.repeat ? this._spaceStops : this._stop()) {
-      // The space key must not press the button that has the focus, nor scroll.
+      // The space key must not press the focused button, and not scroll.
       if (event.key === ' ') event.preventDefault();
       this._spaceStops = event.key === ' ';
     } else {
@@ -155,7 +155,7 @@ export class Keys {
   _arrow(event) {
     if (!this._driving()) return;
     event.preventDefault();
-    if (event.repeat) return;          // after a stop a key that is still down is ignored
+    if (event.repeat) return;          // after a stop, a key that is still down repeats
     this._arrows.add(event.key);
     if (!this._pad.has('keys')) this._pad.grip('keys');
     this._move();
@@ -174,7 +174,7 @@ export class Keys {
   }
 }
 
-/** The button that is shown and has this key. */
+/** The visible button with this key. */
 function buttonOf(key) {
   return [...document.querySelectorAll('[data-key]')].find(
     (button) => button.dataset.key.split(' ').includes(key) && button.offsetParent !== null);
@@ -183,20 +183,20 @@ function buttonOf(key) {
 // -- a real gamepad
 
 export class RealGamepad {
-  /** `driving()`: may it drive now? `show(text)`: words about the gamepad. */
+  /** `driving()`: may the gamepad drive now? `show(text)` shows a text about the gamepad. */
   constructor(pad, driving, show) {
     this._pad = pad;
     this._driving = driving;
     this._show = show;
     this._timer = 0;
-    // False: sticks and buttons must all be let go once before anything but B is sent.
+    // If false, only B is sent, until the person has let go all sticks and buttons.
     this._armed = false;
     this._was = {};
     addEventListener('gamepadconnected', () => this._look());
     addEventListener('gamepaddisconnected', () => this._look());
   }
 
-  /** Nothing but B is sent until everything was let go once. */
+  /** From now on send only B, until the person has let go all sticks and buttons. */
   disarm() {
     this._armed = false;
     this._was = {};
@@ -239,7 +239,7 @@ export class RealGamepad {
     if (touched && !this._pad.has('gamepad')) this._pad.grip('gamepad', now.hold);
     if (touched) this._pad.move('gamepad', now.forward, now.left, now.hold);
     else this._pad.release('gamepad');
-    for (const name of DRIVING) {
+    for (const name of DRIVING_BUTTONS) {
       if (now[name] && !this._was[name]) this._pad.press(name);
     }
     this._was = now;

@@ -1,45 +1,46 @@
-// The socket to the node `panel`: it connects, connects again, and matches answers to requests.
+// The socket to the node `panel`. A lost socket connects again. Answers are matched to requests.
 
 const RETRY_PERIOD = 1000;    // [ms] between two attempts to connect
-const LONGEST_SILENCE = 4000;    // [ms] without any message: the connection is treated as broken
-const ANSWER_WITHIN = 6000; // [ms] a request without an answer for this long has failed
-const MOST_WAITING = 2000;    // [bytes] waiting to be sent: what is sent now would arrive too late
+const LONGEST_SILENCE = 4000;    // [ms] after this time without a message the connection is broken
+const ANSWER_TIMEOUT = 6000;    // [ms] after this time without an answer a request has failed
+const MOST_WAITING = 2000;    // [bytes] behind more waiting data a joy would arrive too late
 
 export class Link {
-  /** `handlers`: type of a message, or 'connection' -> function that is called with it. */
+  /** `handlers` is {type of a message: function of the message}. Its function `connection` gets
+   *  true when the page connects, and false when the connection is lost. */
   constructor(handlers) {
     this.connected = false;
     this._handlers = handlers;
     this._socket = null;
     this._lastId = 0;
-    this._open = new Map();       // id -> function that is called with the answer
+    this._open = new Map();       // id of a request -> function of the answer
     this._receivedAt = 0;
-    this.stops = null;            // number of stops in the last picture, and
-    this._clock = null;           // the panel's time in it, and when it came
+    this.stops = null;            // number of stops in the last picture
+    this._clock = null;           // {shown: panel's time in the last picture, at: its arrival}
     setInterval(() => this._watch(), 500);
     this._connect();
   }
 
-  /** Returns false if there is no connection. */
+  /** Send a message. Returns false if there is no connection. */
   send(message) {
     if (!this._socket || this._socket.readyState !== WebSocket.OPEN) return false;
     this._socket.send(JSON.stringify(message));
     return true;
   }
 
-  /** Do earlier messages still wait in this browser? A joy behind them would be late. */
+  /** Do so many messages wait in this browser that a joy would arrive too late? */
   get crowded() {
     return this._socket !== null && this._socket.bufferedAmount > MOST_WAITING;
   }
 
-  /** The time on the panel's clock [s]. The delay of the last picture is not added: a message may
-   *  seem older than it is, but never newer. */
+  /** The time on the panel's clock [s], without the delay of the last picture. So the panel may
+   *  overestimate the delay of a message, but never underestimates it. */
   get time() {
     return this._clock && this._clock.shown + (performance.now() - this._clock.at) / 1000;
   }
 
-  /** Send a person's request now; the promise gives {ok, text}, and never fails. */
-  ask(message, within = ANSWER_WITHIN) {
+  /** Send a person's request now. The promise gives {ok, text}, and never fails. */
+  ask(message, within = ANSWER_TIMEOUT) {
     const id = ++this._lastId;
     return new Promise((resolve) => {
       if (!this.send({...message, id, t: this.time, stops: this.stops})) {
@@ -63,7 +64,7 @@ export class Link {
     const socket = new WebSocket(url);
     this._socket = socket;
     this._receivedAt = performance.now();
-    // An event of an older socket must not touch the present one.
+    // Events of an older socket are ignored.
     socket.onmessage = (event) => { if (socket === this._socket) this._onText(event.data); };
     socket.onclose = () => { if (socket === this._socket) this._lost(); };
   }
@@ -100,7 +101,7 @@ export class Link {
   }
 
   _watch() {
-    // A broken network does not close a socket: here a silence closes it.
+    // A broken network does not close the socket. So the page closes the socket after a silence.
     if (this._socket && performance.now() - this._receivedAt > LONGEST_SILENCE) this._lost();
   }
 }

@@ -1,4 +1,4 @@
-// The page of the panel: the messages of the panel, and when it draws.
+// The begin of the page: takes in the messages of the panel, and draws the page.
 
 import {Controls} from './controls.js';
 import {readColours} from './drawing.js';
@@ -15,11 +15,11 @@ const link = new Link({
 const pad = new Pad(link, say);
 const map = new RobotMap($('map'));
 
-/** The last picture, and whether this panel lets pages control the robot. */
+/** The last picture, and whether the panel lets pages control the robot. */
 const state = {picture: null, control: false};
 let drawing = false;
 
-// -- drawing: at most once a frame, and only when something is new
+// -- drawing: at most once in each frame of the browser, and only after a change
 
 function redraw() {
   if (drawing) return;
@@ -66,7 +66,7 @@ function see(picture) {
   redraw();
 }
 
-// -- the buttons that control nothing
+// -- the buttons that change only the map
 
 const changeMap = (change) => () => {
   change();
@@ -91,10 +91,10 @@ readColours();
 showBanner(link.connected);
 redraw();
 
-// Tests, and a person at the browser's console, use it.
+// For tests, and for a person at the browser's console.
 window.panel = {
   get latest() { return state.picture; },
-  /** Client coordinates of a point in the frame local; null while that frame is unknown. */
+  /** Client coordinates of a point in the frame local; null while the frame is unknown. */
   pixel(x, y) {
     const at = map.drawn('local', [x, y, 0]);
     const box = $('map').getBoundingClientRect();

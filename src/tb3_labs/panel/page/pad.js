@@ -1,30 +1,32 @@
-// This page as a pad: what a person holds on it is sent ten times a second.
+// The pad of the page. While a person holds sticks, buttons or the mouse, ten messages a second are
+// sent.
 //
-// The node `gamepad` decides what the sticks and A do; the panel (dead_man.py) decides which page
-// drives. A grip begins with sticks at rest, until that node is ready. If the robot is stopped, or
-// the pad is not ready for a while, everything must be let go and gripped again: the robot must not
-// start at an unexpected moment.
+// The node `gamepad` decides the effect of sticks and A. The panel (dead_man.py) decides which page
+// drives. At first a grip sends sticks at rest, until the node `gamepad` is ready. If the robot is
+// stopped, or the pad is not ready for a while, the person must let go and grip again, because the
+// robot must not start at an unexpected moment.
 
 const SEND_PERIOD = 100;    // [ms] between two messages
-const READY_WITHIN = 1000;    // [ms] a grip of a pad that is not ready for this long is dropped
-const HEARD_TIME = 450;    // [ms] A and Y are shown once the node has heard the pad for this long
-const SETTLE_TIME = 700;    // [ms] after A, has_control may still be false
-const STOPPED_WITHIN = 2500;  // [ms] a stop without an answer for this long is not confirmed
+const READY_TIMEOUT = 1000;    // [ms] a grip ends if the pad is not ready for this long
+const BUTTON_DELAY = 450;    // [ms] time from a grip to the first A, Y or hold button in a message
+const GRANT_TIMEOUT = 700;    // [ms] for this time after A has_control may still be false
+const STOP_TIMEOUT = 2500;    // [ms] a stop without an answer for this long is not confirmed
 
 export const clamp = (value) => Math.max(-1, Math.min(1, value));
 
 export class Pad {
-  /** Set `onstop` (B is pressed) and `ondrop` (all that is held is ignored from now on). */
+  /** `say(text, warning)` shows a message. Set `onstop`, which is called when B is pressed, and
+   *  `ondrop`, which is called when the person must grip again. */
   constructor(link, say) {
     this._link = link;
     this._say = say;
     this._grips = new Map();     // name -> {forward, left, hold}
     this._mouse = null;
-    this._presses = [];          // of A and Y, which were not shown yet
-    this._down = null;           // the button that the last message showed as pressed
-    this._gaveAt = -Infinity;    // A gave control then; -Infinity: this page gives none
+    this._presses = [];          // presses of A and Y that are not in a message yet
+    this._down = null;           // the button that is pressed in the last message
+    this._gaveAt = -Infinity;    // time of the press of A that gave control
     this._picture = null;
-    this._timer = 0;             // 0: nothing is held
+    this._timer = 0;             // 0 while the person holds nothing
   }
 
   /** Does move_to_goal drive by this page's A? */
@@ -39,7 +41,7 @@ export class Pad {
   grip(name, hold = true) {
     this._grips.set(name, {forward: 0, left: 0, hold});
     this._isPad = true;
-    this._readyAt = performance.now();    // if it is not, it has a second
+    this._readyAt = performance.now();    // from now on the pad has READY_TIMEOUT
     this._begin();
   }
 
@@ -72,14 +74,14 @@ export class Pad {
     this._send();
   }
 
-  /** Stop the robot; the promise gives {ok, text}. */
+  /** Stop the robot. The promise gives {ok, text}. */
   stop() {
-    const answer = this._link.ask({type: 'stop'}, STOPPED_WITHIN);
+    const answer = this._link.ask({type: 'stop'}, STOP_TIMEOUT);
     this.drop();
     return answer;
   }
 
-  /** Let go of everything: it must be gripped again. Returns whether anything was held. */
+  /** Let go of everything. The person must grip again. Returns whether anything was held. */
   drop() {
     const held = this._timer !== 0;
     this._grips.clear();
@@ -99,11 +101,15 @@ export class Pad {
     const now = performance.now();
     if (picture.stops !== this._stops) { this.refuse('The robot was stopped'); return; }
     if (picture.pad === 'ready') this._readyAt = now;
-    if (this._grips.size && now - this._readyAt > READY_WITHIN) { this.refuse(picture.pad); return; }
-    if (picture.has_control === false && now - this._gaveAt > SETTLE_TIME) this._gaveAt = -Infinity;
+    if (this._grips.size && now - this._readyAt > READY_TIMEOUT) {
+      this.refuse(picture.pad);
+      return;
+    }
+    const hasWaited = now - this._gaveAt > GRANT_TIMEOUT;
+    if (picture.has_control === false && hasWaited) this._gaveAt = -Infinity;
   }
 
-  /** What is held is ignored, for this reason. */
+  /** Let go of everything, and show the reason to the person. */
   refuse(reason) {
     if (this.drop()) this._say(`${reason}: let go, and grip again.`, true);
   }
@@ -114,9 +120,9 @@ export class Pad {
     if (!this._picture) { this.drop(); return; }
     if (!this._timer) {
       this._stops = this._link.stops;
-      this._since = performance.now();
-      this._isOpen = false;          // do the sticks count yet?
-      this._isFirst = true;          // the next message is the first one of this grip
+      this._gripAt = performance.now();
+      this._isReady = false;         // was the node gamepad ready at the last message?
+      this._isFirst = true;          // is the next message the first message of this grip?
       this._timer = setInterval(() => this._send(), SEND_PERIOD);
       this._send();
     }
@@ -142,20 +148,20 @@ export class Pad {
   }
 
   _state() {
-    const isHeard = performance.now() - this._since >= HEARD_TIME;
+    const isHeard = performance.now() - this._gripAt >= BUTTON_DELAY;
     const pad = {forward: 0, left: 0, a: false, y: false, hold: false};
     for (const grip of this._grips.values()) {
-      // The hold button comes later: it is ignored if it is down when the pad is first heard.
+      // gamepad ignores a hold button that is down in the first messages of a pad.
       pad.hold = pad.hold || (grip.hold && isHeard);
-      if (this._isOpen) { pad.forward += grip.forward; pad.left += grip.left; }
+      if (this._isReady) { pad.forward += grip.forward; pad.left += grip.left; }
     }
     pad.forward = clamp(pad.forward);
     pad.left = clamp(pad.left);
-    // Each press is shown in one message as down, in the next one as up.
+    // Each press makes two messages: the button is down in the first, and up in the second.
     this._down = !this._down && isHeard ? this._presses.shift() ?? null : null;
     if (this._down) pad[this._down] = true;
     if (this._down === 'a') this._gaveAt = performance.now();
-    this._isOpen = this._picture.pad === 'ready';    // from the second message on
+    this._isReady = this._picture.pad === 'ready';    // the next message has the sticks
     return pad;
   }
 }

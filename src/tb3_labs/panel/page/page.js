@@ -1,10 +1,10 @@
-// The elements of the page: numbers and words of the robot, messages to the person, the log.
+// The elements of the page: the robot's numbers and texts, messages to the person, and the log.
 
 import {degrees, wrap} from './drawing.js';
 
-const MESSAGE_TIME = 9000;    // [ms] time for which a message stays
-const MOST_LINES = 300;      // of the log
-const LATE_AGE = 0.5;    // [s] an older message of a sensor is marked
+const MESSAGE_TIME = 9000;    // [ms] a message stays for this time
+const MOST_LINES = 300;    // most lines of the log
+const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is marked
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
 const SHAPES = {
   driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716',
@@ -13,7 +13,7 @@ const SHAPES = {
 
 export const $ = (id) => document.getElementById(id);
 
-/** Write a text only if it changes: a screen reader does not repeat it, and it costs less. */
+/** Write a text only if it changes, so that a screen reader does not repeat the same text. */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
@@ -29,7 +29,7 @@ function make(tag, className, text = '') {
   return element;
 }
 
-/** A control that makes no sense now is disabled, and says why. */
+/** Disable a control, and show the reason in the title. Without a reason enable the control. */
 export function setReason(element, reason) {
   element.dataset.plainTitle ??= element.title;
   element.title = reason || element.dataset.plainTitle;
@@ -37,7 +37,7 @@ export function setReason(element, reason) {
   element.setAttribute('aria-disabled', String(Boolean(reason)));
 }
 
-/** A number with `digits` after the point; a dash if it is unknown. -0.0 is shown as 0.0. */
+/** A number as text, with `digits` after the point. An unknown number is a dash, -0.0 is 0.0. */
 function number(value, digits, unit = '') {
   if (value === null || value === undefined || !Number.isFinite(value)) return '\u2013';
   const text = value.toFixed(digits);
@@ -58,19 +58,19 @@ export function say(text, warning = false) {
 
 export function showBanner(connected) {
   document.body.dataset.connected = connected ? 'yes' : 'no';
-  // Written again, so that a screen reader reads it.
+  // The text is written each time, so that a screen reader reads it.
   $('banner').textContent = connected ? '' : 'not connected: nothing can be stopped from here';
 }
 
 // -- the log
 
-/** The log lines of all nodes, newest at the bottom, bounded. */
+/** The latest log lines of all nodes, the newest line at the bottom. */
 export const log = {
   clear() { $('log').replaceChildren(); },
 
   add(lines) {
     const list = $('log');
-    // A reader who scrolled back stays where he is.
+    // If the person has scrolled back, the log does not scroll.
     const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
     list.append(...lines.map(entry));
     while (list.childElementCount > MOST_LINES) list.firstElementChild.remove();
@@ -85,7 +85,7 @@ function entry(line) {
   return item;
 }
 
-// -- the numbers and words of the robot
+// -- the numbers and texts of the robot
 
 export function showStatus(p) {
   setText($('state'), p.state || (p.driver ? p.driver + ' drives' : 'state unknown'));
@@ -108,7 +108,7 @@ export function showStatus(p) {
   showInside(p.inside);
 }
 
-/** What a node of one's own would have to publish, so that the page shows more of it. */
+/** The topics that a student's node could publish, so that the page shows more of the node. */
 function unpublished(p) {
   const texts = [];
   if (!p.local) texts.push('in local: after a line "Local pose set to", or by local_pose');
@@ -135,7 +135,7 @@ function errorText(p) {
 
 let insideNames = '[]';
 
-/** The variables of the nodes that watch.py shows; only texts that change are written. */
+/** Show the variables of nodes, which watch.py publishes. Only changed texts are written. */
 function showInside(nodes) {
   const box = $('inside'), names = JSON.stringify(
     nodes.map(({node, values}) => [node, values.map(([name]) => name)]));
@@ -157,7 +157,7 @@ function showInside(nodes) {
   nodes.flatMap(({values}) => values).forEach(([, text], i) => setText(shown[i], shortened(text)));
 }
 
-/** A number with three digits after its point; any other text unchanged. */
+/** A number gets three digits after the point. Other texts stay the same. */
 function shortened(text) {
   return /^-?\d+\.\d+(e-?\d+)?$/.test(text) ? String(Number(Number(text).toFixed(3))) : text;
 }

@@ -1,9 +1,9 @@
 """The times of a recording on one clock: the recorder's, as it was at the start.
 
-A clock may be set while it is recorded, such as by NTP: the recorder's, a sender's, or both if they
-share one. The recorder's clock was set back if the arrivals of one topic run back. It was set
-forward, or the computer slept, if all topics are silent for longer than LONGEST_OUTAGE. A clock
-that was set forward by less looks like a silence of all topics, and stays one.
+A clock may be set during a recording, for example by NTP. The recorder's clock was set back if the
+arrivals of one topic run back. The recorder's clock was set forward, or the computer slept, if all
+topics are silent for longer than LONGEST_OUTAGE. A smaller jump forward is not undone, since it
+looks like a silence of all topics.
 
 Units: seconds since the recording's start on the recorder's clock.
 """
@@ -12,35 +12,37 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-#: Arrivals of a topic that run back by less are not a clock that was set [s].
-SET_BACK = 0.05
-#: A longer silence of all topics is left out of the times [s].
+#: The clock was set back if the arrivals of a topic run back by more than this [s].
+LEAST_SET_BACK = 0.05
+#: A longer silence of all topics is removed from the times [s].
 LONGEST_OUTAGE = 3600.0
-#: A recording whose clock was set more often has no times.
+#: A recording whose clock was set more often is refused.
 MOST_JUMPS = 20
 #: Two senders share one clock if their clocks differ by less than this [s].
 SAME_CLOCK = 0.1
-#: A message is late if it comes this much later than others [s].
+#: A message is late if its delay differs by this from the usual delay of its sender [s].
 LATE_BY = 0.5
-#: The stamp of a message that comes later than this is ignored [s]: no recorder is busy so long.
-IGNORED_BEYOND = 10.0
-#: A sender's stamps are used if at least this share of its messages is in time.
+#: The stamp of a message with a longer delay is ignored [s], since no recorder is busy so long.
+LONGEST_BELIEVED_DELAY = 10.0
+#: A sender's stamps are used if at least this share of its messages is not late.
 LEAST_IN_TIME_SHARE = 0.25
-#: The sender's clock was set if more than this share of its messages, all at the start or all at
-#: the end of the recording, is not in time.
+#: The sender's clock was set if more than this share of its messages is late, and these messages
+#: are the first or the last messages of the recording.
 OTHER_CLOCK_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """A sender's clock, by the stamps of its messages: `lag` [s] behind the recorder's clock."""
+    """The clock of a sender, which is `lag` [s] behind the recorder's clock. `stamps`: the stamps
+    of its messages."""
 
     lag: float
     stamps: np.ndarray
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
-        """Returns the clock by the fastest messages, without outliers. It needs one message."""
+        """Returns the clock by the messages with the shortest delays, without outliers. There must
+        be at least one message."""
         lags = np.sort(arrival - stamp)
         lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE_BY]
         return cls(float(lags[len(lags) // 20]), stamp)
@@ -57,9 +59,9 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     never run back.
 
     `robot_clock` is the odometry's RecordedClock, or None. All senders that share this clock get
-    its lag, so that their stamps stay comparable to the microsecond. A message's stamp is better
-    than its arrival: messages come late while the recorder is busy, and early while its simulated
-    clock stands still. The arrival is used if the stamp cannot be believed.
+    the same lag, so that their stamps stay comparable to the microsecond. The stamp of a message is
+    more exact than its arrival, since messages arrive late while the recorder is busy, and early
+    while a simulated clock stands still. The arrival is used if the stamp is not plausible.
     """
     if not len(stamp):
         return arrival
@@ -70,7 +72,7 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     in_time = np.flatnonzero(delay < LATE_BY)
     if len(in_time) < LEAST_IN_TIME_SHARE * len(stamp):
         return np.maximum.accumulate(arrival)
-    by_stamp = delay < IGNORED_BEYOND
+    by_stamp = delay < LONGEST_BELIEVED_DELAY
     most_late = OTHER_CLOCK_SHARE * len(stamp)
     first, last = in_time[0], in_time[-1]
     if first > most_late:       # the sender's clock was set at `first`
@@ -81,8 +83,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 
 
 def undo_clock_jumps(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
-    """Correct the arrivals and stamps of the collectors ({field of RunData: Collector}) as if no
-    clock had been set. Returns (the last arrival [s], a sentence for each jump of the clock)."""
+    """Remove the jumps of clocks from the arrivals and stamps of the collectors, {field of RunData:
+    Collector}. Returns (the last arrival [s], a sentence for each jump)."""
     filled = [each for each in collectors.values() if len(each.arrival)]
     number = np.concatenate([each.number for each in filled])
     order = np.argsort(number, kind='stable')
@@ -103,23 +105,29 @@ def undo_clock_jumps(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
         arrival[at:] -= jump
         for each in filled:
             _undo_jump(each, number[at], jump)
-    return float(arrival.max()), [
-        'the clock was set {} by {}, {:.1f} s after the start; times go on without the jump'.format(
-            'forward' if jump > 0.0 else 'back', _in_words(abs(jump)), arrival[at])
-        for at, jump in sorted(jumps)]
+    sentences = []
+    for at, jump in sorted(jumps):
+        way = 'forward' if jump > 0.0 else 'back'
+        sentences.append(
+            f'the clock was set {way} by {_in_words(abs(jump))}, {arrival[at]:.1f} s after the '
+            'start; times go on without the jump')
+    return float(arrival.max()), sentences
 
 
 def _first_set_back(arrival: np.ndarray, topic: np.ndarray) -> Optional[int]:
-    """Returns the index of the first message after the clock was first set back, or None. A file
-    may hold one topic behind another: only the arrivals of one topic must be in order."""
+    """Returns the index of the first message after the clock was first set back, or None.
+
+    A file may hold the messages of one topic after those of another topic. So only the arrivals of
+    the same topic are compared.
+    """
     by_topic = np.argsort(topic, kind='stable')
-    is_back = (np.diff(arrival[by_topic]) < -SET_BACK) & (np.diff(topic[by_topic]) == 0)
+    is_back = (np.diff(arrival[by_topic]) < -LEAST_SET_BACK) & (np.diff(topic[by_topic]) == 0)
     if not is_back.any():
         return None
     # messages of other topics may have come between the jump and this message
     shown_by = int(by_topic[1:][is_back].min())
     until = arrival[:shown_by + 1]
-    is_before = until >= np.maximum.accumulate(until) - SET_BACK
+    is_before = until >= np.maximum.accumulate(until) - LEAST_SET_BACK
     return int(np.flatnonzero(is_before)[-1]) + 1
 
 
@@ -138,10 +146,11 @@ def _undo_jump(collector: Any, number: int, jump: float) -> None:
     arrival[is_later] -= jump
     if is_later.all() or not is_later.any():
         return
-    # the lag shows the jump unless the sender's clock has made it too
+    # the lag changed by the jump, unless the sender's clock was set together with the recorder's
     lag -= np.median(lag[~is_later])
     if abs(np.median(lag[is_later])) < abs(jump) / 2.0:
-        was_sent_before = np.abs(lag - jump) < np.abs(lag)      # it arrived after the jump
+        # a message that was sent before the jump may have arrived after it
+        was_sent_before = np.abs(lag - jump) < np.abs(lag)
         stamp[is_later & ~was_sent_before] -= jump
 
 

@@ -1,8 +1,8 @@
 """How the messages of a recording become samples, topic by topic.
 
 The Transformation lab asks for a line ``Local pose set to x=..., y=..., yaw=...`` at each reset.
-The handout prints the yaw in radians; other nodes print degrees. A yaw is in degrees if ``deg`` or
-a degree sign follows it, or if its number is more than a whole turn in radians.
+The handout prints the yaw in radians, and some nodes print degrees. A yaw is in degrees if ``deg``
+or a degree sign follows, or if the number is larger than a whole turn in radians.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 """
@@ -21,41 +21,43 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
     LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
-    Values, Variables, Yaws)
+    Numbers, Variables, Yaws)
 
 #: The levels of log lines, by the bits of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
-#: The line of a reset. No two neighbouring parts match the same character, since a line of
-#: thousands of blanks could be divided between them in too many ways.
+#: The line of a reset. Two neighbouring parts of the expression never match the same character, so
+#: that the search in a line of thousands of blanks is not slow.
 NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
-#: A reset is searched for in this many characters of a line; a run has at most MOST_RESETS.
-LONGEST_RESET, MOST_RESETS = 500, 1000
+#: A reset is searched for in the first LONGEST_RESET characters of a line.
+LONGEST_RESET = 500
+#: A run has at most this many resets.
+MOST_RESETS = 1000
 #: The most lines of a topic, characters of a line, and characters of all lines of a topic.
 MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
-#: The most values of nodes' variables: 15 minutes of a node with fifteen variables.
+#: The most readings of variables, as of a node with fifteen variables in 15 minutes.
 MOST_VARIABLES = 300000
-#: The marker's lines about a trial have at most this many characters.
+#: The most characters of an event of a trial, and of a text that a node printed in a trial.
 LONGEST_EVENT = 200000
-#: A sample with a larger number is invalid [m, rad, m/s, rad/s]: the firmware's spikes are below
+#: A sample with a larger number is invalid [m, rad, m/s, rad/s]. The firmware's spikes are below
 #: 1000.
 LARGEST_NUMBER = 1e5
-#: Stands for the yaw in a row until the yaws of all rows are computed from their quaternions.
-YAW = 0.0
+#: The yaw in a row, before the yaws of all rows are computed from their quaternions.
+YAW_LATER = 0.0
 
 
 def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that the line of a reset declares, or None if the line
-    is not a valid one."""
+    """Returns the robot's pose in ``local`` that the line declares, or None if the line is not the
+    line of a reset."""
     found = RESET_LINE.search(line[:LONGEST_RESET])
     if found is None:
         return None
     x, y, yaw = (float(word) for word in found.groups()[:3])
-    if not math.isfinite(x + y + yaw):      # 1e999
+    if not math.isfinite(x + y + yaw):      # a number like 1e999
         return None
     in_degrees = found.group(4) is not None or abs(yaw) > WHOLE_TURN
     return Pose2(x, y, wrap(math.radians(yaw) if in_degrees else yaw))
@@ -71,14 +73,14 @@ def resets_in(log: LogLines) -> Poses:
 
 
 def make_collectors(parts, prefix, limits):
-    """Returns {field of RunData: Collector} for the robot in the namespace `prefix`. The samples
-    are taken from the budget `limits`, a ReadLimits."""
-    # field: arguments of its Collector; a field that is missing here has poses
+    """Returns {field of RunData: Collector} of the fields `parts`, for the robot in the namespace
+    `prefix`. Each sample is spent from `limits`, a ReadLimits."""
+    # {field: arguments of its Collector}; the fields that are not listed here have poses
     kinds = {
         'imu': (Orientations, lambda message: [
-            (message.header, YAW, message.angular_velocity.z, *_wxyz(message.orientation))]),
+            (message.header, YAW_LATER, message.angular_velocity.z, *_wxyz(message.orientation))]),
         'odometry': (OdometrySamples, lambda message: [
-            (message.header, message.pose.pose.position.x, message.pose.pose.position.y, YAW,
+            (message.header, message.pose.pose.position.x, message.pose.pose.position.y, YAW_LATER,
              message.twist.twist.linear.x, message.twist.twist.angular.z,
              *_wxyz(message.pose.pose.orientation))]),
         'commands': (Twists, lambda message: [
@@ -86,16 +88,16 @@ def make_collectors(parts, prefix, limits):
                 message.linear.y, message.linear.z, message.angular.x, message.angular.y)))]),
         'states': (States, _text), 'events': (States, _text, LONGEST_EVENT),
         'printed': (States, _text, LONGEST_EVENT),
-        'turn_requests': (Values, lambda message: [(None, math.radians(message.data))]),
-        'control': (Values, lambda message: [(None, float(message.data))]),
+        'turn_requests': (Numbers, lambda message: [(None, math.radians(message.data))]),
+        'control': (Numbers, lambda message: [(None, float(message.data))]),
         'pad': (PadSamples, lambda message: [
             (None, *_filled(message.axes, PadSamples.AXES),
              *_filled(message.buttons, PadSamples.BUTTONS))]),
         'mouse': (MouseSamples, lambda message: [
             (message.header, message.xPos, message.yPos, float(message.status.data))]),
-        'sender_index': (Values, None),    # the reader of the bag knows the senders
+        'sender_index': (Numbers, None),    # the reader of the bag knows the senders
         'frames': (Poses, lambda message: [
-            (each.header, each.transform.translation.x, each.transform.translation.y, YAW,
+            (each.header, each.transform.translation.x, each.transform.translation.y, YAW_LATER,
              *_wxyz(each.transform.rotation)) for each in message.transforms
             if each.child_frame_id.lstrip('/') == (prefix + 'local').strip('/')]),
         'log': (LogLines, lambda message: [
@@ -110,9 +112,9 @@ def make_collectors(parts, prefix, limits):
 class Collector:
     """Gathers the samples of one topic.
 
-    ``rows_of(message)`` returns a row for each sample in a message: the header with the stamp, or
-    None, then the sample's numbers or words. A row with a yaw has YAW in the yaw's place, and the
-    quaternion w, x, y, z at its end.
+    ``rows_of(message)`` returns a row for each sample in a message. A row has the header with the
+    stamp, or None, and then the sample's numbers or words. A row with a yaw has YAW_LATER in the
+    yaw's place, and the quaternion w, x, y, z at its end.
     """
 
     def __init__(self, limits, kind, rows_of, longest=LONGEST_LINE):
@@ -129,7 +131,7 @@ class Collector:
         for header, *row in self._rows_of(message):
             stamp = arrival
             if header is not None:
-                # both parts apart: a float of today's time has steps of 0.2 microseconds
+                # seconds first: a float since 1970 has steps of 0.2 microseconds
                 stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
             self.keep(row, arrival, stamp, number)
 
@@ -150,7 +152,7 @@ class Collector:
         self.number.append(number)
 
     def close(self):
-        """Make arrays of all samples. Drop and count those with numbers that no robot has."""
+        """Make arrays of all samples. Samples with invalid numbers are dropped and counted."""
         self.arrival, self.stamp, self.number = map(
             np.array, (self.arrival, self.stamp, self.number))
         columns = [each.name for each in fields(self._kind)][2:]
@@ -161,18 +163,18 @@ class Collector:
         if self._kind is PadSamples:
             width = PadSamples.AXES + PadSamples.BUTTONS
         elif self._kind in (Poses, OdometrySamples):
-            width += 4      # the quaternion, which they do not keep
+            width += 4      # the quaternion, which is not a field of these samples
         self._values = np.array(self._values).reshape(-1, width)
         if issubclass(self._kind, Yaws):
             self._values[:, columns.index('yaw')] = yaws_from_quaternions(*self._values[:, -4:].T)
-        is_valid = (np.abs(self._values) < LARGEST_NUMBER).all(axis=1)      # NaN is not
+        is_valid = (np.abs(self._values) < LARGEST_NUMBER).all(axis=1)      # NaN is invalid
         self.bad += int((~is_valid).sum())
         self.arrival, self.stamp, self.number, self._values = (
             each[is_valid] for each in (self.arrival, self.stamp, self.number, self._values))
 
     def samples(self, robot_clock):
         """Returns the gathered samples. `robot_clock` is the odometry's RecordedClock."""
-        order = np.argsort(self.arrival, kind='stable')      # a file may hold topic after topic
+        order = np.argsort(self.arrival, kind='stable')      # a file may be sorted by topics
         arrival, values = self.arrival[order], self._values[order]
         time = times_on_recorders_clock(arrival, self.stamp[order], robot_clock)
         if self._kind is PadSamples:
@@ -181,7 +183,7 @@ class Collector:
 
 
 def samples_of(collectors):
-    """Returns {field of RunData: Samples} of all collectors, and the resets that a log shows."""
+    """Returns {field of RunData: Samples} of all collectors. A log also gives the resets."""
     odometry = collectors['odometry']
     clock = RecordedClock.of(odometry.arrival, odometry.stamp)
     samples = {part: collector.samples(clock) for part, collector in collectors.items()}
@@ -196,7 +198,7 @@ def _filled(numbers, length):
 
 
 def _finite(speed):
-    """Returns the speed, clipped, so that a command with an infinite speed is kept."""
+    """Returns the speed within limits. So a command with an infinite speed is not dropped."""
     return max(-LARGEST_NUMBER / 2.0, min(LARGEST_NUMBER / 2.0, speed))
 
 
@@ -210,4 +212,4 @@ def _text(message):
 
 def _pose(message):
     pose = getattr(message.pose, 'pose', message.pose)      # with a covariance, or without
-    return [(message.header, pose.position.x, pose.position.y, YAW, *_wxyz(pose.orientation))]
+    return [(message.header, pose.position.x, pose.position.y, YAW_LATER, *_wxyz(pose.orientation))]

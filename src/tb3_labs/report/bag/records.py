@@ -1,8 +1,8 @@
 """The records of a bag file, in the order in which they were recorded.
 
-A bag may come from a stranger. Its index is not used, so each byte is read once, and a recording
-that was cut off is read up to its last whole record. The definitions of its messages are not used.
-Each read, each unpacked piece, each record and each sample is taken from the budget of a
+A bag may come from a stranger. The index of the bag is not used. So each byte is read once, and a
+recording that was cut off is read up to its last whole record. The definitions of messages in the
+bag are not used. Each read, each unpacked piece, each record and each sample is spent from a
 ReadLimits. So memory and time are bounded, whatever the file claims.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
@@ -16,29 +16,32 @@ from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
-#: The budget of one reading; MiB are read or unpacked. An hour of record.launch has 1.4 million
-#: records, and takes 20 s.
+#: The budget of one reading. `MiB` limits the bytes that are read or unpacked. A recording of an
+#: hour by record.launch has 1.4 million records, and takes 20 s.
 MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
 #: The most processor time of one reading [s].
 MOST_TIME = 30.0
-#: The processor time is read once in so many calls of `spend`, since to read it takes long.
+#: Only every 64th call of `spend` reads the processor time, since this call is slow.
 CLOCK_EVERY = 64
 MIB = 2.0 ** 20
 #: The largest header, connection and message, and the longest name [bytes].
 MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18, 200
-#: The most that a packed chunk holds; it is read in parts, and unpacked in pieces [bytes].
-MOST_CHUNK, PART, PIECE = 2 ** 26, 2 ** 12, 2 ** 20
-#: A bag begins with this.
+#: The largest packed chunk, when it is unpacked [bytes].
+MOST_CHUNK = 2 ** 26
+#: A packed chunk is read in parts of this size, and unpacked in pieces of this size [bytes].
+PACKED_PART, UNPACKED_PIECE = 2 ** 12, 2 ** 20
+#: The first bytes of a bag.
 BAG_VERSION = b'#ROSBAG V2'
 #: The kinds of records, by the field `op` of their headers.
 MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
-LENGTH, LONG, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
-CONVERT = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
+UINT32, UINT64, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
+CONVERT_BAG = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
 #: Files that users take for bags: (first bytes, the kind of file, the remedy).
 OTHER_FILES = (
     (b'#ROSBAG V1', 'a bag of version 1',
      'convert it where it was recorded: rosbag fix {} run.bag'),
-    (b'SQLite format 3', 'a bag of ROS 2', CONVERT), (b'\x89MCAP', 'a bag of ROS 2', CONVERT),
+    (b'SQLite format 3', 'a bag of ROS 2', CONVERT_BAG),
+    (b'\x89MCAP', 'a bag of ROS 2', CONVERT_BAG),
     (b'version https://git-lfs', 'a pointer of Git LFS', 'fetch the recording: git lfs pull'),
     (b'<', 'a web page or XML', 'download the file itself: the link led to a page, of a login '
      'perhaps'),
@@ -49,11 +52,11 @@ OTHER_FILES = (
 
 
 class BagProblem(ValueError):
-    """A bag cannot be reported. The message is one line with the reason and the remedy."""
+    """A bag cannot be read. The text is one line with the reason and the remedy."""
 
 
 class TooLarge(Exception):
-    """The budget is used up; the message names what is too much, and the limit."""
+    """The budget is used up. The text names the limit."""
 
 
 class ReadLimits:
@@ -74,7 +77,8 @@ class ReadLimits:
 
 
 class Connection(NamedTuple):
-    """A sender of messages on a topic: `kind` is their type, `checksum` that type's checksum."""
+    """A sender of messages on a topic. `kind`: the type of the messages; `checksum`: the checksum
+    of this type."""
 
     topic: str
     kind: str
@@ -105,9 +109,9 @@ class Bag:
 
     def messages(self, is_wanted: Callable[[Connection], bool],
                  limits: ReadLimits) -> Iterator[Record]:
-        """Yields all messages. Only wanted ones have data: ``is_wanted(their connection)``."""
+        """Yields all messages. A message has data if ``is_wanted(its connection)`` is True."""
         self._file.seek(self._begin)
-        # number of the connection: (the connection, are its messages wanted?)
+        # {number of a connection: (the connection, are its messages wanted?)}
         self._connections: Dict[int, Tuple[Connection, bool]] = {}
         self._limits, self._is_whole, self.problem = limits, False, ''
         try:
@@ -125,20 +129,20 @@ class Bag:
                  is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
         """Yields the messages from here to the end of `source`: the file or an unpacked chunk."""
         while True:
-            length = source.read(LENGTH.size)
+            length = source.read(UINT32.size)
             if not length:
                 return
             self._limits.spend('records')
             # the header of the record, and the size of its data
-            head = self._read(source, LENGTH.unpack(length)[0] + LENGTH.size, MOST_HEADER)
-            header, size = _fields(head[:-LENGTH.size]), LENGTH.unpack(head[-LENGTH.size:])[0]
+            head = self._read(source, UINT32.unpack(length)[0] + UINT32.size, MOST_HEADER)
+            header, size = _fields(head[:-UINT32.size]), UINT32.unpack(head[-UINT32.size:])[0]
             kind = header[b'op'][0]
             if kind == MESSAGE:
                 yield self._message(source, header, size)
             elif kind == CONNECTION:
                 self._limits.spend('connections')
                 connection = _connection(header, self._read(source, size, MOST_CONNECTION))
-                self._connections[LENGTH.unpack(header[b'conn'])[0]] = (
+                self._connections[UINT32.unpack(header[b'conn'])[0]] = (
                     connection, is_wanted(connection))
             elif kind == CHUNK and header[b'compression'] == b'none':
                 pass    # the records of the chunk follow
@@ -146,11 +150,11 @@ class Bag:
                 yield from self._records(self._unpacked(header[b'compression'], size), is_wanted)
             else:
                 if kind == FILE:
-                    self._is_whole = 0 < LONG.unpack(header[b'index_pos'])[0] <= self._size
+                    self._is_whole = 0 < UINT64.unpack(header[b'index_pos'])[0] <= self._size
                 source.seek(size, os.SEEK_CUR)
 
     def _message(self, source: BinaryIO, header: Dict[bytes, bytes], size: int) -> Record:
-        connection, is_wanted = self._connections[LENGTH.unpack(header[b'conn'])[0]]
+        connection, is_wanted = self._connections[UINT32.unpack(header[b'conn'])[0]]
         seconds, nanoseconds = TIME.unpack(header[b'time'])
         if is_wanted and size <= MOST_MESSAGE:
             return Record(connection, (seconds, nanoseconds), self._read(source, size))
@@ -160,7 +164,7 @@ class Bag:
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
-        if source is self._file:        # the bytes of an unpacked chunk were spent before
+        if source is self._file:        # the bytes of a chunk are spent when it is unpacked
             self._limits.spend('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
@@ -170,8 +174,8 @@ class Bag:
     def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
         """Returns the records of the packed chunk that begins here, `size` bytes long."""
         pieces_of, chunk = _unpacker(compression), BytesIO()
-        for at in range(0, size, PART):
-            for piece in pieces_of(self._read(self._file, min(PART, size - at))):
+        for at in range(0, size, PACKED_PART):
+            for piece in pieces_of(self._read(self._file, min(PACKED_PART, size - at))):
                 self._limits.spend('MiB', len(piece) / MIB)
                 if chunk.tell() + len(piece) > MOST_CHUNK:
                     raise TooLarge(f'a packed chunk holds more than {MOST_CHUNK / MIB:g} MiB')
@@ -184,7 +188,7 @@ def open_bag(path: str) -> BinaryIO:
     """Returns the open file. Raises BagProblem if it is not a file."""
     mode = os.stat(str(path)).st_mode
     if stat.S_ISDIR(mode):
-        raise BagProblem('a folder, not a bag; a bag of ROS 2 is a folder: ' + CONVERT.format(
+        raise BagProblem('a folder, not a bag; a bag of ROS 2 is a folder: ' + CONVERT_BAG.format(
             quote(str(path))))
     if not stat.S_ISREG(mode):
         raise BagProblem('not a file')
@@ -192,7 +196,7 @@ def open_bag(path: str) -> BinaryIO:
 
 
 def _kind_and_remedy(first: bytes, path: str) -> str:
-    """Returns what kind of file this is, which is not a bag, and what to do."""
+    """Returns the kind of a file that is not a bag, and the remedy. `first`: its first bytes."""
     if not first:
         return 'the file is empty; copy or download it again, and look at its size: ls -l'
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
@@ -209,9 +213,9 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
         unpacker = bz2.BZ2Decompressor()
 
         def pieces_of(part: bytes) -> Iterator[bytes]:
-            yield unpacker.decompress(part, PIECE)
+            yield unpacker.decompress(part, UNPACKED_PIECE)
             while not (unpacker.needs_input or unpacker.eof):
-                yield unpacker.decompress(b'', PIECE)
+                yield unpacker.decompress(b'', UNPACKED_PIECE)
         return pieces_of
     if compression == b'lz4':
         import roslz4    # only for the bags that need it
@@ -229,8 +233,8 @@ def _connection(header: Dict[bytes, bytes], data: bytes) -> Connection:
 def _fields(data: bytes) -> Dict[bytes, bytes]:
     fields, at = {}, 0
     while at < len(data):
-        begin = at + LENGTH.size
-        at = begin + LENGTH.unpack_from(data, at)[0]
+        begin = at + UINT32.size
+        at = begin + UINT32.unpack_from(data, at)[0]
         name, equals, value = data[begin:at].partition(b'=')
         if not equals:
             raise ValueError('not a header')

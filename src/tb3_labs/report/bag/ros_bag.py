@@ -23,7 +23,7 @@ from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.records import Bag, BagProblem, ReadLimits, TooLarge, open_bag
 from tb3_labs.report.run_data import RunData
 
-#: Field of RunData: (name of the topic, class). A run may lack these topics.
+#: {field of RunData: (name of the topic, class)} of the topics that a recording may lack.
 OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
@@ -36,19 +36,22 @@ OPTIONAL_TOPICS = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: The records of a bag are kept from the first reading to the second, if they take less than
-#: MOST_KEPT [bytes]: the data, and RECORD_OBJECT for each record.
-MOST_KEPT, RECORD_OBJECT = 2 ** 26, 500
-#: Topics by which a person drives, of any type.
-DEVICES = 'joy', 'mouse_info'
-#: A line names at most this many topics that are not read.
+#: The first reading keeps the records for the second reading if they are smaller than this [bytes].
+MOST_KEPT = 2 ** 26
+#: The memory of a record beside its data [bytes].
+RECORD_OVERHEAD = 500
+#: The topics by which a person drives, of any type.
+DEVICE_TOPICS = 'joy', 'mouse_info'
+#: At most this many topics that are not read are named.
 NAMED_TOPICS = 5
 
 
 def read_run(path, namespace=None, log=lambda line: None):
-    """Returns the RunData of the bag file `path`. `namespace` chooses one robot of several.
+    """Returns the RunData of the bag file `path`. If several robots were recorded, `namespace` is
+    that of the robot to read.
 
-    ``log(line)`` is called with a line for each thing that is not read. Raises BagProblem.
+    ``log(line)`` is called with each line about parts of the bag that are not read. Raises
+    BagProblem.
     """
     try:
         with open_bag(path) as file:
@@ -63,13 +66,13 @@ def read_run(path, namespace=None, log=lambda line: None):
 
 
 def _contents(bag):
-    """Returns ({topic: (its installed class or None, number of messages)}, {topic: names of its
-    senders}, [topics that cannot be read, with their types], the records or None if they are too
-    large)."""
+    """Returns a tuple: {topic: (its installed class or None, number of messages)}; {topic: names of
+    its senders}; [topic and type of each topic that cannot be read]; the records, or None if they
+    are too large."""
     numbers, records, size = Counter(), [], 0
     for record in bag.messages(_class_of, ReadLimits()):
         numbers[record.connection] += 1
-        size += RECORD_OBJECT + len(record.data)
+        size += RECORD_OVERHEAD + len(record.data)
         if size < MOST_KEPT:
             records.append(record)
     types, senders, unknown = {}, {}, set()
@@ -127,14 +130,14 @@ def _read(bag, path, namespace, log):
     absolute = {_absolute(topic) for topic in types}
     return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
                    senders=tuple(names), devices=tuple(
-                       name for name in DEVICES if prefix + name in absolute),
+                       name for name in DEVICE_TOPICS if prefix + name in absolute),
                    dropped={part: collector.bad for part, collector in collectors.items()},
                    **samples_of(collectors))
 
 
 def _missing(words, problem, types):
-    """Returns the BagProblem with these words. If not all of the bag was read, the `problem` that
-    prevented it comes first."""
+    """Returns the BagProblem with these words. `problem`: the reason why not all of the bag was
+    read, or ''. `types`: the topics that were read."""
     if not problem:
         return BagProblem(words)
     if not types:
@@ -143,10 +146,10 @@ def _missing(words, problem, types):
 
 
 def _collect(records, of_topic, sender_index, names):
-    """Fill the collectors, {topic: (Collector, class)}, from the records. `sender_index` collects
-    the index of each command's sender by `names`, {sender: index}. Returns (time of the first
-    message [s since 1970], the limit that ended the reading, or '')."""
-    # each topic has one message, which is filled again and again
+    """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill
+    `sender_index` with the index of each command's sender in `names`, {sender: index}. Returns
+    (time of the first message [s since 1970], the limit that ended the reading or '')."""
+    # one message object for each topic is enough for all its records
     receivers = {topic: (*each, each[1]()) for topic, each in of_topic.items()}
     is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in receivers and (
         receivers[connection.topic][1] is _class_of(connection)))
@@ -167,7 +170,7 @@ def _collect(records, of_topic, sender_index, names):
             arrival = (seconds - start) + 1e-9 * nanoseconds
             collector.add(message, arrival, start, number)
             if made is Twist:
-                # a sender is new if the first reading ended before its commands
+                # a sender is not in `names` if the first reading ended before its commands
                 sender_index.keep([names.setdefault(connection.sender, len(names))],
                                   arrival, arrival, number)
     except TooLarge as too_large:
@@ -176,8 +179,9 @@ def _collect(records, of_topic, sender_index, names):
 
 
 def choose_topics(types, namespace):
-    """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if that
-    is None. `types` is {topic: (class or None, number of messages)}. Raises BagProblem."""
+    """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
+    `namespace` is None. `types`: {topic: (class or None, number of messages)}. Raises
+    BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
@@ -191,13 +195,15 @@ def choose_topics(types, namespace):
         topics['frames'] = '/tf'
     if types.get('/rosout', ('',))[0] is Log:
         topics['log'] = '/rosout'
-        topics.pop('resets', None)        # the answer to a reset has more than the request
+        # the line of a reset in the log is an answer; initialpose has only the request
+        topics.pop('resets', None)
     return topics
 
 
 def _by_type(types, kind, ending, prefix):
-    """Returns the topic of type `kind` below `prefix` that is named `ending`. If there is not
-    exactly one, returns that with the most messages; several robots are a BagProblem."""
+    """Returns the topic of type `kind` in the namespace `prefix` that is named `ending`. If several
+    topics, or none, have this name, it returns the topic with the most messages. Raises BagProblem
+    if several robots have such a topic."""
     names = [topic for topic, (of, _) in types.items() if of is kind
              and (prefix is None or _absolute(topic).startswith(prefix))]
     if not names:
@@ -215,7 +221,7 @@ def _by_type(types, kind, ending, prefix):
 
 
 def _absolute(topic):
-    """Returns the absolute name of a topic: `rosbag record` keeps relative names."""
+    """Returns the absolute name of a topic. A bag may have relative names."""
     return '/' + topic.lstrip('/')
 
 

@@ -1,9 +1,9 @@
 """The drives of a recorded run: their states, errors, drift and times.
 
 The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`).
-Frames: ``odom`` (global), ``local`` (as the last reset declared it), ``world`` (of the ground
-truth). Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge case: an unknown value (no ground truth, no sample in time) is NaN.
+Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
+Units: metres, radians, seconds since the recording's start on the recorder's clock.
+Edge case: a value is NaN if the ground truth or a sample near its time is missing.
 """
 import math
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
-from tb3_labs.report.run_data import GAP, Poses, RunData
+from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this long after its end [s].
 SETTLE_TIME = 1.0
-#: The least possible time of a drive has turns at this rate [rad/s], the package's own limit.
+#: The least time of a drive has turns at this rate [rad/s], the limit of move_to_goal.
 MAX_ANGULAR = DriveConfig().max_angular
 #: An unknown (distance, angle), or (drift, deviation).
 UNKNOWN = math.nan, math.nan
@@ -31,27 +31,27 @@ TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
 
 @dataclass(frozen=True)
 class DriveReport:
-    """One drive: from its first ROTATE_TO_GOAL to its end."""
+    """A drive from its first ROTATE_TO_GOAL to its end."""
 
     begin: float
     end: float
     goal: Optional[Pose2]             # in local
-    outcome: str                      # 'reached', or the reason why not
-    measured: Tuple[float, float]     # final error by local_pose: (distance [m], angle [rad])
-    true: Tuple[float, float]         # final error by the ground truth
-    drift: float                      # heading at the end of MOVE_FORWARD minus at its start [rad]
-    deviation: float                  # largest difference from the heading at its start [rad]
+    outcome: str                      # 'reached', or why the drive ended
+    measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
+    true: Tuple[float, float]         # the same by the ground truth
+    drift: float                      # change of the heading during MOVE_FORWARD [rad]
+    deviation: float                  # largest such change at any time of MOVE_FORWARD [rad]
     seconds: Tuple[float, ...]        # in each state of DRIVING
     least_time: float                 # [s], see :func:`least_time`
 
     @property
     def time(self) -> float:
-        """From begin to end [s]."""
+        """The duration of the drive [s]."""
         return self.end - self.begin
 
     @property
     def time_to_least(self) -> float:
-        """The time as a multiple of the least possible one."""
+        """The time divided by the least time."""
         return self.time / self.least_time if self.least_time else math.nan
 
 
@@ -69,10 +69,9 @@ def drives(run: RunData, model: RobotModel) -> List[DriveReport]:
 
 
 def _is_same_drive(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
-    """Do both states belong to one drive?"""
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
-    # the robot stopped outside its tolerance, or was interrupted, and drives to the same goal again
+    # after a stop, or an end outside the tolerance, the robot drives to the same goal again
     is_again = span.state == FINAL_TURN or is_stopped(span.state)
     return is_again and span.goal == following.goal and _is_same_epoch(frames, span, following)
 
@@ -84,7 +83,8 @@ def _is_same_epoch(frames: Sequence[Epoch], span: Span, following: Span) -> bool
 
 def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequence[Span],
            later: Sequence[Span]) -> DriveReport:
-    """Returns the report of the drive with these states; `later` has the state after it, if any."""
+    """Returns the report of the drive with the states `parts`. `later`: [the state after the drive]
+    or []."""
     whole = Span('', parts[0].begin, parts[-1].end, parts[0].goal)
     epoch = epoch_of(frames, whole.begin, whole.end)
     rest = whole.end
@@ -106,9 +106,9 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
-    """Returns (distance, angle) from the last pose to the goal; UNKNOWN if the poses end too
-    early."""
-    if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - GAP:
+    """Returns (distance, angle) from the last pose to the goal, or UNKNOWN if poses are missing at
+    the end."""
+    if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - LEAST_GAP:
         return UNKNOWN
     last = poses.pose(-1)
     return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)
@@ -141,11 +141,11 @@ def _outcome(frames: Sequence[Epoch], drive: Span, later: Sequence[Span]) -> str
 
 def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
                max_angular: float = math.inf, reverse: bool = False) -> float:
-    """Returns the least time [s] from pose to pose by a turn, a straight line and a turn.
+    """Returns the least time [s] from `start` to `goal` by a turn, a straight line and a turn.
 
-    If the wheels are the only limit, this time is (b (|turn1| + |turn2|) + distance) / V, with b
-    half the track and V a wheel's speed. The limits `max_linear` [m/s] and `max_angular` [rad/s]
-    can make it longer. Source: Balkcom and Mason, Time optimal trajectories for bounded velocity
+    If the speed V of a wheel is the only limit, this time is (b (|turn1| + |turn2|) + distance) /
+    V, with b half the track. The limits `max_linear` [m/s] and `max_angular` [rad/s] can make the
+    time longer. Source: Balkcom and Mason, Time optimal trajectories for bounded velocity
     differential drive vehicles, 2002.
     """
     linear = min(max_linear, model.max_linear)

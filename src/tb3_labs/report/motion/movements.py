@@ -1,33 +1,35 @@
-"""The movements of a run, found from its commands: for nodes that do not publish their state.
+"""The movements of a run by its commands, for nodes that do not publish their state.
 
-A *movement* is a stretch of commands that are not zero, with pauses shorter than `PAUSE`. A reset,
-and a change of `ctrl_relinq`, end a movement and begin the next. A movement is a
+A *movement* is a stretch of commands that are not zero. Its pauses are shorter than
+`MOVEMENT_PAUSE`. A reset and a change of `ctrl_relinq` end a movement, and begin the next. A
+movement is a
 
 * turn, if no command has a forward speed;
-* drive, if a turn, a straight line and a turn were commanded; one turn may be missing. The
-  line is straight if the heading stays within `MOST_BEND` of its first value;
+* drive, if a turn, a straight line and a turn were commanded, or only one of both turns. The line
+  is straight if the heading stays within `MOST_BEND` of the heading at the line's start;
 * movement by hand, if it is not a turn and not a drive.
 
-The commands do not name their sender. Other topics decide, if they were recorded:
+The commands do not name their sender. Some topics show the sender if they were recorded:
 
 * With `ctrl_relinq`, a movement while a node has control is a drive, and any other movement is by
-  hand. A turn alone is a drive only if it followed a reset or a change of control at once, or if
-  one of these or the end of the recording cut it off. If not, a person turned the robot while the
-  node was silent at its goal.
+  hand. A turn without a line is a drive only if a reset or a change of control came right before
+  it, or if a reset, a change of control or the end of the recording cut it off. Any other turn is
+  by hand: a person turned the robot while the node was silent at its goal.
 * With `joy` and without `ctrl_relinq`, the pad never gave control: all movements are by hand.
 * With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 
 Without these topics, turns and a straight line that a person drives by keys look like a drive.
 
-If a node publishes only `cmd_vel`, `completed` adds what the package's own nodes would have
-published: the states of a drive and its goal, by the movements; the robot's pose in ``local``, and
-``local`` in ``odom``. ``local`` is declared (0, 0, 0) at the first sample, then by each reset. The
-place is by the odometry without its jumps, the heading by the IMU: the lab's theory. If the board
-restarts in motion, the pose is unknown until the next reset. The node may believe another pose.
+A node may publish only `cmd_vel`. Then `completed` adds the topics that the package's own nodes
+publish: the states and the goals of the drives, by the movements; the robot's pose in ``local``;
+the pose of ``local`` in ``odom``. The pose in ``local`` is (0, 0, 0) at the first sample, and after
+a reset as the reset declares. By the lab's theory, the place is by the odometry without its jumps,
+and the heading by the IMU. If the board restarts in motion, the pose is unknown until the next
+reset. The node itself may believe another pose.
 
 Units: metres, radians, seconds since the recording's start.
-Edge cases: a command is in force until the next one, at most for the robot's timeout. A run without
-commands has no movements.
+Edge cases: a command is in force until the next command, at most for the robot's timeout. A run
+without commands has no movements.
 """
 import math
 import re
@@ -48,35 +50,35 @@ from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_pe
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import RESET_SILENCE
+from tb3_labs.watch.variables import last_before, last_until
 
 #: A movement ends if no command moves the robot for this time [s].
-PAUSE = 1.0
+MOVEMENT_PAUSE = 1.0
 #: The names of programs by which a person drives.
 PERSONS_PROGRAM = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
 #: The name of the program of commands that were typed in a terminal.
 TERMINAL = 'rostopic pub'
-#: A shorter part of a movement by hand belongs to the part before it [s].
+#: A shorter part of a movement by hand is joined to the part before [s].
 SHORTEST_PART = 0.4
-#: Later movements of a run are left out.
+#: At most this many movements of a run are found.
 MOST_MOVEMENTS = 1000
-#: A command that is slower than this is zero [m/s], [rad/s].
+#: A command below this speed counts as zero [m/s], [rad/s].
 NO_SPEED = 1e-3
-#: On a straight line the heading stays within MOST_BEND of its first value [rad]. The heading is
-#: read from STRAIGHT_AFTER after the line's start [s]: the turn before the line is over then.
+#: On a straight line the heading differs by at most this from the heading at the line's start
+#: [rad].
 MOST_BEND = math.radians(20.0)
+#: The turn before a straight line is over this time after the line's first command [s].
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-#: States after a drive that ended by itself, and after one that ended with the node's control.
+#: The state after a drive: the robot came to rest, or the node lost control.
 CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
-#: A drive ended because control was taken, if both are within this time [s].
+#: If a drive ends within this time of the loss of control, the loss ended the drive [s].
 TAKEN_WITHIN = 0.3
 
 
-class Kind(Enum):
-    """The kinds of movements."""
-
+class MovementKind(Enum):
     TURN = 'turn'
     DRIVE = 'drive'
     BY_HAND = 'by hand'
@@ -84,10 +86,10 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement from `begin` to `end`. Its commands go forward from `forward` to `turns_again`, or
-    never if both are equal."""
+    """A movement from `begin` to `end`. Its commands have a forward speed from `forward` to
+    `turns_again`, or never if both times are equal."""
 
-    kind: Kind
+    kind: MovementKind
     begin: float
     forward: float
     turns_again: float
@@ -100,16 +102,16 @@ def moving(commands: Commands) -> np.ndarray:
 
 
 def programs(run: RunData, begin: float, end: float) -> List[str]:
-    """Returns the programs that commanded the robot from `begin` to `end` [s], without programs by
-    which a person drives, and without unknown ones."""
+    """Returns the programs that commanded the robot from `begin` to `end` [s]. Unknown programs,
+    and programs by which a person drives, are left out."""
     names = {run.senders[int(k)] for k in run.sender_index.between(begin, end).value}
     return sorted(TERMINAL if '/rostopic_' in name else name for name in names
                   if name != '?' and not PERSONS_PROGRAM.search(name))
 
 
 def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
-    """Returns (begin, end) of the parts of a movement by hand [s]. In a part the robot either goes
-    forward or turns on the spot."""
+    """Returns (begin, end) of the parts of a movement by hand [s]. In one part the robot only
+    drives forward or only turns on the spot."""
     commands = run.commands.between(movement.begin, movement.end)
     commands = commands.take(moving(commands))
     is_ahead = np.abs(commands.linear) > NO_SPEED
@@ -125,7 +127,6 @@ def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
 
 @cached_per_run
 def movements(run: RunData) -> List[Movement]:
-    """Returns all movements of a run, in order."""
     time = run.commands.time
     moves = np.flatnonzero(moving(run.commands))
     if not len(moves):
@@ -133,51 +134,53 @@ def movements(run: RunData) -> List[Movement]:
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
     cut = cuts(run)
     is_cut = np.searchsorted(cut, time[moves[:-1]]) < np.searchsorted(cut, time[moves[1:]])
-    is_pause = time[moves[1:]] - ends[moves[:-1]] >= PAUSE
+    is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE
     return [_movement(run, part, ends, cut)
             for part in np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)[:MOST_MOVEMENTS]]
 
 
 def cuts(run: RunData) -> np.ndarray:
-    """Returns the times at which a movement is cut off [s]: of resets and of changes of control.
-    If control was given within PAUSE after a movement began, the node began this movement: it
-    received the message before the recorder did."""
+    """Returns the times at which a reset or a change of control cuts off a movement [s].
+
+    If a node gets control within MOVEMENT_PAUSE after a movement began, this node began the
+    movement: it received the message on ctrl_relinq before the recorder did. Then nothing is cut.
+    """
     changes = np.flatnonzero(np.diff(run.control.value)) + 1
     times, is_given = run.control.time[changes], run.control.value[changes] == 1.0
     moves = run.commands.time[moving(run.commands)]
-    begins = moves[np.diff(moves, prepend=-np.inf) >= PAUSE]
-    last_begin = np.append(begins, -math.inf)[np.searchsorted(begins, times) - 1]
-    is_nodes_begin = is_given & (times - last_begin < PAUSE)
+    begins = moves[np.diff(moves, prepend=-np.inf) >= MOVEMENT_PAUSE]
+    last_begin = np.append(begins, -math.inf)[last_before(begins, times)]
+    is_nodes_begin = is_given & (times - last_begin < MOVEMENT_PAUSE)
     return np.sort(np.concatenate([run.resets.time, times[~is_nodes_begin]]))
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray) -> Movement:
-    """Returns the Movement of the commands with the indices `moves`. Each command ends at one of
-    the times `ends` [s]; `cut` has the times of :func:`cuts`."""
+    """Returns the Movement of the commands with the indices `moves`. `ends`: the time at which each
+    command ends [s]. `cut`: the times of :func:`cuts`."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
     ahead = moves[np.abs(run.commands.linear[moves]) > NO_SPEED]
     if len(ahead):
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
-    kind = Kind.BY_HAND
+    kind = MovementKind.BY_HAND
     if len(run.control) or 'joy' in run.devices:
         was_cut_off = end == run.duration or (np.abs(cut - end) <= COMMAND_TIMEOUT).any()
-        follows_cut = ((cut <= begin) & (begin - cut < PAUSE)).any()
+        follows_cut = ((cut <= begin) & (begin - cut < MOVEMENT_PAUSE)).any()
         if (len(ahead) or was_cut_off or follows_cut) and has_control(run, (begin + end) / 2.0):
-            kind = Kind.DRIVE
+            kind = MovementKind.DRIVE
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
         if has_turn and 'mouse_info' not in run.devices and _is_line(run, forward, turns_again):
-            kind = Kind.DRIVE
+            kind = MovementKind.DRIVE
     elif 'mouse_info' not in run.devices or (
             np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED):
-        kind = Kind.TURN
+        kind = MovementKind.TURN
     return Movement(kind, begin, forward, turns_again, end)
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? The first message on ctrl_relinq changed it."""
+    """Did a node have control at this time [s]? The first message on ctrl_relinq is a change."""
     if not len(run.control):
         return False
     before = run.control.value[run.control.time <= time]
@@ -185,15 +188,16 @@ def has_control(run: RunData, time: float) -> bool:
 
 
 def _is_line(run: RunData, begin: float, end: float) -> bool:
-    """Did the robot move, and keep its heading, from `begin` to `end` [s]?"""
+    """Did the robot move straight and far enough from `begin` to `end` [s]?"""
     yaw = np.unwrap(run.imu.between(begin + STRAIGHT_AFTER, end).yaw)
-    return (not len(yaw) or bool(np.abs(yaw - yaw[0]).max() <= MOST_BEND)) and (
-        run.odometry.at(begin).distance_to(run.odometry.at(end)) >= SHORTEST_DRIVE)
+    if len(yaw) and np.abs(yaw - yaw[0]).max() > MOST_BEND:
+        return False
+    return run.odometry.at(begin).distance_to(run.odometry.at(end)) >= SHORTEST_DRIVE
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
-    """Returns the run with local_pose, frames, states and goals, which are made if they were not
-    recorded. `goal` is then the goal of each drive. The run's `derived` names the made fields."""
+    """Returns the run with local_pose, frames, states and goals. Fields that were not recorded are
+    computed, and named in `derived`. `goal`: the goal of all drives if no goals were recorded."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
@@ -213,7 +217,7 @@ def _with_local(run: RunData) -> RunData:
         frame = continuous.at(time) @ local_T_base.inverse()
         frames.append((frame.x, frame.y, frame.yaw,
                        float(run.imu.yaw_at(time)) - local_T_base.yaw))
-    number = np.searchsorted(begins, continuous.time, side='right') - 1
+    number = last_until(begins, continuous.time)
     x, y, yaw, imu_yaw = np.array(frames)[number.clip(0)].T
     continuous_T_local = Poses(continuous.arrival, continuous.time, x, y, yaw)
     local = continuous_T_local.inverse() @ continuous
@@ -229,14 +233,14 @@ def _with_local(run: RunData) -> RunData:
 
 
 def _continuous_odometry(run: RunData) -> Tuple[Poses, List[float]]:
-    """Returns the odometry as move_to_goal corrects it: (Poses without jumps, the times at which
-    the pose is lost [s])."""
+    """Returns (the odometry without its jumps, the times at which the pose is lost [s]), by the
+    correction of move_to_goal."""
     odometry, imu = run.odometry, run.imu
     jumps, timing, first_T_odom, poses, lost = JumpFilter(), SampleTiming(), Pose2(), [], []
-    newest = np.searchsorted(imu.arrival, odometry.arrival, side='right') - 1
+    newest = last_until(imu.arrival, odometry.arrival)
     for k, index in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[index] > RESET_SILENCE:
-            index = min(index + 1, len(imu) - 1)    # the first sample after the silence
+            index = min(index + 1, len(imu) - 1)    # the IMU was silent: take its next sample
         shift, jump = jumps.filter(
             timing.on_odometry(OdometrySample(
                 odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
@@ -255,12 +259,12 @@ def _continuous_odometry(run: RunData) -> Tuple[Poses, List[float]]:
 def _with_states(run: RunData, goal: Pose2) -> RunData:
     begins: List[Tuple[float, str]] = []
     taken = run.control.time[run.control.value == 0.0]
-    drives = [movement for movement in movements(run) if movement.kind is Kind.DRIVE]
+    drives = [movement for movement in movements(run) if movement.kind is MovementKind.DRIVE]
     next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
     for drive, next_begin in zip(drives, next_begins):
         begins += _states(drive)
         was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
-        goes_on = was_reset and next_begin < drive.end + PAUSE
+        goes_on = was_reset and next_begin < drive.end + MOVEMENT_PAUSE
         if drive.end < run.duration and not goes_on:
             was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
             begins.append((drive.end, CONTROL_GONE if was_taken else CAME_TO_REST))

@@ -1,12 +1,12 @@
-"""The resets and goals of a recorded run: which local frame and which goal were in force when.
+"""The resets and goals of a recorded run: the local frame and the goal at each time.
 
-An *epoch* is the time from one reset of ``local`` to the next. A node logs each reset (see
-:mod:`tb3_labs.report.bag.messages`), a moment before or after the first pose in the new frame. So
-an epoch begins at the largest jump of local_pose relative to the odometry within `NEAR_RESET` of
-the line in the log.
+An *epoch* is the time from one reset of ``local`` to the next. The line of a reset in the log (see
+:mod:`tb3_labs.report.bag.messages`) comes a moment before or after the first pose in the new frame.
+So an epoch begins at the largest jump of local_pose relative to the odometry within `NEAR_RESET` of
+this line.
 
-``local`` also moves in ``odom`` within an epoch: if the odometry jumps and the robot does not,
-move_to_goal shifts ``local``, so that the robot keeps its pose in it (see
+``local`` may move in ``odom`` within an epoch: if the odometry jumps while the robot rests,
+move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
 :mod:`tb3_labs.localization.odometry_jumps`).
 
 The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`). Goals
@@ -22,16 +22,17 @@ import numpy as np
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Poses, RunData, cached_per_run
+from tb3_labs.watch.variables import last_until
 
 #: The first pose in a new frame comes at most this long before or after the line of its reset [s].
 NEAR_RESET = 0.3
-#: A jump by RADIANS_PER_METRE has the weight of a jump by a metre [rad].
+#: A jump of the yaw by this has the same weight as a jump of the place by a metre [rad].
 RADIANS_PER_METRE = 1.0
-#: A jump loses this weight for each second between it and the line [m/s]: a reset may declare the
-#: pose that the robot already has, without a jump.
+#: The weight of a jump is less by this for each second between the jump and the line [m/s]. So the
+#: nearest pose is taken if a reset declares the pose that the robot already has.
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
-#: new one, but at most this long before that first message [s].
+#: new frame, but at most this long before this first message [s].
 MOST_BEFORE = 0.05
 #: If a reset begins a drive, the first pose in the new frame may come this long after the start of
 #: the drive [s].
@@ -42,11 +43,11 @@ SAME_MOMENT = 0.5
 
 @dataclass(frozen=True)
 class Epoch:
-    """The time from `begin` to `end` in which one declaration of ``local`` is in force."""
+    """The time from `begin` to `end` between two resets of ``local``."""
 
     begin: float
     end: float
-    odom_T_local: Pose2               # at the begin
+    odom_T_local: Pose2               # at `begin`
     local_T_world: Optional[Pose2]    # None if unknown
 
 
@@ -73,8 +74,8 @@ def epochs(run: RunData) -> List[Epoch]:
 
 
 def _begins(run: RunData) -> List[float]:
-    """Returns the start of each epoch after the first [s]. Two resets are two epochs, even if each
-    of them is near the lines of both."""
+    """Returns the begin of each epoch after the first [s]. Each reset begins another epoch, even if
+    two resets are near each other."""
     local = run.local_pose
     jump = _steps(local).inverse() @ _steps(robot_in_odom(run, local.time))
     jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
@@ -96,8 +97,8 @@ def _steps(poses: Poses) -> Poses:
 def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     """Returns the Epoch of a drive from `begin` to `end` [s].
 
-    The reset that began the drive may show a moment late. A reset that is nearer to the end of the
-    drive than to its start has ended the drive.
+    The pose may show the reset that began the drive a moment late. A reset that is nearer to the
+    end of the drive than to its begin ended the drive, and does not count.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
@@ -106,7 +107,7 @@ def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
     """Returns the poses of ``local`` in ``odom`` at the times [s]."""
     frames = _frames(run)
-    return frames.take(np.searchsorted(_changes(frames), times, side='right'))
+    return frames.take(last_until(_changes(frames), times) + 1)
 
 
 def _frames(run: RunData) -> Poses:
@@ -130,7 +131,7 @@ def _changes(frames: Poses) -> np.ndarray:
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
-    """Returns the pose of world in local. At a reset the declared pose counts as the true one."""
+    """Returns the pose of world in local, or None. At a reset, the declared pose counts as true."""
     if not len(run.ground_truth):
         return None
     known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
@@ -142,12 +143,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 @cached_per_run
 def spans(run: RunData) -> List[Span]:
-    """Returns the states of move_to_goal as Spans in order. A state begins at the stamp of the goal
-    that was sent with it, or at its arrival if none was sent."""
+    """Returns the states of move_to_goal as Spans, in order. A state begins at the stamp of the
+    goal that was sent together with the state; without such a goal, at the arrival of the state."""
     begins: List[float] = []
     goals: List[Optional[Pose2]] = []
     for arrival, sent_with in zip(run.states.arrival.tolist(), _goals_of_states(run)):
-        begin, goal = arrival, int(np.searchsorted(run.goals.arrival, arrival, side='right')) - 1
+        begin, goal = arrival, int(last_until(run.goals.arrival, arrival))
         if sent_with is not None:
             begin, goal = min(arrival, float(run.goals.time[sent_with])), sent_with
         begins.append(max(begins[-1:] + [begin]))
@@ -157,8 +158,8 @@ def spans(run: RunData) -> List[Span]:
 
 
 def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """Returns for each state the index of the goal that was sent together with it, or None. States
-    and goals are sent in the same order; several may arrive at once if the recorder was busy."""
+    """Returns for each state the index of the goal that was sent together with this state, or None.
+    States and goals are sent in the same order, but may arrive late and together."""
     goals, following = run.goals.arrival, 0
     indices: List[Optional[int]] = []
     for arrival in run.states.arrival:
@@ -178,6 +179,6 @@ def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     poses = run.local_pose.between(begins[0], math.inf) if begins else Poses.none()
     if not len(poses):
         return np.empty(0), np.empty(0), np.empty(0)
-    number = np.searchsorted(begins, poses.time, side='right') - 1
+    number = last_until(begins, poses.time)
     x, y, yaw = np.array([(goal.x, goal.y, goal.yaw) for _, goal in goals])[number].T
     return poses.time, np.hypot(x - poses.x, y - poses.y), wrap_all(yaw - poses.yaw)

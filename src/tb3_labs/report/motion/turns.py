@@ -1,9 +1,9 @@
 """The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after it. Topic `turn` has the requested angle. Without a message on `turn`, it is
-the nearest of +/-90 and +/-180 degrees, since the lab asks for these; a movement by less than
-`LEAST_TURN` or more than `MOST_TURN` is then not a turn.
+rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
+the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
+a message on `turn`, by less than `LEAST_TURN` or more than `MOST_TURN`, is not a turn.
 
 Units: radians, left positive; seconds. The IMU's yaw is unwrapped, so that a turn may be larger
 than half a turn. Edge case: an unknown value (no ground truth) is NaN.
@@ -15,22 +15,26 @@ from typing import Callable, List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.motion.movements import NO_SPEED, TERMINAL, Kind, Movement, movements, programs
+from tb3_labs.report.motion.movements import (
+    NO_SPEED, TERMINAL, Movement, MovementKind, movements, programs)
 from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 
-#: A robot rests if its mean rate of turn over REST_WINDOW [s] is less than AT_REST [rad/s].
-AT_REST, REST_WINDOW = 0.03, 0.15
-#: A robot comes to rest within REST_WAIT [s] after the last command. Its heading at rest is the
-#: mean over REST_MEAN [s]; this time begins REST_WINDOW [s] after it came to rest.
-REST_WAIT, REST_MEAN = 2.0, 0.3
-#: The rest before a turn may end this long before its first recorded command [s]: the recorder may
-#: miss the first commands of a new node.
+#: A robot rests if its mean rate of turn over REST_WINDOW [s] is less than this [rad/s].
+REST_RATE = 0.03
+REST_WINDOW = 0.15
+#: A robot comes to rest within this time after the last command [s].
+REST_WAIT = 2.0
+#: The heading at rest is the mean over this time, which begins when the robot has rested for
+#: REST_WINDOW [s].
+REST_MEAN = 0.3
+#: The rest before a turn may end this long before the first recorded command of the turn [s], since
+#: the recorder may miss the first commands of a new node.
 MOST_MISSED = 1.0
-#: A movement by a smaller or a larger angle is not a turn, if nothing shows who asked for it [rad].
+#: A movement of which the sender is not known is a turn if its angle is between these [rad].
 LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
-#: A movement by a node is a turn if its angle is larger than this [rad].
+#: A movement that a node commanded is a turn if its angle is larger than this [rad].
 LEAST_BY_NODE = math.radians(5.0)
 #: At most this many turns of one movement are found.
 MOST_PARTS = 100
@@ -45,20 +49,20 @@ class TurnReport:
     begin: float
     end: float                        # the robot rests
     requested: float
-    was_sent: bool                    # on topic `turn`
+    was_sent: bool                    # was the request sent on topic `turn`?
     turned: float                     # by the IMU
     true: float                       # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
-    overshoot: float                  # largest angle beyond the requested one during the turn
+    overshoot: float                  # largest angle beyond `requested` during the turn
 
     @property
     def time(self) -> float:
-        """From the first command until the robot rests [s]."""
+        """The duration from the first command until the robot rests [s]."""
         return self.end - self.begin
 
     @property
     def error(self) -> float:
-        """The angle beyond the requested one [rad]; negative if the turn was too short."""
+        """The turned angle beyond the requested angle [rad]; negative if the turn was too short."""
         return self._beyond(self.turned)
 
     @property
@@ -71,7 +75,7 @@ class TurnReport:
 
 
 @cached_per_run
-def turns(run: RunData) -> List[TurnReport]:
+def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
     driven = [span for span in spans(run) if span.state in DRIVING]
     everything = movements(run)
@@ -81,7 +85,7 @@ def turns(run: RunData) -> List[TurnReport]:
     for movement, next_begin in zip(everything, next_begins):
         is_driven = any(
             span.begin < movement.end and movement.begin < span.end for span in driven)
-        if movement.kind is not Kind.TURN or is_driven:
+        if movement.kind is not MovementKind.TURN or is_driven:
             continue
         for begin, end, until in _parts(run, movement, next_begin):
             report = _turn(run, begin, end, until, since)
@@ -92,9 +96,9 @@ def turns(run: RunData) -> List[TurnReport]:
 
 
 def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
-    the time of the first command after the movement. Two turns are separate if the robot rests
-    between them, and turns far in both: a correction of a turn is not a turn by itself."""
+    """Returns (begin, end, time of the next command) of each turn within one movement. `until`: the
+    time of the first command after the movement. Two turns are separate if the robot rests between
+    both, and turns far in both. So the small correction after a turn belongs to this turn."""
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
@@ -110,9 +114,8 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
 
 def _turn(run: RunData, begin: float, end: float, until: float,
           since: float) -> Optional[TurnReport]:
-    """Returns the turn by the commands from `begin` to `end`, or None if it is not a turn. The
-    robot may rest up to `until`, the time of its next command. A request before `since` belongs to
-    another turn."""
+    """Returns the turn by the commands from `begin` to `end`, or None if they are not a turn.
+    `until`: the time of the next command. A request before `since` belongs to another turn."""
     latest = min(end + REST_WAIT, until)
     before = _first(begin - np.arange(0.0, MOST_MISSED, REST_WINDOW / 3.0),
                     lambda time: _rests(run.imu, time - REST_WINDOW, time))
@@ -136,7 +139,7 @@ def _turn(run: RunData, begin: float, end: float, until: float,
 
 
 def _first(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
-    """Returns the first of the times for which this is true, or None."""
+    """Returns the first of the times for which ``is_true(time)``, or None."""
     for time in times.tolist():
         if is_true(time):
             return float(time)
@@ -144,13 +147,14 @@ def _first(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[floa
 
 
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end` [s]? Not without a sample."""
+    """Does the robot rest from `begin` to `end` [s]? No, if there is no sample."""
     rates = imu.between(begin, end).yaw_rate
-    return len(rates) > 0 and bool(abs(rates.mean()) < AT_REST)
+    return len(rates) > 0 and bool(abs(rates.mean()) < REST_RATE)
 
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
-    """Returns (the requested angle, or 0 if it was not a turn; was it sent on topic `turn`?)."""
+    """Returns (the requested angle, was the request sent on topic `turn`?). The angle is 0 if the
+    movement was not a turn."""
     sent = run.turn_requests.between(since, end)
     if len(sent):
         return float(sent.value.sum()), True

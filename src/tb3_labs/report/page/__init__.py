@@ -1,1 +1,1 @@
-"""How is it shown? The page of a run: timeline, figures, tables; and its files."""
+"""How is a run shown? The page with timeline, figures and tables, and the other files."""

@@ -1,7 +1,7 @@
 """The curves of a timeline over time, and the line of its marks, as HTML.
 
-Each curve is an SVG picture in the units of its data: seconds to the right, values downwards with
-the opposite sign. So the timeline's program only changes the view to show another stretch.
+Each curve is an SVG picture in the units of the data: seconds to the right, negated values down. To
+show another stretch, the timeline's program only changes the view of the picture.
 """
 import math
 from html import escape
@@ -9,23 +9,23 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tu
 
 import numpy as np
 
-#: The kinds of marks, each in a row; from the upper row to the lower one.
-KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
+#: The kinds of marks, each in its own row, from the top row to the bottom row.
+MARK_KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
 #: The height of a row [px].
-ROW = 8
+MARK_HEIGHT = 8
 #: The distance of the lines of a curve's grid is the first of these steps that gives at most
 #: GRID_LINES intervals.
-STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
+GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: A curve is split at most this often, and its rest is not thinned. A bag may be made so that each
-#: split takes off one sample, which would take hours. Real curves need up to 170 splits.
+#: The thinning of a curve ends after this many splits. Real curves need up to 170 splits; a bag
+#: that is made to need more would take hours.
 MOST_SPLITS = 500
-#: Points (time, value), and the indices of the points that are not joined to the point before.
+#: (the points (time, value), the indices of points that are not joined to the point before)
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
-#: The classes of the lines of variables in a figure.
-VARIABLES = ('variable', 'second')
+#: The CSS classes of the lines of variables in a figure.
+VARIABLE_CLASSES = ('variable', 'second')
 BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
@@ -38,18 +38,18 @@ class Figure(NamedTuple):
     """The lines of a node's variables, and the line that they should follow."""
 
     names: List[str]
-    reference: str        # the name of the line `measured`, or ''
+    reference: str        # the name of the line `measured`, '' without such a line
     measured: Line
     lines: List[Line]
-    levels: List[str]     # the texts of the heights 0, 1, 2, ...; [] if the heights are numbers
+    levels: List[str]     # the texts at the heights 0, 1, 2, ...; [] if the values are numbers
 
 
 def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
             breaks: Iterable[int] = ()) -> np.ndarray:
-    """Returns the indices of the samples to keep, so that the straight lines between them differ
-    from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are the indices at
-    which a new stretch begins, in order; both ends of a stretch are kept. Source: Douglas and
-    Peucker (1973), with the distance along the value's axis."""
+    """Returns the indices of the samples to keep. The straight lines between these samples differ
+    from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks`: the indices at which
+    a new stretch begins, in order. Both ends of a stretch are kept. Source: Douglas and Peucker
+    (1973), with the distance along the axis of the values."""
     keep, columns = np.zeros(len(time), dtype=bool), values.T.copy()
     first, last = np.array([0, *breaks]), np.array([*breaks, len(time)]) - 1
     keep[first] = keep[last] = True
@@ -57,16 +57,18 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
         first, last = first[last - first > 1], last[last - first > 1]
         if not len(first):
             break
-        # one array has the inner samples of all stretches, since one for each takes long
+        # the inner samples of all stretches are in one array: an array for each would be slow
         size = last - first - 1
         begins = np.cumsum(size) - size
         stretch = np.repeat(np.arange(len(first)), size)
         inner = np.arange(size.sum()) + (first + 1 - begins)[stretch]
         share = (time[inner] - time[first][stretch]) / np.maximum(
             time[last] - time[first], 1e-9)[stretch]
-        far = np.max([np.abs(
-            column[inner] - (column[first][stretch] + share * (column[last] - column[first])[
-                stretch])) / bound for column, bound in zip(columns, bounds)], axis=0)
+        distances = []
+        for column, bound in zip(columns, bounds):
+            on_line = column[first][stretch] + share * (column[last] - column[first])[stretch]
+            distances.append(np.abs(column[inner] - on_line) / bound)
+        far = np.max(distances, axis=0)
         is_worst = (far == np.maximum.reduceat(far, begins)[stretch]) & (far > 1.0)
         split, at = np.unique(stretch[is_worst], return_index=True)
         middle = inner[is_worst][at]
@@ -79,21 +81,21 @@ def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """Yields the HTML of each mark on the line. Each kind of mark in the run has a row."""
+    """Yields the HTML of each mark on the line. Each kind of mark in the run has its own row."""
     kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
-    rows = [kind for kind in KINDS if kind in kinds]
+    rows = [kind for kind in MARK_KINDS if kind in kinds]
     for each in data['marks']:
         yield MARK.format(kind=each['kind'], title=escape(each['text']), begin=each['begin'],
-                          top=ROW * rows.index(each['kind']), x=each['begin'] / duration,
+                          top=MARK_HEIGHT * rows.index(each['kind']), x=each['begin'] / duration,
                           width=(each['end'] - each['begin']) / duration)
-    yield f'<div style="height:{ROW * len(rows)}px"></div>'
+    yield f'<div style="height:{MARK_HEIGHT * len(rows)}px"></div>'
 
 
 def curves(data: Dict[str, Any]) -> Iterator[str]:
-    """Yields the HTML of each curve, '' if nothing of it was recorded."""
+    """Yields the HTML of each curve; '' for a curve without data."""
     for name, caption, track, least, steps in (
             ('heading', 'heading by the IMU [&deg;]', data['heading'], 10.0, ANGLE_STEPS),
-            ('distance', 'distance to the goal [m]', data['distance'], 0.1, STEPS),
+            ('distance', 'distance to the goal [m]', data['distance'], 0.1, GRID_STEPS),
             ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0, ANGLE_STEPS)):
         yield _curve(data, name, caption, [('measured', _line_of(track))], least, (), steps)
     for column, name, caption, track, least in (
@@ -108,12 +110,12 @@ def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
     for number, figure in enumerate(data['figures']):
         is_heading = figure.reference.startswith('heading')
         names = [f'<b class="{kind}">{escape(name)}</b>' for kind, name in zip(
-            VARIABLES, figure.names)]
+            VARIABLE_CLASSES, figure.names)]
         if figure.reference:
             names.append(f'<b class="measured">{escape(figure.reference)}</b>')
         yield _curve(data, f'variable-{number}', ', '.join(names), [
-            ('measured', figure.measured), *zip(VARIABLES, figure.lines)],
-            10.0 * is_heading, figure.levels, ANGLE_STEPS if is_heading else STEPS)
+            ('measured', figure.measured), *zip(VARIABLE_CLASSES, figure.lines)],
+            10.0 * is_heading, figure.levels, ANGLE_STEPS if is_heading else GRID_STEPS)
 
 
 def _line_of(track: Dict[str, Any]) -> Line:
@@ -121,7 +123,7 @@ def _line_of(track: Dict[str, Any]) -> Line:
 
 
 def _steps(data: Dict[str, Any], column: int) -> Line:
-    """Returns the line of steps of the commands in this column of their rows."""
+    """Returns the line of steps of one column of the commands."""
     rows = data['commands']
     points: List[Tuple[float, float]] = []
     breaks: List[int] = []
@@ -135,10 +137,10 @@ def _steps(data: Dict[str, Any], column: int) -> Line:
 
 def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[str, Line]],
            least: float, levels: Sequence[str] = (),
-           steps: Sequence[float] = STEPS) -> str:
-    """Returns the HTML of a curve, or '' without a value. `lines` are (class, line). The scale
-    shows at least the range `least`, and that of the distance shows 0. `levels` are the texts at 0,
-    1, 2, ... in place of numbers."""
+           steps: Sequence[float] = GRID_STEPS) -> str:
+    """Returns the HTML of a curve, or '' without a value. `lines`: (CSS class, line) of each line.
+    `least`: the smallest range of the scale. The scale of the distance includes 0. `levels`: the
+    texts at 0, 1, 2, ... in place of numbers."""
     values = [value for _, (points, _) in lines for _, value in points]
     if not values:
         return ''

@@ -1,7 +1,4 @@
-"""The HTML of the pages of reports and of marks: a document, a table, hints, the texts of cells.
-
-An unknown value is a dash.
-"""
+"""The HTML of the pages of reports and of marks: a document, a table, hints, the texts of cells."""
 import math
 import re
 from html import escape
@@ -31,7 +28,7 @@ section { break-inside: avoid; } .next { break-before: page; }
   figure img { max-width: min(100%, 760px); }
 }
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
-#: On a narrow screen a row is a paragraph, so that no column is cut off.
+#: The style of a narrow screen: a row is a paragraph, so that no column is cut off.
 NARROW = '''
 @media screen and (max-width: 760px) {
   table, tbody, tr { display: block; } thead { display: none; }
@@ -51,19 +48,20 @@ PAGE = '''<!DOCTYPE html>
 </body></html>
 '''
 FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
-#: An unknown number on a page.
+#: The text of an unknown number.
 DASH = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
-#: A spreadsheet would begin a formula here, in cells separated by commas or by semicolons.
+#: The places at which a spreadsheet begins a formula, in cells separated by commas or semicolons.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
 class Markup(str):
-    """Text that already is HTML."""
+    """A text that is HTML already."""
 
 
 def number(value: float, form: str, unknown: str = DASH) -> str:
-    """Returns the value in this format, but never -0.00, or `unknown` if it is not finite."""
+    """Returns the value in the format `form`, or `unknown` if the value is not finite. A negative
+    zero has no sign."""
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
@@ -71,12 +69,12 @@ def number(value: float, form: str, unknown: str = DASH) -> str:
 
 
 def degrees(angle: float, form: str) -> str:
-    """Returns the angle [rad] in degrees in this format, or a dash."""
+    """Returns the angle [rad] in degrees in the format `form`, or a dash."""
     return number(math.degrees(angle), form)
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
-    """Returns an HTML page of these parts, which are HTML too. `style` is more CSS."""
+    """Returns an HTML page. `parts`: pieces of HTML; `style`: additional CSS."""
     return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
 
 
@@ -84,8 +82,8 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[s
           is_plain: bool = False) -> str:
     """Returns an HTML table. Plain texts are escaped; Markup stays as it is.
 
-    The first column, and each column with its head in `words`, are aligned left. On a narrow screen
-    each cell has its head beside it, unless the table is plain.
+    The first column, and the columns whose heads are in `words`, are aligned left. On a narrow
+    screen, the head of a cell is shown in front of the cell, unless the table is plain.
     """
     attributes = [' class="words"' if head in words else '' for head in heads]
     headings = [TAG.sub('', _html(head)) for head in heads]
@@ -105,10 +103,10 @@ def _html(text: str) -> str:
 
 def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
           linked: Callable[[str], str] = escape) -> str:
-    """Returns the HTML of three hints, each folded within the hint before it: what to look at,
-    where it is explained, and the `mistake`, a sentence on the link that was found. So a teacher
-    can hand out the page, and the student still has to find the mistake. Returns '' without a
-    link. ``linked(text)`` makes HTML of a text with a place of a lab sheet."""
+    """Returns the HTML of three hints, each folded within the hint before: the question of the
+    link, the place that explains the link, and the sentence `mistake`. So a student who gets the
+    page can still find the mistake alone. `found`: the broken link, or None, which gives ''.
+    ``linked(text)`` makes HTML of a text with a place of a lab sheet."""
     if found is None:
         return ''
     link, broken = found
@@ -121,7 +119,8 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
 
 
 def safe(text: str) -> str:
-    """Returns the text of a cell, with a "'" in front if a spreadsheet would read it as a formula.
+    """Returns the text of a cell. A "'" is put in front of a text that a spreadsheet would read as
+    a formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

@@ -1,8 +1,8 @@
-"""The figures of a run that are printed: its turns, and its paths in both frames.
+"""The printed figures of a run: the turns, and the paths in both frames.
 
-The lines differ by style and width, so that they can be read in black and white.
+The lines differ by style and width, so that a figure can be read in black and white.
 
-Units on the axes: metres, degrees, rad/s, seconds since a turn's first command; inch for sizes.
+Units on the axes: metres, degrees, rad/s, seconds since a turn's first command. Sizes in inches.
 """
 import math
 import os
@@ -11,7 +11,7 @@ from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-# matplotlib obeys a file matplotlibrc in the current folder, which may be a stranger's
+# matplotlib reads a file matplotlibrc in the current folder, which may be from a stranger
 _HERE = os.open('.', os.O_PATH)
 os.chdir('/')
 try:
@@ -27,8 +27,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.resets_and_goals import Epoch, epoch_of, epochs, local_in_odom
-from tb3_labs.report.motion.turns import REST_MEAN
-from tb3_labs.report.motion.turns import turns as turns_of
+from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 from tb3_labs.report.run_data import Poses, RunData
 
 DOTS_PER_INCH = 150
@@ -37,17 +36,18 @@ WIDTH = 7.2
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-# long curves are drawn in parts of this many points: Agg in Noetic limits the length of one part
+# a long curve is drawn in parts of this many points, since Agg in Noetic limits the length of a
+# part
 matplotlib.rcParams['agg.path.chunksize'] = 20000
-#: A turn is drawn from this time before it until this time after it [s].
+#: A turn is drawn from SHOWN_BEFORE its begin until SHOWN_AFTER its end [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
-#: A figure draws this many turns, or paths between two resets.
+#: A figure shows at most this many turns, or paths between two resets.
 MOST_DRAWN = 40
 #: The legend names at most this many turns.
 MOST_NAMED_TURNS = 12
-#: The width and height of a letter in a frame's name, as a part of a panel's width.
+#: The width and height of a letter in a frame's name, as a share of a panel's width.
 LETTER_WIDTH, LETTER_HEIGHT = 0.028, 0.05
-#: The frames and paths of later resets have no names, since the figure has no room.
+#: The frames and paths of later resets have no names, since the figure has no room for more.
 MOST_NAMED_RESETS = 6
 
 
@@ -65,16 +65,15 @@ def new_figure(height: float) -> Figure:
 
 
 def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) -> None:
-    """Put a legend of three columns below the figure."""
     figure.legend(handles, labels, loc='upper center', ncol=3, fontsize=8, frameon=False,
                   bbox_to_anchor=(0.5, 0.0))
 
 
-def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
-    """Returns a figure of the angle left and of the rate of turn, positive in the direction of the
-    request, or None without a turn. `alone` is the number of the only turn to draw, from 1; if it
-    is 0, all turns are drawn."""
-    found = turns_of(run)
+def turns_figure(run: RunData, alone: int = 0) -> Optional[Figure]:
+    """Returns a figure of the remaining angle and of the rate of turn, or None without a turn. Both
+    are positive in the requested direction. `alone`: the number of the turn to draw, counted from
+    1; 0 draws all turns."""
+    found = turn_reports(run)
     if not found:
         return None
     figure = new_figure(4.3)
@@ -109,9 +108,9 @@ def turns(run: RunData, alone: int = 0) -> Optional[Figure]:
     return figure
 
 
-def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
-    """Returns a figure of the path in odom and in local, side by side at one scale, with the axes
-    of both frames, and the goals of the drives."""
+def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
+    """Returns a figure of the path in odom and, beside it at the same scale, in local. Both panels
+    have the axes of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
@@ -147,7 +146,7 @@ def paths(run: RunData, driven: Sequence[DriveReport]) -> Figure:
 
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """Draw a line through the poses, with a blank at each jump, such as a reset of the odometry."""
+    """Draw a line through the poses. The line is interrupted at each jump, as of the odometry."""
     if len(poses):
         axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)),
                   **looks)
@@ -160,7 +159,8 @@ def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Po
 
 
 def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give both panels, (axes, frames), the same scale and size. Returns a panel's width [m]."""
+    """Give the `panels`, each (axes, poses of frames), the same scale and size. Returns the width
+    of a panel [m]."""
     boxes = []
     for axes, frames in panels:
         places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
@@ -175,8 +175,8 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
 
 
 def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
-    """Draw the names and axes of the panel's `own` frame and of `others`, (pose, name). The x axis
-    is longer than the y axis."""
+    """Draw the names and axes of frames: the panel's `own` frame, and `others`, each (pose, name).
+    The x axis is longer than the y axis."""
     drawn = [line.get_xydata() for line in axes.get_lines()]
     named = [(Pose2(), own)] + list(others)
     for number, (pose, _) in enumerate(named):
@@ -198,9 +198,9 @@ def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: fl
 
 def _box_of_name(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
                  drawn: np.ndarray) -> np.ndarray:
-    """Returns the best box of this size for the name of a frame, beside the frame's origin, as
-    [least, most] (x, y). A good box is inside the panel, covers no other of the `boxes`, covers few
-    of the points `drawn`, and is behind both axes of the frame."""
+    """Returns the best box for the name of a frame, as [least, most] (x, y). A good box is near the
+    frame's origin and behind both axes of the frame, inside the panel, covers none of the other
+    `boxes`, and covers few of the points `drawn`."""
     panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
     back = pose.yaw + 1.25 * math.pi
 

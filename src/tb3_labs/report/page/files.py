@@ -1,4 +1,4 @@
-"""The files of the report: report.html with everything in it, the figures as PNG, and CSV files.
+"""The files of the report: report.html, which contains all figures and tables, PNG and CSV files.
 
 The headings of the columns have the units: metres, degrees, seconds.
 """
@@ -16,16 +16,17 @@ from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.handout import MOUSE_FULL
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import PAUSE, moving
+from tb3_labs.report.motion.movements import MOVEMENT_PAUSE, moving
 from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
-from tb3_labs.report.motion.turns import TurnReport, turns
+from tb3_labs.report.motion.turns import TurnReport, turn_reports
 from tb3_labs.report.page import figures, tables, timeline
 from tb3_labs.report.page.document import degrees, document, number
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
+from tb3_labs.watch.variables import last_until
 
-#: A pose belongs to an odometry message if their times differ by at most this [s].
+#: A pose is in the row of an odometry message if both times differ by at most this [s].
 SAME_INSTANT = 0.02
 #: A path shorter than this is not drawn [m].
 SHORTEST_PATH = 0.05
@@ -34,7 +35,7 @@ CAPTIONS = {
     'turn': 'Angle left to what was asked, and rate of turn, from the first command on.'}
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
-NOTHING = 'No drives are listed: {}. The local frame is {}.'
+NO_DRIVES_LISTED = 'No drives are listed: {}. The local frame is {}.'
 NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that should drive show an '
                'exception? Does rosnode info name cmd_vel among its publications?)')
 ONLY_ZEROS = 'each command on cmd_vel is a zero, {} in all'
@@ -50,17 +51,18 @@ WITH_MOUSE = ('Turns are found by the commands. A turn begins and ends at rest, 
               'by hand, or by another program.'.format(MOUSE_FULL))
 BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends at rest, without '
             'forward speed. A drive is a turn, a straight line and a turn, with pauses under '
-            '{:g} s. All other movements are by hand, or by another program.'.format(PAUSE))
+            '{:g} s. All other movements are by hand, or by another program.'.format(
+                MOVEMENT_PAUSE))
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
                  turn: int = 0) -> List[Path]:
-    """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
-    its files, report.html first. `turn` is the number of the only turn that is drawn, such as 1 for
-    turn_1.png; if it is 0, all turns are drawn, as turns.png.
+    """Write the report of a run into a folder. A missing folder is made. Returns the paths of the
+    files, first that of report.html. `turn`: the number of the turn to draw as turn_NUMBER.png; 0
+    draws all turns as turns.png.
 
-    Raises OSError if nothing can be written, ValueError if there is no such turn."""
-    driven, turned = drives(run, model), turns(run)
+    Raises OSError if the files cannot be written, ValueError if the run has no turn `turn`."""
+    driven, turned = drives(run, model), turn_reports(run)
     if turn > len(turned):
         raise ValueError(f'--turn {turn}: {run.name} has {len(turned)} turns')
     folder = output_folder(folder)
@@ -71,8 +73,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
     has_path = run.odometry.length >= SHORTEST_PATH
-    angles = write_figure(figures.turns(run, turn), angles_png)
-    ways = write_figure(figures.paths(run, driven) if has_path else None, ways_png)
+    angles = write_figure(figures.turns_figure(run, turn), angles_png)
+    ways = write_figure(figures.paths_figure(run, driven) if has_path else None, ways_png)
     files += [path for path, figure in ((angles_png, angles), (ways_png, ways)) if figure]
     parts = [f'<p>{escape(text)}</p>' for text in [
         *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]]
@@ -87,14 +89,14 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
     parts.append(ways)
     if driven:
         parts += ['<div class="next"></div>',
-                  _part('Along the way', tables.ALONG, driven, tables.NOTE)]
+                  _part('Along the way', tables.ALONG_COLUMNS, driven, tables.DRIFT_NOTE)]
     parts.append(f"<p>Beside this page: {', '.join((path.name for path in files[1:]))}.</p>")
     write_output(files[0], document('Run report: ' + name, parts))
     return files
 
 
 def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
-    """Write a figure as PNG. Returns its HTML, with the picture in it; '' without a figure."""
+    """Write a figure as PNG. Returns HTML that contains the picture; '' without a figure."""
     if figure is None:
         return ''
     png = BytesIO()
@@ -119,26 +121,25 @@ def _summary(run: RunData, model: RobotModel) -> str:
 
 
 def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], words: str) -> str:
-    """Returns HTML of a heading, the table of the reports, and the words below it."""
+    """Returns the HTML of a heading, the table of the reports, and the words below the table."""
     row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
     return '<h2>{}</h2>{}<p>{}</p>'.format(
         title, tables.numbered(row, columns, reports) if reports else '', escape(words))
 
 
 def nothing_driven(run: RunData) -> str:
-    """Returns the reason why no drives are listed, a sentence."""
     reason = NO_COMMANDS
     if len(run.states) or moving(run.commands).any():
         reason = NO_DRIVE
     elif len(run.commands):
         reason = ONLY_ZEROS.format(len(run.commands))
-    words = NOTHING.format(
+    words = NO_DRIVES_LISTED.format(
         reason, _declared(run) if 'frames' in run.derived else 'the recorded one')
     return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
 
 
 def _declared(run: RunData) -> str:
-    """Returns in words where and when ``local`` was declared, for a run without its frames."""
+    """Returns in words when and where ``local`` was declared, if tf was not recorded."""
     words = ['taken as declared (0, 0, 0) at the first sample']
     for k, time in enumerate(run.resets.time):
         pose = run.resets.pose(k)
@@ -148,7 +149,7 @@ def _declared(run: RunData) -> str:
 
 
 def _rule_of_drives(run: RunData) -> str:
-    """Returns the rule by which the drives of a run were found, '' if they were recorded."""
+    """Returns the rule by which the drives of a run were found; '' if the states were recorded."""
     words = []
     if 'states' in run.derived:
         words.append(_rule(run))
@@ -163,7 +164,6 @@ def _rule_of_drives(run: RunData) -> str:
 
 
 def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
-    """Returns the rule by which the turns of a run were found."""
     words = [_rule(run)] if 'states' not in run.derived else []
     if not all(turn.was_sent for turn in reports):
         words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
@@ -180,16 +180,16 @@ def _rule(run: RunData) -> str:
 
 
 def write_csv(run: RunData, path: Path) -> None:
-    """Write one row for each odometry message. A cell is empty if nothing was recorded then."""
+    """Write one row for each odometry message. A cell without a value at this time is empty."""
     odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
     error_time, distance, angle = goal_errors(run)
     in_order = spans(run)
     words = np.array([''] + [span.state for span in in_order], dtype=object)
-    states = words[np.searchsorted([span.begin for span in in_order], at, side='right')]
+    states = words[last_until([span.begin for span in in_order], at) + 1]
     near = _nearest(error_time, at)
-    newest = np.searchsorted(run.commands.time, at, side='right') - 1
+    newest = last_until(run.commands.time, at)
     is_over = np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT
-    newest = np.where(is_over, -1, newest)      # -1 before the first command, too
+    newest = np.where(is_over, -1, newest)      # it is also -1 before the first command
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
         **_pose_columns('local', local, _nearest(local.time, at)),
@@ -211,7 +211,7 @@ def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.nd
 
 
 def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Returns for each of `at` the index of the nearest time, or -1 if none is within
+    """Returns the index of the time nearest to each of `at`; -1 if they differ by more than
     SAME_INSTANT."""
     if not len(times):
         return np.full(len(at), -1)

@@ -1,4 +1,4 @@
-"""What stands out in a run: the marks on its timeline, and signs of a mistake in the node itself.
+"""The marks on the timeline of a run, and the signs of a mistake in the node.
 
 The marks are turns, drives, movements by hand, resets, starts, stops and gaps. The signs are
 exceptions, open TODOs, and the first broken link.
@@ -10,24 +10,26 @@ from typing import Dict, List, Sequence
 import numpy as np
 
 from tb3_labs.report.motion.drives import DriveReport
-from tb3_labs.report.motion.movements import Kind, movements, parts_of, programs
+from tb3_labs.report.motion.movements import MovementKind, movements, parts_of, programs
 from tb3_labs.report.motion.resets_and_goals import epochs, spans
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
 from tb3_labs.report.page.timeline import Mark, mark
-from tb3_labs.report.run_data import GAP, RunData
+from tb3_labs.report.run_data import LEAST_GAP, RunData
 from tb3_labs.watch.broken_link import sentence
-from tb3_labs.watch.chains import found_in
+from tb3_labs.watch.chains import broken_links_of_nodes
 
 #: rospy prints these words before a traceback of a callback.
-RAISED = 'Traceback (most recent call last)', 'bad callback'
+EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 #: A line of a traceback names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
-#: A page shows this many different exceptions, and of each this many characters.
-MOST_ERRORS, LONGEST_ERROR = 5, 300
+#: A page shows at most this many different exceptions.
+MOST_ERRORS = 5
+#: A page shows at most this many characters of an exception.
+LONGEST_ERROR = 300
 #: The skeletons' nodes print the name of each TODO that they reach.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
-PRINTED = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
+FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 
 
 def moments(run: RunData, turned: Sequence[TurnReport],
@@ -44,7 +46,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
         if any(movement.begin < each['end'] and each['begin'] < movement.end
                for each in turns_and_drives):
             continue
-        is_by_hand = movement.kind is Kind.BY_HAND
+        is_by_hand = movement.kind is MovementKind.BY_HAND
         parts = parts_of(run, movement) if is_by_hand else [(movement.begin, movement.end)]
         found += [_by_hand(run, begin, end) for begin, end in parts]
     found += [mark('reset', epoch.begin, f'reset {k} of local')
@@ -55,7 +57,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
         kind, words = ('start', 'given to') if is_given[k] else ('stop', 'taken from')
         found.append(mark(kind, run.control.time[k], f'control {words} the node'))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
-        for k in np.flatnonzero(np.diff(samples.time) > GAP):
+        for k in np.flatnonzero(np.diff(samples.time) > LEAST_GAP):
             begin, end = samples.time[k:k + 2]
             found.append(mark('lost', begin, f'{name} silent for {end - begin:.1f} s', end))
     return found
@@ -71,28 +73,28 @@ def _by_hand(run: RunData, begin: float, end: float) -> Mark:
 
 
 def printed_faults(run: RunData) -> str:
-    """Returns HTML of the faults that the node itself printed: exceptions, each once, and open
+    """Returns the HTML of the faults that the node printed: each different exception, and the open
     TODOs."""
     log = run.log
     errors: Dict[str, List[float]] = {}
     todos: Dict[str, float] = {}
     for time, text in zip(log.time.tolist(), log.texts):
-        if any(word in text for word in RAISED):
+        if any(word in text for word in EXCEPTION_WORDS):
             numbers = LINE_NUMBER.findall(text)
             error = text.strip().splitlines()[-1] + (f' (line {numbers[-1]})' if numbers else '')
             errors.setdefault(error, []).append(time)
         todo = OPEN_TODO.match(text)
         if todo:
             todos.setdefault(todo.group(), time)
-    parts = [PRINTED.format(escape('An exception came {}: {}.'.format(
+    parts = [FAULT_LINE.format(escape('An exception came {}: {}.'.format(
         'once' if len(times) == 1 else f'{len(times)} times', error[:LONGEST_ERROR])), times[0])
         for error, times in list(errors.items())[:MOST_ERRORS]]
     if todos:
-        parts.append(PRINTED.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
+        parts.append(FAULT_LINE.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
     return '\n'.join(parts)
 
 
 def broken_links(run: RunData) -> List[str]:
     """Returns HTML of the first broken link of each node whose variables were recorded."""
     return [hints((link, broken), f'{node}: {sentence(broken)}')
-            for node, link, broken in found_in(run)]
+            for node, link, broken in broken_links_of_nodes(run)]

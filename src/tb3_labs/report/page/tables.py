@@ -1,7 +1,7 @@
 """The tables of a report: as HTML for its page, and as CSV for spreadsheets and scripts.
 
-The heads and names of the columns have the units: metres, degrees, seconds. An unknown value is a
-dash on the page, and an empty cell in a CSV file.
+The heads and names of the columns have the units: metres, degrees, seconds. The cell of an unknown
+value has a dash on the page, and is empty in a CSV file.
 """
 import csv
 import math
@@ -69,17 +69,18 @@ DRIVE_COLUMNS = (
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
     Column('largest_deviation_deg', 'largest deviation [deg]',
            lambda drive: math.degrees(drive.deviation), '{:.2f}'))
-#: The columns on the page of one run: what was asked and reached, and the way there.
-REACHED_COLUMNS, ALONG = DRIVE_COLUMNS[1:11], DRIVE_COLUMNS[11:]
+#: The columns of both tables of drives on a page: the goal and the outcome, and the way there.
+REACHED_COLUMNS, ALONG_COLUMNS = DRIVE_COLUMNS[1:11], DRIVE_COLUMNS[11:]
 
-#: A note below the table of the times.
-NOTE = ('Drift: heading at the end of MOVE_FORWARD minus {} s after its start, by the IMU. Least '
-        'possible: turn, line, turn at the limits of the robot and {} rad/s.'.format(
-            STRAIGHT_AFTER, MAX_ANGULAR))
+#: The note below the table of the ways.
+DRIFT_NOTE = (
+    'Drift: heading at the end of MOVE_FORWARD minus {} s after its start, by the IMU. Least '
+    'possible: turn, line, turn at the limits of the robot and {} rad/s.'.format(
+        STRAIGHT_AFTER, MAX_ANGULAR))
 
 
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
-    """Returns a table with a numbered row for each report. `word` is the name of a row, 'turn' or
+    """Returns a table with a numbered row for each report. `word`: the name of a row, 'turn' or
     'drive'."""
     more = len(reports) - MOST_ROWS
     return table([word] + [column.head for column in columns], [
@@ -103,7 +104,6 @@ def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
 
 
 def write_table(path: Path, rows: Iterable[Sequence[Any]]) -> None:
-    """Write a CSV file."""
     text = StringIO(newline='')
     csv.writer(text, lineterminator='\n').writerows(rows)
     write_output(path, text.getvalue())

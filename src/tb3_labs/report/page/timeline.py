@@ -1,11 +1,11 @@
 """A recorded run as the data of its timeline: tracks over time, marks on the line, log lines.
 
-A *track* is a list of points over time, joined by straight lines. It has fewer points than were
-recorded, but differs from each recorded value by at most its bound (`BOUNDS`). A stretch without
-samples is a break in it.
+A *track* is a list of points over time, joined by straight lines. The track has fewer points than
+the recording, but differs from each recorded value by at most its bound (`BOUNDS`). A track is
+interrupted at a time without samples.
 
-Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. Poses
-are in ``odom``; but the poses of `local` and of the goals are in ``local``.
+Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
+`local` and of the goals are in ``local``, all other poses are in ``odom``.
 """
 import json
 import math
@@ -21,23 +21,26 @@ from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
 from tb3_labs.report.page.curves import curves, mark_line, thinned, variable_curves
-from tb3_labs.report.run_data import GAP, Commands, LogLines, Poses, RunData
+from tb3_labs.report.run_data import LEAST_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
-#: The HTML of the timeline. Its program and its style are in files of the same name.
+#: The HTML of the timeline. The files of its program and style have the same name.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: The data that the program reads. Python draws the rest into the page.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
                'angle', 'commands', 'goals', 'marks', 'variables')
-#: Greatest difference between a recorded value and its track, by unit.
+#: {unit: the largest difference between a recorded value and its track}
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
-#: Times and values are rounded to this many digits, which changes them by up to TIMELINE_ROUNDING.
-DIGITS, TIMELINE_ROUNDING = 3, 0.0005
+#: Times and values are rounded to this many digits after the point.
+ROUNDED_DIGITS = 3
+#: The rounding changes a value by at most this.
+TIMELINE_ROUNDING = 0.0005
 #: A page has at most this many points of a track, marks, and characters of a text.
 MOST_POINTS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
-#: A page has at most this many lines of a log: of a longer one the first and the last lines.
-MOST_LINES = 2000
-#: rosbag's own node. The page does not show its log lines, the topics that it records.
+#: A page has at most this many lines of a log. The lines in the middle of a longer log are left
+#: out.
+MOST_LOG_LINES = 2000
+#: The name of rosbag's node. Its log lines, the recorded topics, are not shown.
 RECORDER = 'record'
 #: A moment or a stretch on the line: kind, begin, end, text.
 Mark = Dict[str, Any]
@@ -45,22 +48,23 @@ Mark = Dict[str, Any]
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`, in these units. `breaks` are the indices of samples at which
-    a new stretch begins without a gap; the track's 'breaks' are those of its own points."""
+    """Returns the track of `columns`, which have these units. `breaks`: the indices of samples at
+    which the track is interrupted, beside those after a gap. The 'breaks' of the track are indices
+    of its points."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
-    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > GAP) + 1)})
+    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > LEAST_GAP) + 1)})
     kept = thinned(time, values, bounds - TIMELINE_ROUNDING, begins)
     shown = kept[::1 + len(kept) // MOST_POINTS]
-    return {'time': np.round(time[shown], DIGITS).tolist(),
-            'columns': np.round(values[shown], DIGITS).T.tolist(),
+    return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
+            'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
 
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
-    """Returns everything that the timeline of a run shows, for JSON."""
+    """Returns all data of the timeline of a run, for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)
@@ -68,7 +72,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        # in each epoch the truth begins at the first pose in ``local``
+        # at the begin of each epoch, the true pose is taken as the pose in ``local``
         'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
@@ -97,14 +101,14 @@ def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
 
 
 def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
-    """Returns the indices of the first samples after the resets. `time` is that of samples [s]."""
+    """Returns the index of the first sample after each reset. `time`: the times of samples [s]."""
     found = np.searchsorted(time, [epoch.begin for epoch in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
 
 
 def _commands(commands: Commands) -> List[List[Any]]:
-    """Returns [time, m/s, rad/s] of each command that differs from the command before. The speeds
-    are None at the time at which the robot's timeout ended a command."""
+    """Returns [time, m/s, rad/s] of each command that differs from the command before. A row with
+    the speeds None is the time at which the robot's timeout ended a command."""
     times = commands.time.tolist()
     rows: List[List[Any]] = []
     for time, following, linear, angular in zip(
@@ -124,8 +128,8 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    """Returns [time, level, text] of the log lines. The text begins with the node's name. A line
-    that is repeated stands once."""
+    """Returns [time, level, text] of each log line. The text begins with the node's name. Repeated
+    lines are joined to one line."""
     lines = [(level, f"{node.lstrip('/')}: {text}"[:LONGEST_TEXT], at)
              for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
              if node.rpartition('/')[2] != RECORDER]
@@ -134,17 +138,17 @@ def _lines(log: LogLines) -> List[List[Any]]:
         times = [at for *_, at in group]
         rows.append([round(float(times[0]), 3), str(level),
                      text + (f' ({len(times)} times)' if len(times) > 1 else '')])
-    if len(rows) <= MOST_LINES:
+    if len(rows) <= MOST_LOG_LINES:
         return rows
-    first, last = rows[:MOST_LINES // 2], rows[-MOST_LINES // 2:]
-    return [*first, [first[-1][0], '', f'({len(rows) - MOST_LINES} lines are left out)'], *last]
+    first, last = rows[:MOST_LOG_LINES // 2], rows[-MOST_LOG_LINES // 2:]
+    return [*first, [first[-1][0], '', f'({len(rows) - MOST_LOG_LINES} lines are left out)'], *last]
 
 
 def section(data: Dict[str, Any]) -> str:
-    """Returns the HTML of a timeline with these data. It needs no other file."""
+    """Returns the HTML of a timeline with these data. The HTML needs no other file."""
     text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
                       allow_nan=False).replace('<', '\\u003c')
-    styles = drawing.FILES / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
+    styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     return '<style>\n{}</style>\n{}'.format(
         ''.join(path.read_text(encoding='utf-8') for path in styles),
         TIMELINE_PAGE.read_text(encoding='utf-8').format(

@@ -1,9 +1,9 @@
-"""The variables of nodes on a run's timeline: lines beside what they should be, states, texts.
+"""The variables of nodes on a run's timeline: figures of their values, and their texts.
 
-A variable whose values are numbers is a line over time. A variable with other values (a state, a
-truth value) is a line of steps between its few texts. Beside the figures the page has the text of
-each variable, also of constant ones, at the moment that the timeline shows. Units: seconds since
-the start; a variable has the unit of its node.
+A variable whose values are numbers is drawn as a line over time, beside the right values if they
+are known. A variable with a few different texts, as a state, is drawn as steps between these texts.
+The page also has the text of each variable at the moment that the timeline shows. Units: seconds
+since the start; a variable has the unit that its node uses.
 """
 import math
 from dataclasses import replace
@@ -12,22 +12,22 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
-from tb3_labs.report.run_data import GAP, Poses, RunData, cached_per_run
-from tb3_labs.watch.variables import Series, variables_by_node
+from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
+from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
-#: A page has at most this many figures, variables, points of a variable, and characters of a text.
-MOST_FIGURES, MOST_VARIABLES, MOST_POINTS, LONGEST = 12, 40, 2000, 200
+#: A page has at most this many figures, variables, points of a line, and characters of a text.
+MOST_FIGURES, MOST_SHOWN_VARIABLES, MOST_LINE_POINTS, LONGEST_VALUE = 12, 40, 2000, 200
 #: A variable with more different texts has no figure.
 MOST_LEVELS = 8
-#: A line is within this part of its range of each recorded value.
-BOUND = 1.0 / 500.0
+#: A line differs from each recorded value by at most this share of the line's range.
+BOUND_SHARE = 1.0 / 500.0
 #: An angle above this is in degrees, not in radians.
 MOST_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
-    """The values that variables with these names should have. `words` name these values;
-    ``of(run)`` returns their times and the values."""
+    """The right values of the variables with these names. `words`: the name of the right values.
+    ``of(run)`` returns (the times, the right values)."""
 
     names: Tuple[str, ...]
     words: str
@@ -45,7 +45,7 @@ def _of(part: str, name: str) -> Callable[[RunData], Tuple[np.ndarray, np.ndarra
     return values
 
 
-#: The handouts' variables that share a figure. It is drawn if the first of them was recorded.
+#: The variables of the handouts, by figures. A figure is drawn if its first variable was recorded.
 REFERENCES = (
     Reference(('curr_yaw', 'goal_yaw'), 'heading by the IMU', _heading),
     Reference(('local_x', 'goal_x'), 'x in local', _of('local_pose', 'x')),
@@ -55,30 +55,30 @@ REFERENCES = (
     Reference(('initial_global_y',), 'y in odom', _of('odometry', 'y')),
     Reference(('initial_global_yaw',), 'yaw by the IMU', _of('imu', 'yaw')),
     Reference(('initial_odom_yaw',), 'yaw in odom', _of('odometry', 'yaw')))
-TRUTH = ('False', 'True')
-#: The handouts' other variables, which are drawn before the student's own names.
-HANDOUT = ('turning', 'state', 'has_control')
+#: The other variables of the handouts. They are drawn before variables with other names.
+HANDOUT_NAMES = ('turning', 'state', 'has_control')
 
 
 def nodes(run: RunData) -> List[str]:
     """Returns the names of the nodes whose variables were recorded."""
-    return list(dict.fromkeys(node[:LONGEST] for node in run.variables.node))
+    return list(dict.fromkeys(node[:LONGEST_VALUE] for node in run.variables.node))
 
 
 @cached_per_run
 def variables(run: RunData) -> List[Series]:
-    """Returns the variables of a run. If they are of several nodes, a variable's name begins with
-    the name of its node."""
+    """Returns the variables of a run. If several nodes have variables, the name of the node is put
+    before the name of the variable."""
     found, nodes = [], variables_by_node(run.variables)
     for node, series_of in nodes.items():
-        name = '{1}' if len(nodes) == 1 else '{}: {}'
-        found += [replace(
-            series, name=name.format(node.strip('/'), series.name)[:LONGEST],
-            text=np.array([text[:LONGEST] for text in series.text], dtype=object),
-            # a truth value is a text here
-            value=np.where(np.isin(series.text.astype(str), TRUTH) | ~np.isfinite(series.value),
-                           np.nan, series.value)) for series in series_of.values()]
-    return found[:MOST_VARIABLES]
+        prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
+        for series in series_of.values():
+            # here, True and False are texts, not numbers
+            is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
+            found.append(replace(
+                series, name=(prefix + series.name)[:LONGEST_VALUE],
+                text=np.array([text[:LONGEST_VALUE] for text in series.text], dtype=object),
+                value=np.where(is_truth | ~np.isfinite(series.value), np.nan, series.value)))
+    return found[:MOST_SHOWN_VARIABLES]
 
 
 def is_number(variable: Series) -> bool:
@@ -87,19 +87,19 @@ def is_number(variable: Series) -> bool:
 
 
 def changes(variable: Series) -> np.ndarray:
-    """Returns the indices of the first value, and of each value that differs from its
-    predecessor."""
+    """Returns the index of the first value, and of each value that differs from the value
+    before."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
 
 
 def texts(run: RunData) -> List[List[Any]]:
-    """Returns [name, times, texts] of each variable: the times at which its text changes, and the
-    text from then on. If it changes too often, some changes are missing."""
+    """Returns [name, times of the changes, texts from these times on] of each variable. If a
+    variable changes too often, some changes are left out."""
     rows = []
     for each in variables(run):
         shown = changes(each)
-        shown = shown[::1 + len(shown) // MOST_POINTS]
+        shown = shown[::1 + len(shown) // MOST_LINE_POINTS]
         rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[shown], each.value[shown])]])
@@ -118,7 +118,7 @@ def figures(run: RunData) -> List[Figure]:
             for each in group:
                 del remaining[each.name]
             found.append(_beside(run, reference, group))
-    handouts = [remaining.pop(name) for name in HANDOUT if name in remaining]
+    handouts = [remaining.pop(name) for name in HANDOUT_NAMES if name in remaining]
     for each in [*handouts, *remaining.values()]:
         levels = [] if is_number(each) else _levels(each)
         if len(changes(each)) > 1 and len(levels) <= MOST_LEVELS:
@@ -128,14 +128,14 @@ def figures(run: RunData) -> List[Figure]:
 
 
 def _levels(variable: Series) -> List[str]:
-    """Returns the texts of a variable from the lowest level to the highest: False below True, and
-    a later state below an earlier one."""
+    """Returns the different texts of a variable, from the lowest level to the highest. False is
+    below True. A state is below the states that came before."""
     words = list(dict.fromkeys(variable.text))
-    return sorted(words) if words[0] in TRUTH else words[::-1]
+    return sorted(words) if words[0] in TRUTH_VALUES else words[::-1]
 
 
 def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
-    """Returns the figure of these variables beside their reference."""
+    """Returns the figure of the variables `group` and of their reference."""
     time, values = reference.of(run)
     whole_turn = math.inf
     if reference.words.startswith('heading'):
@@ -150,34 +150,34 @@ def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
 
 
 def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> Line:
-    """Returns the line of the values that are not NaN. It is broken at gaps of time, and where an
-    angle jumps by a whole turn, `whole_turn`."""
+    """Returns the line of the values that are not NaN. The line is interrupted at gaps of time, and
+    at jumps of an angle by a whole turn, `whole_turn`."""
     known = ~np.isnan(values)
     if not known.any():
         return NO_LINE
     index, time, values = np.flatnonzero(known), time[known], values[known]
-    breaks = np.flatnonzero((np.diff(time) > GAP) | (np.diff(index) > 1)
+    breaks = np.flatnonzero((np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
                             | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
-    bound = max(BOUND * np.ptp(values), 1e-6)
+    bound = max(BOUND_SHARE * np.ptp(values), 1e-6)
     while True:
         kept = thinned(time, values[:, None], np.array([bound]), breaks)
-        if len(kept) <= MOST_POINTS or len(kept) <= 2 * len(breaks) + 2:
+        if len(kept) <= MOST_LINE_POINTS or len(kept) <= 2 * len(breaks) + 2:
             break
         bound *= 2.0
     points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
-              for k in kept][:MOST_POINTS]
+              for k in kept][:MOST_LINE_POINTS]
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
 def _steps(variable: Series, levels: List[str]) -> Line:
-    """Returns the line of steps of a variable between its levels, which are texts."""
+    """Returns the line of steps of a variable between its levels."""
     heights = np.array([float(levels.index(text)) for text in variable.text])
-    begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > GAP) + 1)
+    begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > LEAST_GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
-    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_POINTS]:
-        is_silent = variable.time[end] - variable.time[end - 1] > GAP
-        if begin and variable.time[begin] - variable.time[begin - 1] > GAP:
+    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_LINE_POINTS]:
+        is_silent = variable.time[end] - variable.time[end - 1] > LEAST_GAP
+        if begin and variable.time[begin] - variable.time[begin - 1] > LEAST_GAP:
             breaks.append(len(points))
         points += [(round(float(variable.time[at]), 3), heights[begin])
                    for at in (begin, end - 1 if is_silent else end)]

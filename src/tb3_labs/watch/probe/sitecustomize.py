@@ -1,15 +1,15 @@
 """The probe: shows the variables of a Python node while it runs, from within its process.
 
 Python imports a module of this name at its start. scripts/watch.py puts this folder on the path of
-the node that it starts; the probe takes it off again, so that the node sees the path of a usual
-start. A thread waits until the node calls rospy.init_node(). Then it reads the node's variables 20
-times a second, and publishes them
+the node. The probe removes the folder again, so that the node has its usual path. A thread of the
+probe waits until the node calls rospy.init_node(). From then on, it reads the node's variables 20
+times a second. If the topic has a subscriber, the thread publishes
 
     variables    diagnostic_msgs/DiagnosticArray: the node's name and file, and a key and a value
                  for each variable
 
-while somebody listens. It reads what the node's objects, its script and its running functions hold.
-It calls nothing of the node, changes nothing, and no error of it reaches the node.
+The variables are those of the node's objects, of its script, and of its running functions. The
+probe calls no function of the node and changes nothing, and no error of the probe reaches the node.
 """
 import gc
 import os
@@ -24,22 +24,23 @@ from types import FunctionType, MemberDescriptorType, ModuleType
 
 #: The pause between two readings, and the longest pause between two searches for objects [s].
 READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
-#: A search for objects takes at most this part of the time.
-SEARCHING = 0.003
-#: At most this many variables, objects, and objects of a class are shown. The last two limit the
-#: characters of a text, and the numbers of an array or a list.
-MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS, LONGEST, MOST_NUMBERS = 40, 20, 3, 200, 9
-#: Values of SIMPLE types are shown as Python writes them. Values of HIDDEN types are not shown.
-SIMPLE = {bool, float, type(None)}
-HIDDEN = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: What each thread holds.
-OF_A_THREAD = frozenset(vars(threading.main_thread()))
-#: An object within an object within an object is the last one.
-DEEPEST = 3
+#: The searches for objects take at most this share of the time.
+SEARCH_SHARE = 0.003
+#: At most this many variables, objects, and objects of one class are shown.
+MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS = 40, 20, 3
+#: A text has at most this many characters. A longer array or list than MOST_NUMBERS is not shown.
+LONGEST_VALUE, MOST_NUMBERS = 200, 9
+#: Values of SIMPLE_TYPES are shown as Python writes them. Values of HIDDEN_TYPES are not shown.
+SIMPLE_TYPES = {bool, float, type(None)}
+HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
+#: The names of the attributes of every thread.
+THREAD_ATTRIBUTES = frozenset(vars(threading.main_thread()))
+#: Parts of objects are shown down to this depth.
+MOST_NESTED = 3
 
 
 def leave_the_path():
-    """Take this folder off the path, and run the system's own module of this name."""
+    """Remove this folder from the path, and import the next module with this module's name."""
     own = os.path.dirname(os.path.abspath(__file__))
     sys.path[:] = [folder for folder in sys.path if folder != own]
     folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
@@ -59,17 +60,21 @@ def leave_the_path():
 # -- the node's script and its objects
 
 def script_frames():
-    """The running functions of the node's script, its main program first; [] before it runs."""
+    """The frames of the node's script, first its main program; [] before the main program runs."""
     frame, frames = sys._current_frames().get(threading.main_thread().ident), []
     while frame is not None:
         frames.insert(0, frame)
         frame = frame.f_back
-    mains = [k for k, each in enumerate(frames) if each.f_code.co_name == '<module>'
-             and each.f_globals.get('__name__') == '__main__']
-    # catkin's relay runs the script as a second main program within its own
-    last = mains and max(k for n, k in enumerate(mains) if k == mains[0] + n)
-    return [frame for frame in frames[last:] if frame.f_globals is frames[last].f_globals] \
-        if mains else []
+    while frames and not is_main(frames[0]):
+        del frames[0]
+    # catkin's relay is a main program, too: it runs the node's script, which is then the second
+    while len(frames) > 1 and is_main(frames[1]):
+        del frames[0]
+    return [frame for frame in frames if frame.f_globals is frames[0].f_globals]
+
+
+def is_main(frame):
+    return frame.f_code.co_name == '<module>' and frame.f_globals.get('__name__') == '__main__'
 
 
 class WatchedNode:
@@ -84,7 +89,7 @@ class WatchedNode:
         self._is_own, self._objects, self._pause, self._next = {WatchedNode: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
-        """Is this a class of the script, or of a module beside it or in src of its package?"""
+        """Is this a class of the script, of a module beside it, or of src in the same package?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -94,12 +99,12 @@ class WatchedNode:
         return self._is_own[kind]
 
     def is_object(self, value):
-        """Is this an object of one of its own classes?"""
+        """Is this an object of one of the node's own classes?"""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
     def variables(self, frames):
-        """{name: value as text} of the variables that can be shown, MOST_SHOWN of them."""
+        """{name: text of the value} of at most MOST_SHOWN variables."""
         if time.monotonic() > self._next:
             self._search()
         objects = [each for each in (reference() for reference in self._objects)
@@ -107,7 +112,7 @@ class WatchedNode:
         held = {id(each): attributes(each) for each in objects}
         inner = {id(part) for each in held.values() for part in each.values()}
         found, known = {}, set()
-        # a name that is taken gets that of its class or its function
+        # the second variable of a name is shown with the name of its class or function before it
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
@@ -122,7 +127,7 @@ class WatchedNode:
         return found
 
     def _search(self):
-        """Find the node's objects, which it may create later than its main program begins."""
+        """Find the node's objects. The node may create new ones at any time."""
         begin, counts, self._objects = time.thread_time(), Counter(), []
         self._next = time.monotonic() + self._pause
         for each in gc.get_objects():
@@ -131,7 +136,7 @@ class WatchedNode:
                 if counts[type(each)] <= MOST_OF_A_CLASS and len(self._objects) < MOST_OBJECTS:
                     self._objects.append(reference_to(each))
         self._next = time.monotonic() + max(
-            self._pause, (time.thread_time() - begin) / SEARCHING)
+            self._pause, (time.thread_time() - begin) / SEARCH_SHARE)
         self._pause = min(LONGEST_PAUSE, 4.0 * self._pause)
 
     def _add(self, found, held, owner, known):
@@ -139,85 +144,105 @@ class WatchedNode:
             if len(found) >= MOST_SHOWN:
                 return
             try:
-                if type(value) in HIDDEN or name.startswith('__'):
+                if type(value) in HIDDEN_TYPES or name.startswith('__'):
                     continue
-                name = name.replace(f"_{owner.lstrip('_')}__", '__')    # a private one
+                # the private name _Class__name is shown as __name
+                name = name.replace(f"_{owner.lstrip('_')}__", '__')
                 for path, text in self._texts(name, value, known):
                     path = path if path not in found else f'{owner}.{path}'
                     if len(found) < MOST_SHOWN:
                         found.setdefault(sendable(path), text)
-            except Exception:       # a value that is unlike all others hides no other one
+            except Exception:       # a value that cannot be read does not hide the next ones
                 pass
 
     def _texts(self, name, value, known, depth=0):
-        """[(name, text)] of a simple value, or of the parts of another one."""
-        kind, module = type(value), module_of(type(value))
-        if kind in SIMPLE or kind is int and value.bit_length() <= 3 * LONGEST:
-            yield name, repr(value)
-        elif kind is str:
-            yield name, sendable(value)
-        elif issubclass(kind, Enum):
-            yield name, sendable(str(vars(value).get('_name_')))
-        elif module == 'numpy':
-            if kind.__name__ == 'ndarray':
-                if 0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif':
-                    yield from self._texts(name, value.ravel().tolist(), known)
-            elif kind.__name__.startswith(('float', 'int', 'uint', 'bool')):
-                yield name, repr(value.item())
-        elif kind in (list, tuple) and len(value) <= MOST_NUMBERS:
-            for k, each in enumerate(list(value)):
-                if type(each) in (bool, int, float):
-                    yield from self._texts(f'{name}[{k}]', each, known)
-        elif depth < DEEPEST:
-            parts = {}
-            if module.startswith('geometry_msgs.msg'):
-                parts = {part: getattr(value, part, None) for part in kind.__slots__}
-            elif self.is_object(value) and id(value) not in known:
-                known.add(id(value))
-                parts = attributes(value)
-            elif issubclass(kind, tuple) and self.is_own(kind):
-                parts = dict(zip(kind._fields, tuple.__iter__(value)))
-            elif kind is dict and len(value) <= MOST_NUMBERS:
-                parts = {part: each for part, each in list(value.items()) if type(part) is str}
-            for part, each in parts.items():
+        """Yields (name, text) of a simple value, or of each part of another value."""
+        text = simple_text(value)
+        if text is not None:
+            yield name, text
+            return
+        for k, each in enumerate(elements(value)):
+            if type(each) in (bool, int, float):
+                yield from self._texts(f'{name}[{k}]', each, known)
+        if depth < MOST_NESTED:
+            for part, each in self._parts(value, known).items():
                 yield from self._texts(f'{name}.{part}', each, known, depth + 1)
+
+    def _parts(self, value, known):
+        """{name: value} of the parts of a message, of an object of the node, or of a dictionary."""
+        kind = type(value)
+        if module_of(kind).startswith('geometry_msgs.msg'):
+            return {part: getattr(value, part, None) for part in kind.__slots__}
+        if self.is_object(value) and id(value) not in known:
+            known.add(id(value))
+            return attributes(value)
+        if issubclass(kind, tuple) and self.is_own(kind):
+            return dict(zip(kind._fields, tuple.__iter__(value)))
+        if kind is dict and len(value) <= MOST_NUMBERS:
+            return {part: each for part, each in list(value.items()) if type(part) is str}
+        return {}
+
+
+def simple_text(value):
+    """The text of a simple value; None if the value is not simple."""
+    kind = type(value)
+    if kind in SIMPLE_TYPES or kind is int and value.bit_length() <= 3 * LONGEST_VALUE:
+        return repr(value)
+    if kind is str:
+        return sendable(value)
+    if issubclass(kind, Enum):
+        return sendable(str(vars(value).get('_name_')))
+    if module_of(kind) == 'numpy' and kind.__name__.startswith(('float', 'int', 'uint', 'bool')):
+        return repr(value.item())
+    return None
+
+
+def elements(value):
+    """The elements of a short list, tuple or array of numpy; [] of any other value."""
+    kind = type(value)
+    if kind in (list, tuple) and len(value) <= MOST_NUMBERS:
+        return list(value)
+    if module_of(kind) == 'numpy' and kind.__name__ == 'ndarray' and (
+            0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif'):
+        return value.ravel().tolist()
+    return []
 
 
 def module_of(kind):
-    """The name of a class's module; no code of a metaclass is run."""
+    """The name of a class's module, without running code of a metaclass."""
     name = type.__dict__['__module__'].__get__(kind)
     return name if type(name) is str else ''
 
 
 def reference_to(thing):
-    """A function that returns the object; None after the node has dropped it."""
+    """A function that returns the object, or None if the node has deleted it."""
     try:
         return weakref.ref(thing)
-    except TypeError:       # of a class with __slots__
+    except TypeError:       # a class with __slots__ may forbid weak references
         return lambda: thing
 
 
 def sendable(text):
-    """The beginning of a text, without what UTF-8 lacks."""
-    text = text[:LONGEST]
+    """The beginning of a text. Characters that UTF-8 lacks are replaced."""
+    text = text[:LONGEST_VALUE]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
 
 def attributes(thing):
-    """{name: value} of an object's attributes; no code of its class is run."""
+    """{name: value} of an object's attributes, without running code of its class."""
     held = {}
     for kind in type(thing).__mro__:
         for name, slot in list(vars(kind).items()):
             if type(slot) is MemberDescriptorType:
                 try:
                     held[name] = slot.__get__(thing)
-                except AttributeError:      # not set yet
+                except AttributeError:      # the attribute is not set yet
                     pass
     try:
         held.update(object.__getattribute__(thing, '__dict__'))
     except AttributeError:
         pass
-    return {name: value for name, value in held.items() if name not in OF_A_THREAD} \
+    return {name: value for name, value in held.items() if name not in THREAD_ATTRIBUTES} \
         if issubclass(type(thing), threading.Thread) else held
 
 
@@ -225,7 +250,7 @@ def attributes(thing):
 
 def run():
     """Wait for the node, and publish its variables until it ends."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # they are the node's
+    signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # the node handles them
     while not getattr(sys.modules.get('rospy.core'), 'is_initialized', bool)():
         time.sleep(READ_PAUSE)
     import rospy
@@ -235,13 +260,14 @@ def run():
     message = DiagnosticArray(status=[status])
 
     def read():
-        """Nothing of the node outlives this reading, not even the frame of a function."""
+        """Read the variables once. A function, so that no frame of the node is kept afterwards."""
         nonlocal node
         frames = script_frames()
         node = node or frames and WatchedNode(frames[0].f_globals)
         if node and publisher.get_num_connections():
             found = node.variables(frames)
-            if [each.key for each in status.values] != list(found):     # new ones cost more
+            # new KeyValues cost more time than new texts
+            if [each.key for each in status.values] != list(found):
                 status.hardware_id = node.file
                 status.values = [KeyValue(key=name) for name in found]
             for each, text in zip(status.values, found.values()):
@@ -253,12 +279,12 @@ def run():
         time.sleep(READ_PAUSE)
         try:
             read()
-        except Exception:       # whatever a node holds, it is not disturbed
+        except Exception:       # an error of the probe must not disturb the node
             pass
 
 
 def run_quietly():
-    """Run without a traceback: a library that is missing, a master that has gone."""
+    """Run, but print no traceback if a library is missing or the master has ended."""
     try:
         run()
     except Exception:

@@ -2,9 +2,9 @@
 
 roslaunch ignores an argument that the launch file does not have. So each launch file of this
 package begins with a parameter whose command is ``python3 PATH/run.py launch FILE.launch``. The
-command reads the command line of the roslaunch that runs it. If an argument is unknown or missing,
-the command prints one line and fails; then roslaunch refuses the file before a node starts. This
-file imports the standard library alone, so any Python can run it.
+command reads the command line of its roslaunch. If an argument is unknown or missing, the command
+prints one line and fails. Then roslaunch refuses the file before a node starts. This module imports
+only the standard library, so any Python can run it.
 """
 import difflib
 import os
@@ -15,39 +15,41 @@ from pathlib import Path
 
 #: The package of the launch files.
 PACKAGE = 'tb3_labs'
-#: An argument may take all parameters of a node. Then its doc names the file of the parameters,
-#: such as params/turtlebot3.yaml.
+#: The doc of an argument for a group of parameters names the file of the parameters, such as
+#: params/turtlebot3.yaml.
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
-#: An argument may choose one of several files. Then its doc names them: params/pad_*.yaml.
+#: The doc of an argument that chooses a file has a pattern, such as params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: The doc of an argument that takes a file of parameters, and a line of it without a value.
-OWN_FILE = 'a YAML file of your own'
-NO_VALUE = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
-#: A colon without a blank after it, as in {slip:0.1}: YAML makes it a part of the name.
+#: The doc of an argument that takes the path of a user's file of parameters.
+OWN_FILE_DOC = 'a YAML file of your own'
+#: A parameter without a value in a YAML file.
+EMPTY_PARAMETER = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
+#: A colon without a blank behind, as in {slip:0.1}. YAML reads this colon as a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
-#: An argument takes numbers if its default is one, or a group of parameters.
-NUMBERS = re.compile(r'-?[\d.]+|\{\}')
-#: A whole number, and the largest one that roslaunch can set on the parameter server.
-WHOLE = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
-LARGEST = 2 ** 31 - 1
-#: A parameter and its value, as in {slip: 0.1}. Behind a last comma the text may be empty.
-PAIR = re.compile(r'\s*([^:]+:\s+\S.*)?')
+#: The default of an argument that takes numbers is a number, or an empty group of parameters.
+NUMERIC_DEFAULT = re.compile(r'-?[\d.]+|\{\}')
+WHOLE_NUMBER = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
+#: roslaunch cannot set a larger whole number on the parameter server.
+LARGEST_WHOLE_NUMBER = 2 ** 31 - 1
+#: A parameter and its value, as in {slip: 0.1}. The text behind a last comma may be empty.
+NAME_AND_VALUE = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
 
 def _words_of(process):
-    """Returns the words after `roslaunch` in a process's command line; [] for another program."""
+    """Returns the words after `roslaunch` on the command line of a process. Returns [] if the
+    process is not a roslaunch."""
     words = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
-    for place, word in enumerate(words[:2]):    # the first word may be python
+    for place, word in enumerate(words[:2]):    # the first word may be python3
         if os.path.basename(word) == 'roslaunch':
             return words[place + 1:]
     return []
 
 
 def problem_of(words, path):
-    """Returns a sentence about the first unknown or missing argument; '' if all are right.
+    """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
+    all arguments are right. `words` are the words after `roslaunch`.
 
-    `words`: the words after `roslaunch`. If they do not name the launch file `path`, another file
-    includes it: then the result is '', too.
+    If `words` do not name `path`, another launch file includes `path`. Then the result is '', too.
     """
     if not any(_names_file(words[:place], word, path) for place, word in enumerate(words)):
         return ''
@@ -59,7 +61,7 @@ def problem_of(words, path):
             return '{}:={}: {} has no argument {}; {}'.format(
                 name, value, path.name, name, _remedy(name, value, arguments, path))
         problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
-        if not problem and NUMBERS.fullmatch(arguments[name].get('default', '')):
+        if not problem and NUMERIC_DEFAULT.fullmatch(arguments[name].get('default', '')):
             problem = _problem_of_numbers(value)
         if problem:
             return f'{name}:={value}: {problem}'
@@ -77,7 +79,8 @@ def _names_file(before, word, path):
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns how a wrong value should be written, by the argument's `doc`; '' for a right one."""
+    """Returns the correction of a wrong value, by the `doc` of the argument `name`; '' if the value
+    is right."""
     if PARAMETERS_FILE.search(doc):
         problem = _problem_of_group(name, value)
         if problem:
@@ -87,11 +90,11 @@ def _problem_of_value(name, value, doc, folder):
                        for file in folder.glob(start + '*' + end))
         if value not in known:
             return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
-    return _problem_of_file(Path(value)) if doc == OWN_FILE else ''
+    return _problem_of_file(Path(value)) if doc == OWN_FILE_DOC else ''
 
 
 def _problem_of_group(name, value):
-    """Returns how a wrong group of parameters should be written; '' for a right one."""
+    """Returns the correction of a wrong group of parameters; '' if the group is right."""
     if not value.startswith('{'):
         corrected = NO_BLANK.sub(': ', '{' + value.replace('=', ':') + '}')
         return f'in braces, with colons: {name}:="{corrected}"'
@@ -99,33 +102,35 @@ def _problem_of_group(name, value):
     if corrected != value:
         return f'a blank is missing after the colon: {name}:="{corrected}"'
     for pair in value.strip('{} ').split(','):
-        if not PAIR.fullmatch(pair):
+        if not NAME_AND_VALUE.fullmatch(pair):
             return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
                 pair.strip())
     return ''
 
 
 def _problem_of_numbers(text):
-    """Returns a sentence if a whole number is too large for the parameter server; else ''."""
-    for word in WHOLE.findall(text):
+    """Returns a sentence if a whole number is too large for the parameter server; '' otherwise."""
+    for word in WHOLE_NUMBER.findall(text):
         digits = word.replace('_', '').lstrip('+-0')
-        if len(digits) > len(str(LARGEST)) or int(digits or 0) > LARGEST:
-            return f'a whole number beyond {LARGEST} is not valid'
+        if len(digits) > len(str(LARGEST_WHOLE_NUMBER)) or int(digits or 0) > LARGEST_WHOLE_NUMBER:
+            return f'a whole number beyond {LARGEST_WHOLE_NUMBER} is not valid'
     return ''
 
 
 def _problem_of_file(path):
-    """Returns why roslaunch cannot read a YAML file; '' if it can, or if the file is missing."""
+    """Returns the reason why roslaunch cannot read a YAML file; '' if it can, or if there is no
+    such file, which roslaunch reports."""
     try:
         text = re.sub('#.*', '', _text_of(path))
-        empty = NO_VALUE.search(text)
+        empty = EMPTY_PARAMETER.search(text)
     except ValueError:
         return 'it is not text in UTF-8: save it as UTF-8'
     return f'{empty.group(1)} has no value in it' if empty else _problem_of_numbers(text)
 
 
 def _remedy(name, value, arguments, path):
-    """Returns a hint for an unknown argument: which argument is meant, or how to list all."""
+    """Returns a hint for an unknown argument: the argument that is probably meant, or the command
+    that lists all arguments."""
     known = {other: other + ':=' for other in arguments}
     for argument, item in arguments.items():
         for file in PARAMETERS_FILE.findall(item.get('doc', '')):

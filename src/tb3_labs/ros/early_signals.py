@@ -1,15 +1,15 @@
-"""Import this module first: then Ctrl+C ends a node at once, even during its imports.
+"""Import this module first. Then Ctrl+C ends a node at once, even during the other imports.
 
 Python itself would raise KeyboardInterrupt in the middle of an import. Either Python prints a
-traceback, or a library catches the exception. In that case the node ignores Ctrl+C, and
-roslaunch waits 15 s. As soon as the node runs, :mod:`tb3_labs.ros.node` takes over.
+traceback, or a library catches the exception. Then the node ignores Ctrl+C, and roslaunch waits
+15 s. When the node runs, :mod:`tb3_labs.ros.node` catches the signals.
 
-A missing package of Python is reported in one line, too. The build runs this file to report it.
+If a package of Python is missing, this module ends the program, or the build, with one line.
 """
 import signal
 import sys
 
-# a job that a script starts with `&` ignores SIGINT; a node ends by it, as rospy's own nodes do
+# A job that a script starts with `&` ignores SIGINT. A node ends by SIGINT, as rospy's nodes do.
 if signal.getsignal(signal.SIGINT) in (signal.default_int_handler, signal.SIG_IGN):
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 try:
