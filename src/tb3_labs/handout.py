@@ -33,11 +33,11 @@ DRIVE_SPEED = 0.15          # the speed of the way forward [m/s]
 #: The limits in the robot's data sheet, which a full stick commands.
 MAX_LINEAR_SPEED = 0.22     # [m/s]
 MAX_ANGULAR_SPEED = 2.84    # [rad/s]
-#: The numbers of the pad's axes and buttons, from 0.
+PAD_AXES, PAD_BUTTONS = 8, 11   # how many axes and buttons the most common pad has
+#: The indices of the pad's axes and buttons, from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3
 BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
-#: The beginnings of three lines that the nodes print.
-PRINTED_REACHED = 'Goal reached'
+PRINTED_REACHED = 'Goal reached'    # a line begins with these words, and with the next two
 PRINTED_POSE_SET = 'Local pose set'
 PRINTED_RESET = 'Pose reset successfully'
 

@@ -108,7 +108,7 @@ def judged(x, y, yaw):
 
 # a node that has no variables but its pose, at the origin
 zero = Series('zero', np.array([0.0, 1.0]), np.array(['0', '0']), np.array([0.0, 0.0]))
-own = own_pose(SimpleNamespace(find=lambda name: zero if name.startswith('local') else None,
+own = own_pose(SimpleNamespace(variable=lambda name: zero if name.startswith('local') else None,
                                run=SimpleNamespace(starts=(0.0,))), np.array([0.5]))
 reported, first = drives_of(run_of())[0].goal, MoveToGoalConfig().goal
 MoveToGoalConfig(goal_x=0.5, goal_yaw_deg=0.5)      # they are not whole numbers

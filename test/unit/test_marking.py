@@ -27,7 +27,8 @@ from tb3_labs.marking.trial.observation import MOST_FINDINGS, NotOffered, NodePr
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.trial.ros_stimuli import changed
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
-from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS, PadConfig
+from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
+from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.report.run_data import Commands, Poses
 from tb3_labs.watch.chains import Place
 

@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS, PadConfig, PadListener, PadState, read_pad
+from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
+from tb3_labs.nodes.gamepad.pad import PadConfig, PadListener, PadState, read_pad
 from tb3_labs.supervision.control_holder import ControlMessages
 from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER
 

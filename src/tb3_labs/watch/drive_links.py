@@ -195,10 +195,12 @@ def error_text(state: str, error: float) -> str:
 
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands at the goal and after control was taken, and the lack of a zero there."""
+    """Yields commands that a node sends at the goal or after it lost control, and a missing zero at
+    that moment."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
-    ends = [(part.begin, part.end, 'state became ' + GOAL_REACHED, is_moving | True)
+    is_any = np.ones_like(is_moving)
+    ends = [(part.begin, part.end, 'state became ' + GOAL_REACHED, is_any)
             for part in node_run.cached(state_intervals) if part.state == GOAL_REACHED]
     ends += [(begin, end, 'ctrl_relinq became False', is_moving)
              for begin, end, value in control_intervals(node_run)

@@ -187,7 +187,8 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
                 + node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z), turn.time[k], 'angular.z')
         ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving])]
         if (np.abs(ahead) > 0.01).sum() > 2:
-            yield BrokenLink(f'in the turn after {turn.letter} linear.x was {ahead[1]:.2g}',
+            yield BrokenLink(f'in the turn after {turn.letter} linear.x was '
+                             f'{ahead[np.argmax(np.abs(ahead))]:.2g}',
                              turn.begin, 'linear.x')
 
 

@@ -14,12 +14,11 @@ from rospy.msg import AnyMsg
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Empty
 
-from tb3_labs.handout import CTRL_RELINQ, JOY, SET_POSE
+from tb3_labs.handout import CTRL_RELINQ, JOY, PAD_AXES, PAD_BUTTONS, SET_POSE
 from tb3_labs.marking.labs import gamepad as lab
 from tb3_labs.marking.labs.criteria import LOST
 from tb3_labs.marking.labs.ros_move2goal import RESET_NAMES, fields_of
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, Repeater
-from tb3_labs.nodes.gamepad.pad import PAD_AXES, PAD_BUTTONS
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.rospy_internals import connection_of
 

@@ -116,11 +116,11 @@ class Control:
 
     def give(self):
         """Give control to the node."""
-        self._control.publish(True)
+        self._control.publish(Bool(True))
 
     def take(self):
         """Take control away from the node."""
-        self._control.publish(False)
+        self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
         """Give control to the node, and record a drive as the stimulus `name`, until the robot has

@@ -12,8 +12,6 @@ from tb3_labs.handout import (
     ANGULAR_AXIS, BUTTON_A, BUTTON_B, BUTTON_Y, LINEAR_AXIS, MAX_ANGULAR_SPEED)
 from tb3_labs.supervision.timeouts import LATENESS_KNOWN_AFTER, PAD_TIMEOUT, Freshness, Lateness
 
-#: The numbers of axes and buttons of the most common pad. Students' nodes may read each of them.
-PAD_AXES, PAD_BUTTONS = 8, 11
 #: The highest index of an axis or button that a parameter may have.
 MAX_INDEX = 31
 
