@@ -287,7 +287,10 @@ def on_signal(number, frame):
     # print is not reentrant
     os.write(1, '{} {}'.format(number, threading.current_thread() is threading.main_thread()).encode())
     raise SystemExit(7)
-''' + 'signal.signal({}, on_signal)\n'.format(int(number)) + START + "rospy.spin()\nsignal.pause()\n")
+''' + 'signal.signal({}, on_signal)\n'.format(int(number)) + START + '''rospy.spin()
+while True:     # signal.pause() would miss a signal that comes just before it
+    threading.Event().wait(0.1)
+''')
     process.stdout.readline()
     process.send_signal(number)
     assert process.communicate(timeout=60)[0].split() == [str(int(number)), 'True']
