@@ -76,7 +76,8 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a name; '' if there is none. The first look-up may take seconds."""
+    """Returns the address of a host's name; '' if the name has none. The first look-up may take
+    seconds."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):

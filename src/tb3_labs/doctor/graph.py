@@ -86,7 +86,7 @@ def peers_of(master, nodes):
     return peers
 
 
-# The master -------------------------------------------------------------------------------------
+# -- the master
 
 def judge_master(master: Peer) -> Line:
     """Does a master answer?"""
@@ -233,7 +233,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                           'mend the name in its code, or by <remap> in its launch file')
 
 
-# The way there ----------------------------------------------------------------------------------
+# -- the connections from this computer
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Line:
     """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
@@ -267,7 +267,7 @@ def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str,
         topic, robot, received), f'publish {received} there')
 
 
-# The way back -----------------------------------------------------------------------------------
+# -- the connections to this computer
 
 def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
                       here: Address, robot_elsewhere: bool) -> Line:

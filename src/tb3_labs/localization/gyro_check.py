@@ -87,7 +87,7 @@ class OrientationWatch:
 
     def __init__(self) -> None:
         self._begin: Optional[float] = None   # yaw at the begin of the comparison [rad]
-        self._farthest = 0.0                  # largest change of the yaw since the begin [rad]
+        self._farthest = 0.0                  # largest change of the yaw since the start [rad]
         self._turned = 0.0                    # turn by the gyro since the begin [rad]
         self._rested_for = 0.0                # time for which the gyro rested [s]
         #: Does the orientation stand?

@@ -88,7 +88,7 @@ class Pages:
             page.send('picture', **picture, now=now, page=self._driver_for(page))
 
     def _driver_for(self, page):
-        """Returns the entry "page" of the picture for `page`."""
+        """Returns the driver as `page` shows it, in the entry "page"."""
         driver = self._robot.dead_man.page
         if driver is None:
             return ''

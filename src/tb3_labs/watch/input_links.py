@@ -156,8 +156,8 @@ def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
 
 
 def mouse_ignored(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a mouse without an answer: no commands while it is active and not in the middle, or no
-    zero after it became inactive or came to the middle."""
+    """Yields a mouse that the node ignores: no commands while the mouse is active and not in the
+    middle, or no zero after it became inactive or came to the middle."""
     return unanswered(
         node_run.commands, mouse_of(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,

@@ -54,7 +54,7 @@ class Turn:
 
     @property
     def error(self) -> np.ndarray:
-        """The difference of each command, wrapped to (-180, 180] [deg]."""
+        """goal_yaw minus curr_yaw at each command, wrapped to (-180, 180] [deg]."""
         return wrap_all(self.difference, 360.0)
 
     @property

@@ -173,7 +173,7 @@ class Needs(NamedTuple):
     missing: Dict[str, str]     # missing package that it uses -> the module, with dots
     broken: Dict[str, str]      # module that it uses, and that does not work here -> the error
     misspelt: Dict[str, str]    # missing module -> the module that was probably meant
-    elsewhere: List[Path]       # files of own modules where Python does not look
+    elsewhere: List[Path]       # own modules in folders that Python does not search
 
 
 def needs_of(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:

@@ -34,7 +34,7 @@ INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_
 #: Each of OWN_FOLDERS has at most ROOM bytes.
 LOGS = HOME + '/.ros/log'
 ROOM = 100 * 10 ** 6
-#: Parts of /etc that a sandbox has: names, time zone, libraries, fonts, ROS.
+#: Parts of /etc that a sandbox has: host names, time zone, libraries, fonts, ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: The parts of this package for a student's program: messages, services, and files to find them.
@@ -42,7 +42,7 @@ SHARED = ('package.xml', 'cmake', 'msg', 'srv')
 #: Limits: the address space of one process [bytes], and the number of threads and processes
 #: together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
 ADDRESS_SPACE, TASKS = 6 * 10 ** 9, 500
-#: The command that limits master, robot and check, and the node of a sandbox.
+#: The command that limits these programs: master, robot, check, and the node in a sandbox.
 LIMITED = FILES_LIMITED + [f'--as={ADDRESS_SPACE}']
 #: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
 USERS = range(61184, 65519)

@@ -124,7 +124,7 @@ class ResourceWatch:
 def _descendants(pid):
     family = [pid]
     for parent in family:       # the loop adds to the list
-        with suppress(OSError):     # the process has ended meanwhile
+        with suppress(OSError):     # the process may have ended
             for thread in Path(f'/proc/{parent}/task').iterdir():
                 family += map(int, (thread / 'children').read_text().split())
     return family[1:]

@@ -39,7 +39,7 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[ActiveTurn] = None       # until its result is logged
+        self._turn: Optional[ActiveTurn] = None       # None after its result is logged
         self._carried = 0.0                      # error of the turn before, to be corrected [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
@@ -48,7 +48,7 @@ class ControllerCore:
         self._mouse_logged = False               # was the loss of the mouse logged?
         self._log = LogQueue()
 
-    # -- what comes in
+    # -- inputs
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
@@ -158,7 +158,7 @@ class ControllerCore:
             self._turn.stall = StallWatch()
             self._start_law(self._turn)
 
-    # -- what comes out
+    # -- outputs
 
     def tick(self, now: float, at: float) -> Output:
         """Look at both clocks, and decide."""

@@ -62,7 +62,7 @@ class GamepadCore:
         self._restless_logged = False      # was the pushed stick logged?
         self._log = LogQueue()
 
-    # -- what comes in
+    # -- inputs
 
     def on_joy(self, joy: 'Event[PadState]') -> None:
         now, state = joy.at, joy.content
@@ -114,7 +114,7 @@ class GamepadCore:
         elif self._drives():
             self._handle(ControlEvent.STOPPED, now)
 
-    # -- what comes out
+    # -- outputs
 
     def tick(self, now: float) -> PadOutput:
         """Look at the clock, and decide."""

@@ -101,7 +101,7 @@ class MoveToGoalCore:
         self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
 
-    # -- what comes in
+    # -- inputs
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
@@ -216,7 +216,7 @@ class MoveToGoalCore:
         elif before and not self.has_control:
             self._pause()
 
-    # -- what comes out, once
+    # -- outputs
 
     def tick(self, now: float, at: float) -> DriveOutput:
         """Look at both clocks, and decide. Call this after each sample of the IMU and each request,

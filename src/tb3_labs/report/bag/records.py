@@ -67,7 +67,7 @@ class ReadLimits:
         self._end, self._calls = time.thread_time() + MOST_TIME, 0
 
     def spend(self, what: str, amount: float = 1) -> None:
-        """Take `amount` of `what`, a key of MOST_READ. Raises TooLarge."""
+        """Subtract `amount` from the budget of `what`, a key of MOST_READ. Raises TooLarge."""
         self._left[what] -= amount
         if self._left[what] < 0:
             raise TooLarge(f'it has more than {MOST_READ[what]:,} {what}')
