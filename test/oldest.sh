@@ -27,6 +27,7 @@ fi
 
 leave_out() {
   [ -n "$result" ] || { echo "tb3_labs: $1" >&2; exit 2; }
+  mkdir -p "${result%/*}"    # this may be the first test that ends
   cat >"$result" <<XML
 <testsuite tests="1"><testcase classname="oldest" name="oldest"><skipped message="test/oldest.sh was left out: $1"/></testcase></testsuite>
 XML
