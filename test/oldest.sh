@@ -29,7 +29,7 @@ leave_out() {
   [ -n "$result" ] || { echo "tb3_labs: $1" >&2; exit 2; }
   mkdir -p "${result%/*}"    # this may be the first test that ends
   cat >"$result" <<XML
-<testsuite tests="1"><testcase classname="oldest" name="oldest"><skipped message="test/oldest.sh was left out: $1"/></testcase></testsuite>
+<testsuite tests="1" errors="0" failures="0"><testcase classname="oldest" name="oldest"><skipped message="test/oldest.sh was left out: $1"/></testcase></testsuite>
 XML
   exit 0
 }
