@@ -25,7 +25,7 @@ from tf2_msgs.msg import TFMessage
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag import messages, records
+from tb3_labs.report.bag import messages, records, ros_bag
 from tb3_labs.report.bag.messages import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import BagProblem, read_run
 from tb3_labs.report.motion.drives import drives
@@ -389,6 +389,16 @@ def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), log=told.append)
     assert len(run.log) == 100 and run.dropped['log'] == 1 and len(run.notes) == 1
     assert told[0].endswith('/rosout has more than 100 messages: the later ones are left out')
+
+
+def test_no_message_is_lost_if_the_records_just_fill_the_memory(tmp_path, monkeypatch):
+    path = write_bag(tmp_path / 'run.bag', sources=(sensors,))
+    size = sum(ros_bag.RECORD_OVERHEAD + len(raw[1]) for _, raw, _ in rosbag.Bag(path).read_messages(raw=True))
+    whole = read_run(path)
+    for most in (size - 1, size, size + 1):
+        monkeypatch.setattr(ros_bag, 'MOST_KEPT', most)
+        run = read_run(path)
+        assert (len(run.imu), len(run.odometry)) == (len(whole.imu), len(whole.odometry))
 
 
 def test_a_bag_with_too_many_messages_is_read_up_to_the_budget(tmp_path, monkeypatch):

@@ -23,6 +23,8 @@ from tb3_labs.marking.names import is_name, is_typo_of
 
 #: A program that catches one of these errors around an import runs without the module.
 IMPORT_ERRORS = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
+#: ast.parse raises these for a text that is not valid Python, or is nested too deeply.
+NOT_PARSED = SyntaxError, ValueError, RecursionError, MemoryError
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
@@ -66,7 +68,7 @@ def imports_of(text: bytes) -> List[Import]:
     """Returns the imports of a program; [] if it is not valid Python, or nested too deeply."""
     try:
         nodes = list(ast.walk(ast.parse(text)))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except NOT_PARSED:
         return []
     used = {node.id for node in nodes if isinstance(node, ast.Name)}
     guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
@@ -94,7 +96,7 @@ def starts(text: str) -> bool:
     """Does a program do anything besides defining names? If it is not valid Python, it may."""
     try:
         statements = ast.parse(text).body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except NOT_PARSED:
         return True
     actions = [each for each in statements if isinstance(
         each, (ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try))]

@@ -84,7 +84,8 @@ def _contents(bag):
             unknown.add(f'{topic} ({connection.kind})')
         else:
             senders.setdefault(topic, set()).add(connection.sender)
-    return types, senders, sorted(unknown), None if size > MOST_KEPT or bag.problem else records
+    is_whole = size < MOST_KEPT and not bag.problem
+    return types, senders, sorted(unknown), records if is_whole else None
 
 
 def _class_of(connection):
