@@ -14,7 +14,7 @@ from tb3_labs.report.run_data import (
     Commands, Numbers, OdometrySamples, Orientations, Poses, RunData, Variables)
 
 PLAIN = Path(__file__).resolve().parents[2] / 'scripts' / 'plain_move2goal_tf.py'
-HZ = 100
+HZ = 50
 
 
 def turned(yaw):
@@ -92,13 +92,13 @@ class SimulatedNode:
             q = turned(math.remainder(self.pose[2] + self.offset, math.tau))
             self.note(Orientations, 2.0 * math.atan2(q.z, q.w), 0.0, q.w, q.x, q.y, q.z)
             self.say('imu', SimpleNamespace(orientation=q))
-            if self.step % 3 == 0:
+            if self.step % 2 == 0:
                 self.note(OdometrySamples, *self.pose, 0.0, 0.0)
                 self.say('odom', posed(*self.pose))
             for period, function in self.timers:
                 if self.step % round(period * HZ) == 0:
                     self.call(function, None)
-            if self.step % 5 == 1:
+            if self.step % 3 == 1:
                 for name, value in vars(self.node).items():
                     if isinstance(value, (bool, int, float, str, type(None))):
                         self.note(Variables, '/move_to_goal', name, str(value))
@@ -124,7 +124,7 @@ class SimulatedNode:
                        variables=columns[Variables])
 
 
-@lru_cache(maxsize=4)    # most tests read the same few runs
+@lru_cache(maxsize=None)
 def played(*changes, **robot):
     """The RunData of the plain node with these changes of its text, each (old, new). Its arrays cannot be changed."""
     text = PLAIN.read_text(encoding='utf-8')

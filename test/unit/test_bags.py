@@ -141,9 +141,9 @@ def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tm
     path = write_bag(tmp_path / 'square.bag', turning, sources=(sensors,))
     with rosbag.Bag(str(path), 'a') as bag:
         for time in np.arange(1.0, 9.0, 0.1):
-            turns = time % 2.0 >= 1.0
-            bag.write('/cmd_vel', to_twist(0.0 if turns else 0.2, 0.5 if turns else 0.0),
-                      rospy.Time.from_sec(BEGIN + time), connection_header=sent_by('/testsuite'))
+            speeds = (0.0, 0.5) if time % 2.0 >= 1.0 else (0.2, 0.0)
+            bag.write('/cmd_vel', to_twist(*speeds), rospy.Time.from_sec(BEGIN + time),
+                      connection_header=sent_by('/testsuite'))
     run = completed(read_run(path))
     found = [each for each in moments(run, [], []) if each['kind'] == 'hand']
     assert [each['begin'] for each in found] == pytest.approx(list(range(1, 9)), abs=0.1)
@@ -167,10 +167,9 @@ def on_the_recorders_clock(clock):
     return stamped
 
 
-@pytest.mark.parametrize('is_shared', [False, True])
-@pytest.mark.parametrize('by, words', [
-    (-5.0, 'back by 5.0 s'), (-0.3, 'back by 0.3 s'), (-86400.0 * 1096, 'back by 1096 days'),
-    (94672820.0, 'forward by 1096 days'), (7300.0, 'forward by 2.0 h')])
+@pytest.mark.parametrize('by, words, is_shared', [
+    (-5.0, 'back by 5.0 s', False), (-0.3, 'back by 0.3 s', True), (-0.3, 'back by 0.3 s', False),
+    (-86400.0 * 1096, 'back by 1096 days', True), (7300.0, 'forward by 2.0 h', True), (7300.0, 'forward by 2.0 h', False)])
 def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
         by, words, is_shared, run, tmp_path):
     clock = set_at(4.0, by)
@@ -189,17 +188,11 @@ def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
 def test_a_clock_that_is_set_forward_by_less_than_an_hour_looks_like_a_silence(run, tmp_path):
     read = read_run(write_bag(tmp_path / 'set.bag', sources=(sensors,), clock=set_at(4.0, 20.0)))
     assert read.notes == () and read.duration == pytest.approx(32.0, abs=0.05)
-    for part in 'imu', 'odometry':
-        time = getattr(run, part).time
-        assert getattr(read, part).time == pytest.approx(np.where(time > 3.995, time + 20.0, time), abs=0.02)
+    time = run.odometry.time
+    assert read.odometry.time == pytest.approx(np.where(time > 3.995, time + 20.0, time), abs=0.02)
 
 
-def test_a_silence_of_all_topics_is_not_a_clock_that_was_set(run, tmp_path):
-    """A file may also have one topic behind another."""
-    silent = replace(run, imu=run.imu.take((run.imu.time < 3.0) | (run.imu.time > 6.0)),
-                     odometry=run.odometry.take((run.odometry.time < 3.0) | (run.odometry.time > 6.0)))
-    read = read_run(write_bag(tmp_path / 'silent.bag', silent, sources=(sensors,)))
-    assert read.notes == () and read.duration == pytest.approx(12.0, abs=0.05)
+def test_a_topic_behind_another_in_the_file_is_not_a_clock_that_was_set(run, tmp_path):
     with rosbag.Bag(str(tmp_path / 'sorted.bag'), 'w') as bag:
         for time, topic, message in sensors(run):
             bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
@@ -265,8 +258,8 @@ def small(monkeypatch):
 
 
 @pytest.mark.parametrize('content, said', [
-    (lambda: chunk(bytes(2 ** 26)), 'was not read: a packed chunk holds more than 0.5 MiB'),
-    (lambda: chunk(bytes(2 ** 26), b'lz4'), 'was not read: a packed chunk holds more than 0.5 MiB'),
+    (lambda: chunk(bytes(2 ** 24)), 'was not read: a packed chunk holds more than 0.5 MiB'),
+    (lambda: chunk(bytes(2 ** 24), b'lz4'), 'was not read: a packed chunk holds more than 0.5 MiB'),
     (lambda: chunk(EMPTY_MESSAGE * 9)[:-9], 'was not read: the recording was cut off'),
     (lambda: chunk(chunk(chunk(bytes(2 ** 20)))), 'no messages at all'),
     (lambda: record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
@@ -281,10 +274,8 @@ def small(monkeypatch):
     (lambda: connection(0, bytes(20000)), 'damaged near byte'),
     (lambda: record(b'', op=b'\7', topic=b'/x', conn=b'n' * 9000), 'damaged near byte'),
     (lambda: chunk(connection(0) * 21), 'was not read: it has more than 20 connections'),
-    (lambda: b''.join(map(connection, range(21))), 'it has more than 20 connections'),
     (lambda: chunk(connection(0) + EMPTY_MESSAGE * 5000),
      'not read to its end: it has more than 2,000 records; until there: no sensor_msgs/Imu was'),
-    (lambda: chunk(record(b'', op=b'\4') * 9999), 'was not read: it has more than 2,000 records'),
     (lambda: record(b'', op=b'\6', count=b'\xff' * 4) * 9999, 'it has more than 2,000 records'),
     (lambda: record(b'', 2 ** 32 - 1, op=b'\4'), 'the bag has: no messages at all'),
     (lambda: chunk(record(bytes(2 ** 18), op=b'\4')) * 20, 'it has more than 2 MiB')])
@@ -318,17 +309,17 @@ def test_a_process_with_little_memory_reads_what_claims_gigabytes(tmp_path):
     sparse = [record(b'', SPARSE, op=b'\5', compression=by) for by in (b'bz2', b'lz4', b'none')]
     sparse += [connection(0) + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)),
                record(bz2.compress(EMPTY_MESSAGE), SPARSE, op=b'\5', compression=b'bz2')]
-    whole = [connection(0) + chunk(EMPTY_MESSAGE * 9999) * 40, chunk(bytes(2 ** 27))]
-    whole += [b''.join(connection(k, b'/%09d' % k * 900) for k in range(5000))]
-    paths = [tmp_path / '{}.bag'.format(k) for k in range(len(sparse + whole))]
-    for k, (path, content) in enumerate(zip(paths, sparse + whole)):
-        with path.open('wb') as file:
+    whole = [connection(0) + chunk(EMPTY_MESSAGE * 9999) * 20, chunk(bytes(2 ** 26 + 2 ** 20)),
+             b''.join(connection(k, b'/%09d' % k * 900) for k in range(2500))]
+    paths = []
+    for k, content in enumerate(sparse + whole):
+        paths.append(str(tmp_path / '{}.bag'.format(k)))
+        with open(paths[-1], 'wb') as file:
             file.write(start_of_bag() + content)
             file.truncate(file.tell() + SPARSE * (k < len(sparse)))
-    ran = subprocess.run([sys.executable, '-c', READER.format(200), *map(str, paths)],
-                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
-    said = ran.stdout.splitlines()
-    assert ran.returncode == 0 and len(said) == len(paths), ran.stdout
+    said = subprocess.check_output([sys.executable, '-c', READER.format(200), *paths],
+                                   stderr=subprocess.STDOUT, universal_newlines=True).splitlines()
+    assert len(said) == len(paths)
     assert 'was not read to its end: to read it takes longer than 0.2 s; until there' in said[5]
     assert 'was not read: a packed chunk holds more than 64 MiB' in said[6]
 
@@ -363,24 +354,25 @@ def crowd(run):
     yield 6.0, '/tf', TFMessage([frame] * 2000)
 
 
-def test_an_array_in_a_message_takes_its_length_from_the_budget(tmp_path, monkeypatch):
-    monkeypatch.setitem(records.MOST_READ, 'samples', 2000)
-    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, crowd)))
-    assert run.notes == ('it has more than 2,000 samples: the report ends at {:.1f} s'.format(
-        run.duration),) and run.duration == pytest.approx(6.0, abs=0.1)
+@pytest.mark.parametrize('most, sources, end', [(2000, (sensors, crowd), 6.0), (700, (sensors,), 5.8)])
+def test_samples_are_read_up_to_the_budget(most, sources, end, tmp_path, monkeypatch):
+    monkeypatch.setitem(records.MOST_READ, 'samples', most)
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=sources))
+    assert run.notes == ('it has more than {:,} samples: the report ends at {:.1f} s'.format(most, run.duration),)
+    assert run.duration == pytest.approx(end, abs=0.1)
 
 
 def test_characters_that_take_four_bytes_count_with_their_lines(tmp_path, monkeypatch):
     monkeypatch.setattr(messages, 'MOST_LETTERS', 10 * LONGEST_LINE)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, lambda run: (
-        (0.1 * k, '/rosout', Log(name='/x', msg='\U0001f916' * 60000)) for k in range(60)))))
+        (0.1 * k, '/rosout', Log(name='/x', msg='\U0001f916' * 9000)) for k in range(20)))))
     assert len(run.log) == 9 and 'the later ones are left out' in run.notes[0]
 
 
 def chatty(run):
-    for number in range(300):
+    for number in range(101):
         yield 0.01 * number, '/rosout', Log(name='/x', msg='Local pose set to x=1, y=1, yaw=1')
-    yield 5.0, '/rosout', Log(name='/x', msg='y' * 5000000)
+    yield 5.0, '/rosout', Log(name='/x', msg='y' * 300000)
 
 
 def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch):
@@ -401,22 +393,14 @@ def test_no_message_is_lost_if_the_records_just_fill_the_memory(tmp_path, monkey
         assert (len(run.imu), len(run.odometry)) == (len(whole.imu), len(whole.odometry))
 
 
-def test_a_bag_with_too_many_messages_is_read_up_to_the_budget(tmp_path, monkeypatch):
-    monkeypatch.setitem(records.MOST_READ, 'samples', 700)
-    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors,)))
-    assert len(run.imu) + len(run.odometry) == 700
-    assert run.notes[0].endswith('the report ends at {:.1f} s'.format(run.duration))
-
-
 @pytest.mark.parametrize('part, column, value', [
-    ('imu', 'yaw', math.nan), *[('odometry', 'x', value) for value in (math.nan, math.inf, 1.7e308, -2e5)]])
+    ('imu', 'yaw', math.nan), ('odometry', 'x', math.inf), ('odometry', 'x', -2e5)])
 def test_a_number_that_no_robot_has_is_dropped_with_its_message(part, column, value, run, tmp_path):
     table = getattr(run, part)
     numbers = np.where(np.arange(len(table)) == 10, value, getattr(table, column))
     read = read_run(write_bag(tmp_path / 'bad.bag', replace(
         run, **{part: replace(table, **{column: numbers})}), sources=(sensors,)))
     assert (read.dropped[part], len(getattr(read, part))) == (1, len(table) - 1)
-    assert read.odometry.length == pytest.approx(run.odometry.length)
 
 
 @pytest.mark.parametrize('part', [0.3, 0.9])

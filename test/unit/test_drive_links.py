@@ -14,7 +14,7 @@ from tb3_labs.marking.labs.move2goal import CRITERIA
 from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
-from tb3_labs.report.run_data import Numbers, Variables
+from tb3_labs.report.run_data import Numbers
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
 from tb3_labs.watch.drive_links import not_silent, state_not_reset
@@ -106,9 +106,13 @@ def test_a_wrong_node_is_named_by_its_first_broken_link(name):
     assert found.variable == variable and not found.is_weak
 
 
-@pytest.mark.parametrize('pose, offset', [((0.0, 0.0, 0.0), 0.0), ((4.8, -0.3, 2.0), -1.2), ((1.0, 2.0, -3.1), 2.5)])
-def test_a_right_node_is_not_accused(pose, offset):
-    assert broken(played(pose=pose, offset=offset)) is None
+OTHER_REFERENCES = ('self.initial_global_', 'self.first_'), ('self.initial_odom_yaw', 'self.first_theta')
+FAR_AWAY = {'pose': (4.8, -0.3, 2.0), 'offset': -1.2}
+
+
+@pytest.mark.parametrize('robot', [{'offset': 0.0}, FAR_AWAY, {'pose': (1.0, 2.0, -3.1), 'offset': 2.5}])
+def test_a_right_node_is_not_accused(robot):
+    assert broken(played(**robot)) is None
 
 
 @pytest.mark.parametrize('starts', [(0.0,), ()])
@@ -126,30 +130,28 @@ def test_another_gain_is_no_mistake():
 @pytest.mark.parametrize('changes', [
     [('self.local_', 'self.own_')],
     [('self.state', 'self.phase'), ('self.has_control', 'self.may')],
-    [('self.initial_global_', 'self.first_'), ('self.initial_odom_yaw', 'self.first_theta')]])
+    OTHER_REFERENCES])
 def test_a_node_with_other_names_is_not_accused(changes):
     assert broken(played(*changes)) is None
 
 
-def changed(run, name, value_at):
-    """The run with other values of a variable; value_at(times)."""
+def changed(run, name, text_at, begin=-np.inf, end=np.inf):
+    """The run with other texts of a variable from `begin` to `end`: ``text_at(time)``."""
     rows = run.variables
-    chosen, texts = rows.name == name, rows.value.copy()
-    texts[chosen] = [repr(float(value)) for value in value_at(rows.arrival[chosen])]
-    return replace(run, variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts))
+    chosen = (rows.name == name) & (rows.arrival >= begin) & (rows.arrival < end)
+    texts = rows.value.copy()
+    texts[chosen] = [text_at(time) for time in rows.arrival[chosen]]
+    return replace(run, variables=replace(rows, value=texts))
 
 
-def test_a_state_that_a_reset_sets_back_for_a_moment_was_not_kept():
+@pytest.mark.parametrize('seconds, is_kept', [(0.0, True), (0.15, False)])
+def test_a_state_that_a_reset_sets_back_for_a_moment_was_not_kept(seconds, is_kept):
     """A node with another mistake may find nothing to rotate, and drive forward at once."""
     run = played(*WRONG['state kept'][0])
-    rows, reset = run.variables, run.resets.arrival[-1]
-    for seconds, is_kept in ((0.0, True), (0.15, False)):
-        texts = rows.value.copy()
-        texts[(rows.name == 'state') & (rows.arrival >= reset) & (rows.arrival < reset + seconds)] = 'ROTATE_TO_GOAL'
-        last = any(state_not_reset(NodeRun(replace(
-            run, resets=run.resets.take(slice(-1, None)),
-            variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts)))))
-        assert last is is_kept
+    reset = run.resets.arrival[-1]
+    run = changed(run, 'state', lambda time: 'ROTATE_TO_GOAL', reset, reset + seconds)
+    run = replace(run, resets=run.resets.take(slice(-1, None)))
+    assert any(state_not_reset(NodeRun(run))) is is_kept
 
 
 @pytest.mark.parametrize('is_over, words', [(True, ''), (False, 'ctrl_relinq became False, and the last command was')])
@@ -189,34 +191,25 @@ def test_a_node_that_sent_nothing_did_not_send_the_commands_of_another_node():
     assert not any(not_silent(NodeRun(taken, node)))
 
 
-@pytest.mark.parametrize('changes', [
-    [], [('self.initial_global_', 'self.first_'), ('self.initial_odom_yaw', 'self.first_theta')]])
-@pytest.mark.parametrize('pose', [(0.0, 0.0, 0.0), (4.8, -0.3, 2.0)])
-def test_a_reset_that_is_not_in_the_log_begins_a_frame_that_is_not_known(changes, pose):
-    run = played(*changes, pose=pose)
+@pytest.mark.parametrize('changes, robot', [((), {}), (OTHER_REFERENCES, FAR_AWAY)])
+def test_a_reset_that_is_not_in_the_log_begins_a_frame_that_is_not_known(changes, robot):
+    run = played(*changes, **robot)
     run = replace(run, starts=(), variables=run.variables.between(0.5, 999.0))
     assert len(run.resets) and broken(replace(run, resets=run.resets.take(slice(0, 0)))) is None
 
 
-def test_a_node_that_waits_for_the_odometry_after_a_reset_is_not_accused():
-    """The odometry is silent from 0.3 s before a reset until 3 s after it: the node gives no command."""
+@pytest.mark.parametrize('starts', [(0.0,), ()])
+def test_a_node_that_waits_for_the_odometry_after_a_reset_is_not_accused(starts):
+    """The odometry is silent from 0.3 s before a reset on: the node gives no command."""
     run = played()
     at = float(run.resets.arrival[0])
-    rows, odometry, sent = run.variables, run.odometry, run.commands
-    waits = (rows.arrival > at) & (rows.arrival < at + 3.0)
-    texts = rows.value.copy()
     for name in ('local_x', 'local_y'):
-        texts[waits & (rows.name == name)] = '0.0'
-    quiet = replace(
-        run, odometry=odometry.take((odometry.arrival < at - 0.3) | (odometry.arrival > at + 3.0)),
-        commands=sent.take((sent.arrival < at) | (sent.arrival > at + 3.0)),
-        variables=Variables(rows.arrival, rows.time, rows.node, rows.name, texts), duration=at + 3.0)
+        run = changed(run, name, lambda time: '0.0', at)
     end = at + 2.9
-    for starts in (run.starts, ()):
-        assert broken(replace(quiet, starts=starts, variables=quiet.variables.between(0.0, end),
-                              odometry=quiet.odometry.between(0.0, end), imu=run.imu.between(0.0, end),
-                              resets=run.resets.between(0.0, end), control=run.control.between(0.0, end),
-                              commands=quiet.commands.between(0.0, end))) is None
+    assert broken(replace(
+        run, starts=starts, duration=at + 3.0, odometry=run.odometry.between(0.0, at - 0.3),
+        commands=run.commands.between(0.0, at), **{part: getattr(run, part).between(0.0, end) for part in (
+            'imu', 'resets', 'control', 'variables')})) is None
 
 
 def test_a_node_that_was_not_there_has_not_heard_that_it_has_control():
@@ -261,29 +254,26 @@ def test_one_more_state_that_the_node_leaves_by_itself_is_no_mistake():
 WHOLE = Frame(-np.inf, place=0j, odometry_yaw=0.0, imu_yaw=0.0)
 
 
+def following(run, name, quantity, axis, delay=0.0):
+    """The run with a variable that is the place of a quantity along this axis."""
+    value = axis(quantity.value)
+    return changed(run, name, lambda time: repr(float(value[max(np.searchsorted(quantity.time, time - delay) - 1, 0)])))
+
+
 def test_a_place_that_comes_late():
     run = played()
-    x = next(place_quantities(run.odometry, WHOLE, WHOLE))
-    late = changed(run, 'local_x', lambda time: x.value.real[
-        (np.searchsorted(x.time, time - 2.0) - 1).clip(0)])
-    assert 'local_x came up to 2.0 s late' in broken(late).words
+    right = next(place_quantities(run.odometry, WHOLE, WHOLE))
+    assert 'local_x came up to 2.0 s late' in broken(following(run, 'local_x', right, np.real, 2.0)).words
 
 
-RUNS = {}
-
-
-@settings(max_examples=12)
-@given(st.sampled_from([((0.5, -0.2, 0.4), 0.3), ((4.8, -0.3, 2.0), -1.2)]), st.integers(0, 36))
+@settings(max_examples=10)
+@given(st.sampled_from([{}, FAR_AWAY]), st.integers(0, 36))
 def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_this_motion(robot, k):
-    if robot not in RUNS:
-        RUNS[robot] = played(pose=robot[0], offset=robot[1])
-    run, rows = RUNS[robot], RUNS[robot].variables
-    run = replace(run, variables=rows.take([not name.startswith('initial') for name in rows.name]))
+    run = played(**robot)
+    run = replace(run, variables=run.variables.take([not name.startswith('initial') for name in run.variables.name]))
     table = list(place_quantities(run.odometry, WHOLE, WHOLE))
     quantity = table[k]
-    for name, value in (('local_x', quantity.value.real), ('local_y', quantity.value.imag)):
-        run = changed(run, name, lambda time: value[
-            (np.searchsorted(quantity.time, time) - 1).clip(0)])  # noqa: B023
+    run = following(following(run, 'local_x', quantity, np.real), 'local_y', quantity, np.imag)
     found = next(wrong_pose(NodeRun(run)), None)
     right = table[0]
     if found is None:
