@@ -22,27 +22,46 @@ def kinds(segments, **parts):
     return [movement.kind for movement in movements(driven(segments, **parts))]
 
 
+def control(*times_and_values):
+    return {'control': values(*zip(*times_and_values))}
+
+
 def arc(degrees):
     """A turn, then both speeds at once, by a law that steers a little, or in an arc. Its first 0.3 s are ignored."""
     first = turn(2.0, 90.0)
     return [first, (first[1], first[1] + 4.3, 0.2, math.radians(degrees) / 4.0)]
 
 
-@pytest.mark.parametrize('devices, segments, kind', [
+ARC = [(2.0, 6.0, 0.2, 0.5)]
+
+
+MOUSE, PAD = {'devices': ('mouse_info',)}, {'devices': ('joy',)}
+
+
+@pytest.mark.parametrize('parts, segments, kind', [
     # one turn of a drive may be missing
-    ((), DRIVE[:2], MovementKind.DRIVE), ((), DRIVE[1:], MovementKind.DRIVE), ((), DRIVE[1:2], MovementKind.BY_HAND),
+    ({}, DRIVE[:2], MovementKind.DRIVE), ({}, DRIVE[1:], MovementKind.DRIVE), ({}, DRIVE[1:2], MovementKind.BY_HAND),
     # a drive moves the robot by a tenth of a metre, and its line keeps the heading
-    ((), drive(2.0, 90.0, 0.09, 90.0), MovementKind.BY_HAND),
-    ((), drive(2.0, 90.0, 0.11, 90.0), MovementKind.DRIVE),
-    ((), arc(19.0), MovementKind.DRIVE), ((), arc(21.0), MovementKind.BY_HAND),
+    ({}, drive(2.0, 90.0, 0.09, 90.0), MovementKind.BY_HAND),
+    ({}, drive(2.0, 90.0, 0.11, 90.0), MovementKind.DRIVE),
+    ({}, arc(19.0), MovementKind.DRIVE), ({}, arc(21.0), MovementKind.BY_HAND),
     # if a mouse is there, only a turn faster than the mouse's is a turn, and nothing is a drive
-    (('mouse_info',), [turn(2.0, 90.0, 0.5)], MovementKind.BY_HAND),
-    (('mouse_info',), [turn(2.0, 90.0, 0.51)], MovementKind.TURN),
-    ((), [turn(2.0, 90.0, 0.5)], MovementKind.TURN), (('mouse_info',), DRIVE, MovementKind.BY_HAND),
+    (MOUSE, [turn(2.0, 90.0, 0.5)], MovementKind.BY_HAND), (MOUSE, [turn(2.0, 90.0, 0.51)], MovementKind.TURN),
+    ({}, [turn(2.0, 90.0, 0.5)], MovementKind.TURN), (MOUSE, DRIVE, MovementKind.BY_HAND),
     # a pad without control drives
-    (('joy',), DRIVE, MovementKind.BY_HAND), (('joy',), DRIVE[:1], MovementKind.BY_HAND)])
-def test_the_kind_of_a_movement(devices, segments, kind):
-    assert kinds(segments, devices=devices) == [kind]
+    (PAD, DRIVE, MovementKind.BY_HAND), (PAD, DRIVE[:1], MovementKind.BY_HAND),
+    # with control, whatever the movement
+    (control((0.5, 1.0)), ARC, MovementKind.DRIVE), (control((0.5, 0.0), (1.5, 1.0)), ARC, MovementKind.DRIVE),
+    (control((0.5, 1.0), (1.5, 0.0)), ARC, MovementKind.BY_HAND),
+    # before its first message, control was the other way
+    (control((15.0, 0.0)), DRIVE, MovementKind.DRIVE), (control((15.0, 1.0)), DRIVE, MovementKind.BY_HAND),
+    # a turn alone is the node's if it follows control at once, or if a reset ends it, shortly after its last command
+    (control((0.1, 0.0), (1.5, 1.0)), DRIVE[:1], MovementKind.DRIVE),
+    (control((0.1, 0.0), (0.5, 1.0)), DRIVE[:1], MovementKind.BY_HAND),
+    (dict(control((0.5, 1.0)), resets=resets((3.7, 0.0, 0.0, 0.0))), DRIVE[:1], MovementKind.DRIVE),
+    (dict(control((0.5, 1.0)), resets=resets((6.0, 0.0, 0.0, 0.0))), DRIVE[:1], MovementKind.BY_HAND)])
+def test_the_kind_of_a_movement(parts, segments, kind):
+    assert kinds(segments, **parts) == [kind]
 
 
 @pytest.mark.parametrize('pause, number', [(0.9, 1), (1.1, 3)])
@@ -50,15 +69,8 @@ def test_a_pause_of_a_second_ends_a_movement(pause, number):
     assert len(movements(driven(drive(2.0, 135.0, 0.8, -135.0, pause)))) == number
 
 
-@pytest.mark.parametrize('switches, kind', [
-    ((1.0,), MovementKind.DRIVE), ((0.0, 1.0), MovementKind.DRIVE), ((1.0, 0.0), MovementKind.BY_HAND)])
-def test_control_decides_whatever_the_movement(switches, kind):
-    control = values([0.5 + k for k in range(len(switches))], switches)
-    assert kinds([(2.0, 6.0, 0.2, 0.5)], control=control, devices=('joy',)) == [kind]
-
-
 @pytest.mark.parametrize('parts, kinds_now', [
-    (dict(control=values([1.0, 5.05], [1.0, 0.0])), [MovementKind.DRIVE, MovementKind.BY_HAND]),
+    (control((1.0, 1.0), (5.05, 0.0)), [MovementKind.DRIVE, MovementKind.BY_HAND]),
     (dict(resets=resets((5.05, 0.0, 0.0, 0.0))), [MovementKind.BY_HAND, MovementKind.BY_HAND])])
 def test_a_change_of_control_and_a_reset_begin_another_movement(parts, kinds_now):
     found = movements(driven([(2.0, 8.0, 0.2, 0.0)], **parts))
@@ -66,27 +78,10 @@ def test_a_change_of_control_and_a_reset_begin_another_movement(parts, kinds_now
     assert (found[0].end, found[1].begin, found[1].end) == pytest.approx((5.1, 5.1, 8.0))
 
 
-@pytest.mark.parametrize('cut, kind', [(3.3, MovementKind.DRIVE), (6.0, MovementKind.BY_HAND)])
-def test_a_turn_alone_with_control_is_by_hand_unless_it_was_cut_off(cut, kind):
-    """A reset ends it, shortly after its last command."""
-    assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.5], [1.0]),
-                 resets=resets((cut, 0.0, 0.0, 0.0))) == [kind]
-
-
-@pytest.mark.parametrize('given, kind', [(1.5, MovementKind.DRIVE), (0.5, MovementKind.BY_HAND)])
-def test_a_turn_alone_that_follows_control_at_once_is_the_nodes(given, kind):
-    assert kinds([turn(2.0, 90.0, 1.5)], control=values([0.1, given], [0.0, 1.0])) == [kind]
-
-
 @pytest.mark.parametrize('heard, found', [(2.15, [MovementKind.DRIVE]), (2.9, [MovementKind.DRIVE]),
                                           (3.1, [MovementKind.BY_HAND, MovementKind.DRIVE])])
 def test_a_recorder_that_hears_true_after_the_node_began_splits_no_drive(heard, found):
-    assert kinds(DRIVE, control=values([0.1, heard], [0.0, 1.0])) == found
-
-
-@pytest.mark.parametrize('switch, kind', [(0.0, MovementKind.DRIVE), (1.0, MovementKind.BY_HAND)])
-def test_before_its_first_message_control_was_the_other_way(switch, kind):
-    assert kinds(DRIVE, control=values([15.0], [switch])) == [kind]
+    assert kinds(DRIVE, **control((0.1, 0.0), (heard, 1.0))) == found
 
 
 def test_a_command_that_is_not_renewed_lasts_for_the_robots_timeout():
@@ -112,13 +107,9 @@ def run_of(segments=BACK, **parts):
     return completed(driven(segments, start=START, imu_offset=OFFSET, **parts))
 
 
-def drives_of(run):
-    return drives(run, BURGER)
-
-
 def test_a_drive_by_numbers():
     run = run_of()
-    found, = drives_of(run)
+    found, = drives(run, BURGER)
     off = math.hypot(END[0] + 0.61, END[1] - 0.61)
     assert found.goal == LAB_GOAL and found.outcome == CAME_TO_REST
     assert found.measured == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
@@ -134,7 +125,7 @@ def test_a_reset_declares_where_the_robot_is():
     """The same drive twice: the second one begins at (0.5, -0.2), facing 90 deg."""
     later = drive(13.0, 135.0, 0.8, -133.0)
     run = run_of(BACK + later, duration=30.0, resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
-    first, second = drives_of(run)
+    first, second = drives(run, BURGER)
     assert len(epochs(run)) == 2 and epochs(run)[1].begin == pytest.approx(12.0, abs=0.04)
     assert first.measured[0] == pytest.approx(math.hypot(END[0] + 0.61, END[1] - 0.61), abs=2e-3)
     end = 0.5 - END[1], -0.2 + END[0]                    # END, turned by 90 deg
@@ -145,15 +136,15 @@ def test_a_reset_declares_where_the_robot_is():
 
 def test_a_reset_while_it_drives_ends_the_drive():
     run = run_of([turn(2.0, 90.0), (3.2, 12.0, 0.2, 0.0)], resets=resets((8.02, 0.0, 0.0, 0.0)),
-                 control=values([1.0], [1.0]))
-    first, second = drives_of(run)
+                 **control((1.0, 1.0)))
+    first, second = drives(run, BURGER)
     assert (first.outcome, second.outcome) == ('ended by a reset', CAME_TO_REST)
     assert second.begin == pytest.approx(8.1)
     assert second.seconds == pytest.approx((0.0, 3.9, 0.0))
 
 
 def test_a_person_who_takes_control_ends_the_drive():
-    found, = drives_of(run_of(BACK[:2], control=values([1.0, BACK[1][1] - 0.1], [1.0, 0.0])))
+    found, = drives(run_of(BACK[:2], **control((1.0, 1.0), (BACK[1][1] - 0.1, 0.0))), BURGER)
     assert found.outcome == CONTROL_GONE
 
 
@@ -180,4 +171,4 @@ def test_a_recording_of_the_packages_own_node_stays_as_it_is():
     assert completed(run) is run
     run = replace(driven(BACK), goals=goals([0.0], [1.0]))
     assert completed(run).derived == ('local_pose', 'frames', 'states')
-    assert drives_of(completed(run))[0].goal == Pose2(1.0, 0.0, 0.0)
+    assert drives(completed(run), BURGER)[0].goal == Pose2(1.0, 0.0, 0.0)

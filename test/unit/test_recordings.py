@@ -81,10 +81,10 @@ def replay(recording, requested=()):
     return fixes, resets
 
 
-def assert_follows(recording, fixes, declared, reset_stamp):
-    """The place is within 1 mm, the heading within 0.2 deg of the recording's transform."""
-    assert fixes
-    for fix in fixes:
+def assert_follows(recording, fixes, declared, reset_stamp, begin=0.0):
+    """From `begin` on, the place is within 1 mm, the heading within 0.2 deg of the recording's transform."""
+    assert any(fix.stamp >= begin for fix in fixes)
+    for fix in (fix for fix in fixes if fix.stamp >= begin):
         x, y, yaw = recording.expected(declared, reset_stamp, fix.stamp)
         pose = fix.local_T_base
         assert math.hypot(pose.x - x, pose.y - y) <= METRES, (fix, x, y)
@@ -98,23 +98,19 @@ def assert_instant(recording, reset):
     assert min(delays) <= reset.requested_at - reset.stamp <= max(delays)
 
 
-def fixes_between(fixes, begin, end=math.inf):
-    return [fix for fix in fixes if begin <= fix.stamp < end]
-
-
-@pytest.mark.parametrize('declared', [Pose2(), Pose2(1.0, -2.0, 2.5), Pose2(-0.61, 0.61, math.pi)])
-@pytest.mark.parametrize('seconds', [5.0, 11.1, 23.45])
+@pytest.mark.parametrize('declared, seconds', [
+    (Pose2(), 5.0), (Pose2(1.0, -2.0, 2.5), 11.1), (Pose2(-0.61, 0.61, math.pi), 23.45)])
 def test_a_reset_on_the_way(recording, declared, seconds):
     requested_at = recording.arrivals[0][0] + seconds
     fixes, (reset,) = replay(recording, [(requested_at, declared)])
     assert len(fixes) >= 0.95 * len(recording.odometry)
     assert_instant(recording, reset)
-    before, after = fixes_between(fixes, 0.0, reset.stamp), fixes_between(fixes, reset.stamp + 0.2)
+    before = [fix for fix in fixes if fix.stamp < reset.stamp]
     assert_follows(recording, before, Pose2(), fixes[0].stamp)
-    assert_follows(recording, after, declared, reset.stamp)
+    assert_follows(recording, fixes, declared, reset.stamp, reset.stamp + 0.2)
 
 
-@pytest.mark.parametrize('offset', [-0.06, -0.02, 0.0, 0.02, 0.06])
+@pytest.mark.parametrize('offset', [-0.06, 0.0, 0.06])
 def test_a_reset_while_the_imu_crosses_half_a_turn(offset):
     drive = load('burger_drive')
     crossing, = np.flatnonzero(np.diff(np.floor((drive.imu[:, 1] + math.pi) / (2.0 * math.pi))))
@@ -123,4 +119,4 @@ def test_a_reset_while_the_imu_crosses_half_a_turn(offset):
     declared = Pose2(0.3, 0.2, -1.0)
     fixes, (reset,) = replay(drive, [(arrival + offset, declared)])
     assert_instant(drive, reset)
-    assert_follows(drive, fixes_between(fixes, reset.stamp + 0.2), declared, reset.stamp)
+    assert_follows(drive, fixes, declared, reset.stamp, reset.stamp + 0.2)
