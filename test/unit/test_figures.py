@@ -73,12 +73,11 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
         local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
             TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO)))
     in_odom, in_local = paths_figure(run, drives(run, BURGER)).axes
-    assert lines(in_odom, 'path')[0][-1] == pytest.approx((3.0, -1.0))
-    assert lines(in_local, 'path')[0][-1] == pytest.approx((1.0, 0.0), abs=1e-9)
-    assert lines(in_odom, 'goal')[0][0] == pytest.approx((3.0, -1.0))
-    assert lines(in_local, 'goal')[0][0] == pytest.approx((1.0, 0.0))
-    assert lines(in_odom, 'start')[0][0] == pytest.approx((3.0, -2.0))
-    assert lines(in_odom, 'end')[0][0] == pytest.approx((3.0, -1.0))
+    for axes, name, first, last in ((in_odom, 'path', (3.0, -2.0), (3.0, -1.0)), (in_odom, 'start', (3.0, -2.0), None),
+                                    (in_odom, 'end', (3.0, -1.0), None), (in_odom, 'goal', (3.0, -1.0), None),
+                                    (in_local, 'path', (0.0, 0.0), (1.0, 0.0)), (in_local, 'goal', (1.0, 0.0), None)):
+        line, = lines(axes, name)
+        assert line[0] == pytest.approx(first, abs=1e-9) and line[-1] == pytest.approx(last or first, abs=1e-9)
     for axes, (name, x, y) in ((in_odom, ('local', 3.0, -2.0)), (in_local, ('odom', 2.0, 3.0))):
         named = {text.get_text(): text.xy for text in axes.texts}
         assert set(named) == {'', 'odom', 'local'} and named[name] == pytest.approx((x, y))
