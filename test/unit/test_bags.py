@@ -169,7 +169,8 @@ def on_the_recorders_clock(clock):
 
 @pytest.mark.parametrize('by, words, is_shared', [
     (-5.0, 'back by 5.0 s', False), (-0.3, 'back by 0.3 s', True), (-0.3, 'back by 0.3 s', False),
-    (-86400.0 * 1096, 'back by 1096 days', True), (7300.0, 'forward by 2.0 h', True), (7300.0, 'forward by 2.0 h', False)])
+    (-86400.0 * 1096, 'back by 1096 days', True), (7300.0, 'forward by 2.0 h', True),
+    (7300.0, 'forward by 2.0 h', False)])
 def test_a_clock_that_was_set_is_told_and_both_sides_have_their_times(
         by, words, is_shared, run, tmp_path):
     clock = set_at(4.0, by)

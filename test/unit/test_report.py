@@ -49,8 +49,8 @@ def words_of(run, folder):
 def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     (tmp_path / 'out').mkdir()                                   # a report may be written again
     assert lab_report(bag, '-o', tmp_path / 'out') == 0
-    assert capsys.readouterr().out == 'Report: {}/report.html\nBeside it: run.csv, turns.csv, drives.csv, paths.png\n'.format(
-        tmp_path / 'out')
+    assert capsys.readouterr().out == (
+        'Report: {}/report.html\nBeside it: run.csv, turns.csv, drives.csv, paths.png\n'.format(tmp_path / 'out'))
     page = (tmp_path / 'out' / 'report.html').read_text(encoding='utf-8')
     assert '0.99 m driven, 1 reset. ' in page
     images = re.findall(r'alt="(\w+)" src="data:image/png;base64,([^"]*)"', page)

@@ -76,7 +76,8 @@ def played(node):
                 speed = command
                 commands.append((at + 1e-3, command))
         if k % READING == 0:
-            rows += [(at + 2e-3, '/controller', name, str(vars(node)[name])) for name in ('curr_yaw', 'goal_yaw', 'turning')]
+            rows += [(at + 2e-3, '/controller', name, str(vars(node)[name]))
+                     for name in ('curr_yaw', 'goal_yaw', 'turning')]
     at, yaws, rates = map(np.array, zip(*turned))
     sent, speeds = map(np.array, zip(*commands)) if commands else (np.empty(0), np.empty(0))
     when, *words = (np.array(each, dtype=object) for each in zip(*rows))

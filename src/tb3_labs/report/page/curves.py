@@ -18,8 +18,8 @@ MARK_HEIGHT = 8
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: The thinning of a curve ends after this many splits. Real curves need up to 170 splits; a bag
-#: that is made to need more would take hours.
+#: A stretch of a curve is split at most this many times. Real curves need up to 170 splits. A
+#: stranger's bag that needs more would take hours, so all samples of its stretch are kept.
 MOST_SPLITS = 500
 #: (the points (time, value), the indices of points that are not joined to the point before)
 Line = Tuple[List[Tuple[float, float]], List[int]]
@@ -44,40 +44,33 @@ class Figure(NamedTuple):
     levels: List[str]     # the texts at the heights 0, 1, 2, ...; [] if the values are numbers
 
 
-def thinned(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
-            breaks: Iterable[int] = ()) -> np.ndarray:
-    """Returns the indices of the samples to keep. The straight lines between these samples differ
-    from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks`: the indices at which
-    a new stretch begins, in order. Both ends of a stretch are kept. Source: Douglas and Peucker
-    (1973), with the distance along the axis of the values."""
-    keep, columns = np.zeros(len(time), dtype=bool), values.T.copy()
-    first, last = np.array([0, *breaks]), np.array([*breaks, len(time)]) - 1
-    keep[first] = keep[last] = True
-    for _ in range(MOST_SPLITS):
-        first, last = first[last - first > 1], last[last - first > 1]
-        if not len(first):
-            break
-        # the inner samples of all stretches are in one array: an array for each would be slow
-        size = last - first - 1
-        begins = np.cumsum(size) - size
-        stretch = np.repeat(np.arange(len(first)), size)
-        inner = np.arange(size.sum()) + (first + 1 - begins)[stretch]
-        share = (time[inner] - time[first][stretch]) / np.maximum(
-            time[last] - time[first], 1e-9)[stretch]
-        distances = []
-        for column, bound in zip(columns, bounds):
-            on_line = column[first][stretch] + share * (column[last] - column[first])[stretch]
-            distances.append(np.abs(column[inner] - on_line) / bound)
-        far = np.max(distances, axis=0)
-        is_worst = (far == np.maximum.reduceat(far, begins)[stretch]) & (far > 1.0)
-        split, at = np.unique(stretch[is_worst], return_index=True)
-        middle = inner[is_worst][at]
-        keep[middle] = True
-        first, last = (np.concatenate(ends) for ends in (
-            (first[split], middle), (middle, last[split])))
-    for begin, end in zip(first, last):
-        keep[begin:end] = True
-    return np.flatnonzero(keep)
+def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
+                 breaks: Iterable[int] = ()) -> np.ndarray:
+    """Returns the indices of the samples that a curve keeps. The straight lines between these
+    samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
+    the indices at which a new stretch begins, in order. Both ends of a stretch are kept.
+
+    Source: Douglas and Peucker (1973), with the distance along the axis of the values.
+    """
+    is_kept = np.zeros(len(time), dtype=bool)
+    begins = [0, *breaks]
+    stretches = [(begin, end - 1, MOST_SPLITS)
+                 for begin, end in zip(begins, [*begins[1:], len(time)])]
+    while stretches:
+        first, last, splits_left = stretches.pop()
+        is_kept[[first, last]] = True
+        if not splits_left:
+            is_kept[first:last] = True
+        elif last - first > 1:
+            inner = slice(first + 1, last)
+            share = (time[inner] - time[first]) / max(time[last] - time[first], 1e-9)
+            on_line = values[first] + share[:, None] * (values[last] - values[first])
+            distances = (np.abs(values[inner] - on_line) / bounds).max(axis=1)
+            farthest = int(np.argmax(distances))
+            if distances[farthest] > 1.0:
+                middle = first + 1 + farthest
+                stretches += [(first, middle, splits_left - 1), (middle, last, splits_left - 1)]
+    return np.flatnonzero(is_kept)
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:

@@ -20,7 +20,7 @@ from tb3_labs import drawing
 from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
-from tb3_labs.report.page.curves import curves, mark_line, thinned, variable_curves
+from tb3_labs.report.page.curves import curves, mark_line, kept_samples, variable_curves
 from tb3_labs.report.run_data import LEAST_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
@@ -56,7 +56,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > LEAST_GAP) + 1)})
-    kept = thinned(time, values, bounds - TIMELINE_ROUNDING, begins)
+    kept = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
     shown = kept[::1 + len(kept) // MOST_POINTS]
     return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
             'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),

@@ -11,7 +11,7 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 
 import numpy as np
 
-from tb3_labs.report.page.curves import NO_LINE, Figure, Line, thinned
+from tb3_labs.report.page.curves import NO_LINE, Figure, Line, kept_samples
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
@@ -160,7 +160,7 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
                             | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
     bound = max(BOUND_SHARE * np.ptp(values), 1e-6)
     while True:
-        kept = thinned(time, values[:, None], np.array([bound]), breaks)
+        kept = kept_samples(time, values[:, None], np.array([bound]), breaks)
         if len(kept) <= MOST_LINE_POINTS or len(kept) <= 2 * len(breaks) + 2:
             break
         bound *= 2.0
