@@ -74,16 +74,21 @@ def stimulus_begin(node_run: NodeRun, name: str) -> float:
 
 def factor_of(series: Series, form: Quantity, share: float) -> float:
     """Returns the factor by which `form` must be multiplied so that this share of the series
-    follows it; NaN if no factor does."""
+    follows the product; NaN if there is no such factor."""
     last = form.at(series.time + ARRIVAL_LEAD)
     both = (series.value != 0.0) & (last != 0.0)
     if both.sum() < 3:
         return np.nan
     ratios, counts = np.unique(np.round(series.value[both] / last[both], 6), return_counts=True)
     factor = float(ratios[np.argmax(counts)])
-    product = form._replace(value=factor * form.value, scale=max(abs(factor), 1e-6))
+    product = multiplied(form, factor)
     some = subsampled(series.take((series.value != 0.0) | (last != 0.0)))
-    return factor if np.mean(np.isfinite(sample_ages(some, product))) >= share else np.nan
+    is_following = np.isfinite(sample_ages(some, product))
+    return factor if is_following.mean() >= share else np.nan
+
+
+def multiplied(form: Quantity, factor: float) -> Quantity:
+    return form._replace(value=factor * form.value, scale=max(abs(factor), 1e-6))
 
 
 def followed_form(series: Series, forms: Sequence[Quantity], share: float,
@@ -92,8 +97,7 @@ def followed_form(series: Series, forms: Sequence[Quantity], share: float,
     several forms, this is the form whose factor is nearest to the handout's `factor`."""
     factors = [(factor_of(series, form, share), form.words) for form in forms]
     found = [each for each in factors if np.isfinite(each[0])]
-    found.sort(key=lambda each: abs(each[0] - factor))
-    return found[0] if found else None
+    return min(found, key=lambda each: abs(each[0] - factor), default=None)
 
 
 def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
@@ -106,20 +110,19 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
     wanted = factor * right.value[last]
     if not wanted.any():
         return
+    settled = series.time - device.same_since[last] > ANSWER_DELAY
     own = [Quantity(each.name, each.time - READING_DELAY, each.value, 1.0)
            for each in node_run.variables.values() if len(set(each.text)) > 5
            and np.isfinite(each.value).all() and 'cmd' not in each.name]
     followed = followed_form(series, forms, INPUT_SHARE, factor) or followed_form(
         series, own, VARIABLE_SHARE, factor)
-    settled = series.time - device.same_since[last] > ANSWER_DELAY
     if followed is not None:
         number, words = followed
         if words == right.words and abs(number / factor - 1.0) < 0.02:
             return
         is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
     else:
-        is_wrong = settled & ~np.isfinite(sample_ages(series, right._replace(
-            value=factor * right.value, scale=abs(factor))))
+        is_wrong = settled & ~np.isfinite(sample_ages(series, multiplied(right, factor)))
         if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * (settled & (wanted != 0.0)).sum()):
             return
         row = device.value[last[np.argmax(is_wrong)]]

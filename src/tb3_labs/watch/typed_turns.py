@@ -154,18 +154,9 @@ def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
     return in_turns, without_turns
 
 
-class Letter(NamedTuple):
-    """A typed letter. Its fields are those of its Turn."""
-
-    begin: float
-    end: float
-    is_cut: bool
-    side: int
-
-
-def typed_letters(node_run: NodeRun) -> List[Letter]:
-    """Returns the letters of a run. If the recording has no letters, `turning` and `goal_yaw` show
-    when they were typed."""
+def typed_letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
+    """Returns the first four fields of the Turn of each typed letter. If the recording has no
+    letters, `turning` and `goal_yaw` show when the letters were typed."""
     typed, mouse = node_run.run.letters, node_run.run.mouse
     times, sides = typed.arrival, typed.value
     if not len(typed):
@@ -181,7 +172,7 @@ def typed_letters(node_run: NodeRun) -> List[Letter]:
         cut = min(*moved[:1], node_run.end_after(begin), end)
         # a recorded letter without a side is neither l nor r: it begins no turn
         if cut > begin and (side or not len(typed)):
-            found.append(Letter(float(begin), float(cut), bool(cut < end), int(side)))
+            found.append((float(begin), float(cut), bool(cut < end), int(side)))
     return found
 
 
@@ -221,11 +212,11 @@ def commands_with_known_goal(node_run: NodeRun, goal: Optional[Series]) -> Any:
     return commands
 
 
-def turn_of(letter: Letter, commands: Any, heading: Quantity, series: Optional[Series],
-            goal: Optional[Series]) -> Turn:
-    """Returns the Turn of a letter. `heading`: the quantity that the node uses. `series`: the
-    node's variable for the heading. `goal`: goal_yaw; without goal_yaw, the letter gives the
-    goal."""
+def turn_of(letter: Tuple[float, float, bool, int], commands: Any, heading: Quantity,
+            series: Optional[Series], goal: Optional[Series]) -> Turn:
+    """Returns the Turn of a letter, one of `typed_letters`. The node uses the quantity `heading`;
+    its variable for the heading is `series`. Without a `goal`, the variable goal_yaw, the letter
+    gives the goal."""
     begin, end, _, side = letter
     begin_yaw = series.at(begin) if series is not None else float(heading.at(np.array([begin]))[0])
     read, goal_before, goal_after = begin, '', ''
