@@ -1,4 +1,4 @@
-"""What does a node do inside? Its variables, the quantities that they follow, its first mistake."""
+"""What is wrong inside a node? The variables of the node show its first mistake."""
 import os
 from pathlib import Path
 from typing import Dict, Mapping
@@ -8,6 +8,6 @@ PROBE = Path(__file__).with_name('probe')
 
 
 def watched(environment: Mapping[str, str], probe: str = str(PROBE)) -> Dict[str, str]:
-    """Returns the environment of a Python node that shows its variables by the probe."""
+    """Returns this environment, changed so that a Python node in it shows its variables."""
     folders = [probe, environment.get('PYTHONPATH', '')]
     return dict(environment, PYTHONPATH=os.pathsep.join(filter(None, folders)))

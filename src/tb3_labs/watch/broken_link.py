@@ -1,8 +1,8 @@
 """A broken link of the chain sensor -> belief -> goal -> error -> command -> stop.
 
-A link looks at the variables of a node, and at the messages that the node received and sent. The
-right number of a link is computed by the handout from the node's *own* numbers in the links before.
-So the consequence of a mistake is not reported as another mistake.
+A link compares a number of the node with the correct number. The handout computes the correct
+number from the node's *own* numbers in the links before. So the consequence of a mistake is not
+reported as another mistake.
 """
 from functools import cached_property, lru_cache
 from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -19,17 +19,17 @@ LONGEST_UPDATE_GAP = 0.3
 LONGEST_READING_GAP = 0.4
 #: A longer pause between commands is a mistake [s].
 LONGEST_COMMAND_GAP = 0.45
-#: A variable that follows no quantity is compared with the heading once more. The tolerance is then
-#: larger by this factor.
+#: A variable that follows no quantity is compared with the headings once more, with a tolerance
+#: that is larger by this factor.
 COARSE_FACTOR = 30.0
 #: A variable with this many values, or fewer, is not judged as constant.
 FEWEST_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
-    """What is wrong at a link: `words` are a sentence without its full stop. `moment`: a time at
-    which the mistake shows [s]. The link `is_weak` if the node breaks a law of the handout, but may
-    turn and drive well."""
+    """A mistake of a node. `words` describe the mistake in a sentence without its full stop. The
+    mistake shows at the time `moment` [s]. The mistake `is_weak` if the node may turn and drive
+    well in spite of it."""
 
     words: str
     moment: float
@@ -37,16 +37,16 @@ class BrokenLink(NamedTuple):
     is_weak: bool = False
 
 
-#: A function that yields the BrokenLinks of one link. The first of them is reported.
+#: A function that yields the BrokenLinks of one link. Only the first BrokenLink is reported.
 Check = Callable[['NodeRun'], Iterator[BrokenLink]]
 
 
 class NodeRun:
-    """A run, and the variables and commands of one of its nodes."""
+    """One node of a recorded run, with its variables and its commands."""
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
-        """`run`: a RunData. `node`: the name of the node, by default the node with the most
-        readings. If the senders of the commands were not recorded, all commands are the node's."""
+        """`run` is a RunData. `node` is the node's name, by default the name of the node with the
+        most readings. If no senders were recorded, all commands count as the node's."""
         self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
         # in the recording of a trial all commands are the node's
@@ -65,19 +65,20 @@ class NodeRun:
         return None
 
     def boolean_variable(self, name: str) -> Optional[Series]:
-        """Returns the first variable with this bare name if it is only True and False, or 1 and 0;
-        else None."""
+        """Returns the first variable with this bare name if all its values are True or False, or
+        1 or 0; else None."""
         series = self.variable(name)
         return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
     @cached_property
     def heading(self) -> Quantity:
-        """The right heading by the IMU: the first of the `imu_quantities`, in less time."""
+        """The correct heading by the IMU. It is the first of the `imu_quantities`, which all take
+        much longer."""
         return next(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
 
     @cached_property
     def imu_quantities(self) -> List[Quantity]:
-        """The quantities of the IMU that a node may take for the heading, first the right one."""
+        """The quantities of the IMU that a node may take for the heading. The first is correct."""
         return list(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
 
     @cached_property
@@ -98,19 +99,18 @@ class NodeRun:
         return bool(len(before) and time - before[-1] <= LONGEST_READING_GAP)
 
     def end_after(self, time: float) -> float:
-        """Returns the time of the last reading before the first gap after this time; inf if there
-        is no reading after this time."""
+        """Returns the time of the last reading before the next gap of the readings; inf if no
+        reading is later than `time`."""
         later = self.reading_times[self.reading_times >= time]
         is_last = np.diff(later, append=np.inf) > LONGEST_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
 
     def may_run(self, begin: float, end: float) -> bool:
-        """Does the node run from `begin` to `end`? The answer is True if no variable was
-        recorded."""
+        """Does the node run from `begin` to `end`? True also if no variable was recorded."""
         return not len(self.reading_times) or self.runs_at(begin) and self.end_after(begin) >= end
 
     def constant_text(self, name: str, value: float) -> str:
-        """Returns a clause if the node has a constant of this name that is not the handout's
+        """Returns a clause on the node's constant `name` if its value is not the handout's
         `value`; else ''."""
         series = self.variable(name.lower())
         own = series.value[-1] if series is not None else np.nan
@@ -119,7 +119,7 @@ class NodeRun:
 
 
 def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
-    """Returns w, x, y, z of each sample. Samples that have only a yaw are of a level robot."""
+    """Returns w, x, y, z of each sample. If the samples have only a yaw, the robot is level."""
     if hasattr(samples, 'w'):
         return samples.w, samples.x, samples.y, samples.z
     half, zeros = samples.yaw / 2.0, 0.0 * samples.yaw
@@ -127,8 +127,8 @@ def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned`: the lines of the node's file that assign
-    each variable."""
+    """Returns the sentence on a broken link. `assigned` has for each variable the lines of the
+    node's file that assign it."""
     name, words = broken.variable, broken.words
     lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
     place = '' if not lines else ' ({} is assigned in line{} {})'.format(
@@ -141,83 +141,84 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
 
 # -- functions that several labs share
 
-def is_usable_heading(quantity: Quantity, right: Quantity) -> bool:
-    """Is a quantity the right heading, in any range and unit, to within a degree?"""
+def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
+    """Is a quantity the correct heading, in any range and unit, to within a degree?"""
     unit = quantity.per_degree
     if unit <= 0.0:
         return False
-    apart = wrap_all(quantity.value - right.value / right.per_degree * unit, 360.0 * unit)
+    apart = wrap_all(quantity.value - correct.value / correct.per_degree * unit, 360.0 * unit)
     return bool((np.abs(apart) < unit).all())
 
 
 def is_constant(series: Series) -> bool:
-    """Does a variable stay the same after the first twentieth of its values?"""
+    """Are all values of a variable equal, except for the first twentieth of the values?"""
     count = len(series.text)
     return count > FEWEST_READINGS and len(set(series.text[count // 20:])) == 1
 
 
-def farthest(series: Series, should: np.ndarray) -> int:
-    """Returns the index of the value that differs most from the value that it should have."""
+def worst_index(series: Series, should: np.ndarray) -> int:
+    """Returns the index of the value that differs most from `should`, the correct values."""
     apart = np.abs(series.value - should)
     return int(np.argmax(np.where(np.isfinite(apart), apart, -1.0)))
 
 
-def wrong_value(series: Series, behaviour: str, right: Quantity) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the right quantity. `behaviour`: a
-    clause on what the variable does. The sentence has the numbers at the largest difference."""
-    should = right.at(series.time)
-    worst = farthest(series, should)
-    return BrokenLink('{} {}: it was {:.4g} when {} was {:.4g}'.format(
-        series.name, behaviour, series.value[worst], right.words.partition(',')[0], should[worst]),
-        series.time[worst], series.name)
+def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
+    """Returns the BrokenLink of a variable that should follow the quantity `correct`, but has this
+    `behaviour`, a clause. The BrokenLink has the values at the largest difference."""
+    should = correct.at(series.time)
+    worst = worst_index(series, should)
+    name = correct.words.partition(',')[0]
+    words = f'it was {series.value[worst]:.4g} when {name} was {should[worst]:.4g}'
+    return BrokenLink(f'{series.name} {behaviour}: {words}', series.time[worst], series.name)
 
 
 def followed_heading(series: Series, quantities: List[Quantity]
                      ) -> Tuple[Optional[Quantity], Optional[BrokenLink]]:
-    """Returns (the usable heading that a variable follows, None), or (None, the BrokenLink) if the
-    variable follows no usable heading. The first of the `quantities` is the right heading."""
-    right = quantities[0]
+    """Returns (the usable heading that a variable follows, None). If there is no such heading,
+    returns (None, the BrokenLink). The first of the `quantities` is the correct heading."""
+    correct = quantities[0]
     found = matching_quantities(series, quantities)
-    usable = [each for each in found or quantities if is_usable_heading(each, right)]
+    usable = [each for each in found or quantities if is_usable_heading(each, correct)]
     if not found:       # on a busy computer samples come late, or are lost
         usable = matching_quantities(
             series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in usable])
     if usable:
         return usable[0], None
     if is_constant(series) and not found:
-        words = expected(f'{series.name} stays at {series.text[-1][:40]}', right.words)
-        return None, wrong_value(series, '', right)._replace(words=words)
+        words = expected(f'{series.name} stays at {series.text[-1][:40]}', correct.words)
+        return None, wrong_value(series, '', correct)._replace(words=words)
     if found:
         also = [each.words for each in found[1:2] if not np.allclose(
             each.value, found[0].value, atol=1e-3 * each.scale)]
         words = 'follows ' + ', or '.join([found[0].words] + also)
-        return None, wrong_value(series, expected(words, right.words), right)
-    pause = median_pause(series, right)
-    behaviour = 'does not follow ' + right.words
+        return None, wrong_value(series, expected(words, correct.words), correct)
+    pause = median_pause(series, correct)
+    behaviour = 'does not follow ' + correct.words
     if pause > LONGEST_UPDATE_GAP:
         behaviour += f', but changes only every {pause:.1f} s while that changes'
-    return None, wrong_value(series, behaviour, right)
+    return None, wrong_value(series, behaviour, correct)
 
 
-def expected(observation: str, right: Any) -> str:
-    """Returns a clause that names an observation, and then the right value."""
-    return f'{observation}; it should be {right}'
+def expected(observation: str, correct: Any) -> str:
+    """Returns a clause with an observation, and then with the correct value."""
+    return f'{observation}; it should be {correct}'
 
 
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
-    """Yields the mistake that the commands at these times come too seldom, as seen at `begin`."""
+    """Yields a BrokenLink at `begin` if the commands at these times come too seldom."""
     pause = np.median(np.diff(times))
     if pause > LONGEST_COMMAND_GAP:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
-#: The fields of a command that no wheel follows: (name in Twists, name in the message).
+#: The fields of a command that no wheel follows, each (name in Twists, name in the message).
 UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
                  ('pitching', 'angular.y'))
 
 
 def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
-    """Returns a clause on the first of these fields that has a speed in any command; else ''."""
+    """Returns a clause on the first of these fields with a speed in any command; '' if no field
+    has a speed."""
     for field, words in fields:
         speeds = getattr(sent, field, np.empty(0))
         if speeds.any():
@@ -226,6 +227,7 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on the first field beside angular.z that has a speed; else ''."""
+    """Returns a clause on the first field with a speed, angular.z excepted; '' if there is no such
+    field."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return clause and '; ' + clause

@@ -1,5 +1,4 @@
-"""The chain of each lab, as data: its links with their places in the lab sheets, and the variables
-that show to which lab a node belongs."""
+"""The table of the links of each lab, and the search for the first broken link of a node."""
 from itertools import islice
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
@@ -9,8 +8,8 @@ from tb3_labs.watch.variables import bare_name
 
 
 class Place(NamedTuple):
-    """A place in a lab sheet: a heading, and a numbered step of its section, or 0 for the whole
-    section."""
+    """A section of a lab sheet, by its heading, or a numbered step of this section. The `step` 0 is
+    the whole section."""
 
     sheet: str
     heading: str
@@ -25,9 +24,8 @@ class Place(NamedTuple):
 
 
 class Link(NamedTuple):
-    """A link of a chain: a question that a student can answer by looking at the node, the Check
-    that finds mistakes, the place that explains the link, and the parts of the lab that use the
-    link."""
+    """A link of a chain. A student can answer the `question` by looking at the node. The `check`
+    finds mistakes. The `place` explains the link. The `parts` of the lab use the link."""
 
     question: str
     check: Check
@@ -48,7 +46,7 @@ TURN_STEP, MOUSE_STEP, DRIVE_STEP, CONTROL_STEP = (
 TURNS, MOUSE = ('turns', 'both'), ('mouse', 'both')
 DRIVES, CONTROL = ('drive', 'reset'), ('drive', 'reset', 'control')
 PAD = ('sticks', 'buttons', 'no service')
-#: {lab: the links of its chain, in their order}
+#: For each lab, the links of its chain in their order.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -91,15 +89,15 @@ CHAINS: Dict[str, Sequence[Link]] = {
             'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
             'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
             'How large is each command?'), input_links.PAD_LINKS))}
-#: {lab: bare names of variables that the handout gives its node}
+#: A node with these variables belongs to the lab. The handout gives their names.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
 def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
                  weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link of these `parts` of the lab, by default of all parts, or None.
-    A weak BrokenLink is skipped if `weak` is False."""
+    """Returns the first broken link, with its Link, or None. Only links of these `parts` of the lab
+    are checked, by default all links. If `weak` is False, a weak BrokenLink does not count."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
             broken = next(link.check(node_run), None)
@@ -109,14 +107,14 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 
 
 def remarks(run: Any, lab: str) -> List[str]:
-    """Returns sentences on mistakes that cost no points: commands that come too seldom."""
+    """Returns a sentence on commands that come too seldom. This mistake costs no points."""
     broken = islice(turn_links.too_seldom(NodeRun(run)), 1) if lab == 'turn' else ()
     return [f'{sentence(each)} See {TURN_STEP}.' for each in broken]
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) of each node of a recording whose lab is known and whose
-    chain is broken. A node with only weak BrokenLinks may be right, and is left out."""
+    """Returns (node, Link, BrokenLink) of each node whose lab is known and whose chain is broken. A
+    node with only weak BrokenLinks is left out, because it may be right."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)

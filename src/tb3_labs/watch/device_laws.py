@@ -1,7 +1,8 @@
 """The command that follows a device: a gamepad or a mouse.
 
-A field of a command follows an input: an axis, a button or a coordinate of the mouse. The field is
-the input in one of the last messages times a factor. This factor is found from the commands.
+An input is an axis, a button or a coordinate of the mouse. A field of a command follows an input if
+the field is a factor times the input in one of the last messages. The factor is found from the
+commands.
 """
 import json
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
@@ -16,11 +17,12 @@ from tb3_labs.watch.variables import Series, last_before
 ANSWER_DELAY = 0.5
 #: A node must answer an input that does not change for this time [s].
 HELD_TIME = 0.6
-#: A field follows an input if this share of its values does. A callback that waited answers late.
+#: A field follows an input if this share of its values does. The share is not 1, because a callback
+#: that waited answers late.
 INPUT_SHARE = 0.9
 #: The probe reads a variable up to this time after its command [s].
 READING_DELAY = 0.04
-#: A field follows a variable if this share of its values does, since some commands have no reading.
+#: A field follows a variable if this share of its values does. Some commands have no reading.
 VARIABLE_SHARE = 0.8
 
 
@@ -32,18 +34,18 @@ class Device(NamedTuple):
     names: Sequence[str]
 
     def row_text(self, row: np.ndarray) -> str:
-        """Returns in words which inputs are not 0."""
+        """Returns the names and values of the inputs that are not 0."""
         return ' and '.join(f'{name} at {value:g}' for name, value in zip(
             self.names, row) if value) or 'all inputs at 0'
 
     @property
     def same_since(self) -> np.ndarray:
-        """For each message: the time since which all inputs have the same values [s]."""
+        """The time since which all inputs have the values of a message, for each message [s]."""
         is_new = np.append(True, np.diff(self.value, axis=0).any(axis=1))[:len(self.time)]
         return np.maximum.accumulate(np.where(is_new, self.time, -np.inf))
 
     def index_at(self, times: np.ndarray) -> np.ndarray:
-        """Returns the index of the last message at each time, -1 if this message is not recent."""
+        """Returns the index of the last message before each time; -1 if it is not recent."""
         last = last_before(self.time, times + ARRIVAL_LEAD)
         age = times - np.append(self.time, -np.inf)[last]
         return np.where(age <= RECENT_TIME, last, -1)
@@ -57,7 +59,7 @@ class Device(NamedTuple):
 
 
 def events_of(node_run: NodeRun, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
-    """Returns (time, event) of the marker's events of this kind in a trial."""
+    """Returns (time, event) of each event of this kind that the marker noted in a trial."""
     rows = node_run.run.events
     events = [(time, json.loads(words)) for time, words in zip(rows.arrival, rows.words)]
     return [(time, event) for time, event in events if event['kind'] == kind]
@@ -93,21 +95,21 @@ def multiplied(form: Quantity, factor: float) -> Quantity:
 
 def followed_form(series: Series, forms: Sequence[Quantity], share: float,
                   factor: float) -> Optional[Tuple[float, str]]:
-    """Returns (factor, words) of the form that a series follows, or None. If the series follows
-    several forms, this is the form whose factor is nearest to the handout's `factor`."""
+    """Returns (factor, words) of the form that a series follows, or None. Of several forms, the one
+    whose factor is nearest to the handout's `factor` is chosen."""
     factors = [(factor_of(series, form, share), form.words) for form in forms]
     found = [each for each in factors if np.isfinite(each[0])]
-    return min(found, key=lambda each: abs(each[0] - factor), default=None)
+    return min(found, key=lambda each: abs(each[0] - factor)) if found else None
 
 
 def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
                  forms: List[Quantity], factor: float) -> Iterator[BrokenLink]:
-    """Yields a field, linear.x or angular.z, that is not `factor` times the first of the forms. The
-    BrokenLink is weak if the field has the right sign and is not too large."""
+    """Yields the field `name`, linear.x or angular.z, if it is not `factor` times the first of the
+    forms. The BrokenLink is weak if the field has the correct sign and is not too large."""
     last, value = device.index_at(commands.arrival), getattr(commands, name.split('.')[0])
     series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
-    right = forms[0]
-    wanted = factor * right.value[last]
+    correct = forms[0]
+    wanted = factor * correct.value[last]
     if not wanted.any():
         return
     settled = series.time - device.same_since[last] > ANSWER_DELAY
@@ -118,11 +120,11 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
         series, own, VARIABLE_SHARE, factor)
     if followed is not None:
         number, words = followed
-        if words == right.words and abs(number / factor - 1.0) < 0.02:
+        if words == correct.words and abs(number / factor - 1.0) < 0.02:
             return
         is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
     else:
-        is_wrong = settled & ~np.isfinite(sample_ages(series, multiplied(right, factor)))
+        is_wrong = settled & ~np.isfinite(sample_ages(series, multiplied(correct, factor)))
         if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * (settled & (wanted != 0.0)).sum()):
             return
         row = device.value[last[np.argmax(is_wrong)]]
@@ -132,16 +134,18 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
             device.row_text(row))
     keeps_side = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     is_driven = settled & ((wanted != 0.0) | (series.value != 0.0))
-    yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {right.words}'),
+    yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {correct.words}'),
                      series.time[np.argmax(is_wrong)], name,
                      is_weak=keeps_side[is_driven].all())
 
 
 def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
                is_ignored: Callable[[float, float], Any]) -> Iterator[BrokenLink]:
-    """Yields held inputs without a command, and released inputs without a zero. ``drives(row)``: do
-    the inputs of this row ask for a movement? ``is_ignored(begin, end)``: may the node be
-    silent?"""
+    """Yields held inputs without a command, and released inputs without a zero.
+
+    ``drives(row)`` is true if the inputs of this row ask for a movement. ``is_ignored(begin, end)``
+    is true if the node may be silent in this time.
+    """
     times, speeds = commands.arrival, np.abs(commands.linear) + np.abs(commands.angular)
     for begin, end, row in device.held_inputs():
         if is_ignored(begin, end):
@@ -159,5 +163,6 @@ def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any
 
 
 def law_link(laws: Callable[[NodeRun], List[BrokenLink]], weak: bool) -> Check:
-    """Returns the Check of only the weak laws, or of only the laws that are not weak."""
+    """Returns a Check. It yields only the weak BrokenLinks of `laws` if `weak`, else only the other
+    ones."""
     return lambda node_run: (each for each in node_run.cached(laws) if each.is_weak == weak)

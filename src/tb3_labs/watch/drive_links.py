@@ -58,16 +58,16 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a variable of the goal that does not have the requested value."""
+    """Yields a variable of the goal whose constant value is not the requested value."""
     goals = node_run.run.goals
     if not len(goals) or not len(node_run.run.starts):
         return      # without a trial, another node may have sent the goals
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
         # the node may have its goal_yaw in degrees
-        rights = [requested, np.degrees(requested) if 'yaw' in name else requested]
+        correct_ones = [requested, np.degrees(requested) if 'yaw' in name else requested]
         if series is not None and is_constant(series) and (
-                np.abs(series.value[-1] - rights).min() > 1e-3):
+                np.abs(series.value[-1] - correct_ones).min() > 1e-3):
             words = expected(f'{series.name} is {shortened_value(series.text[-1])}',
                              f'{requested:g}')
             yield BrokenLink(words, series.time[0], series.name)
@@ -75,7 +75,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str, np.ndarray]]:
     """Yields (words, angles) of each formula that a node may use for the heading error. The first
-    is right."""
+    formula is correct."""
     dx, dy = part.pose.to_goal.real, part.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal_yaw)]
     if part.state != ROTATE_TO_GOAL:
@@ -97,19 +97,20 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
     with the handout's gain is preferred. `words` are '' if the commands follow no error."""
     requested, found = GAINS[part.state], []
     for words, error in heading_errors(node_run, part):
-        # near a jump of the error, a command with either sign is right
-        inner = (part.angular != 0.0) & (error != 0.0) & (
-            (np.abs(error) < 3.0) | ('not normalized' in words))
-        command, error = part.angular[inner], error[inner]
+        # near a jump of the error, a command with either sign is correct
+        is_clear = (np.abs(error) < 3.0) | ('not normalized' in words)
+        is_used = (part.angular != 0.0) & (error != 0.0) & is_clear
+        command, error = part.angular[is_used], error[is_used]
         if len(error) < 5:
             continue
         gain = float(np.median(command / error))
-        if abs(abs(gain) / requested - 1.0) < 0.05:
+        has_handouts_gain = abs(abs(gain) / requested - 1.0) < 0.05
+        if has_handouts_gain:
             gain = float(np.copysign(requested, gain))
-        elif np.ptp(command) < 0.1:
-            continue        # a constant command follows each constant angle, with some gain
+        # a constant command follows each constant angle, with some gain
+        is_constant_command = np.ptp(command) < 0.1
         is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
-        if is_near.mean() >= RIGHT_SHARE:
+        if is_near.mean() >= RIGHT_SHARE and (has_handouts_gain or not is_constant_command):
             found.append((words, gain))
     return min(found, key=lambda each: abs(each[1]) != requested, default=('', requested))
 
@@ -122,7 +123,7 @@ def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields commands of a state that have another sign or size than the law gives."""
+    """Yields commands of a state whose sign or size is not by the handout's law."""
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return
     if not len(part.time):
@@ -140,12 +141,12 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
                 f'in {part.state} linear.x was {speed:.2f}, by the handout it is {DRIVE_SPEED:g}'
                 + ('' if speed else node_run.cached(other_field_text)), part.begin, 'linear.x')
         return
-    (words, gain), (right, error) = fitted_formula(node_run, part), next(
+    (words, gain), (correct, error) = fitted_formula(node_run, part), next(
         heading_errors(node_run, part))
     text = f'in {part.state} angular.z was '
-    if words and (words != right or gain < 0.0):
+    if words and (words != correct or gain < 0.0):
         yield BrokenLink(f'{text}{gain:.2g} x ({words}); by the handout it is '
-                         f'{GAINS[part.state]:g} x ({right})', part.begin, 'angular.z')
+                         f'{GAINS[part.state]:g} x ({correct})', part.begin, 'angular.z')
     turns = part.angular.any()
     is_wrong = part.angular * error < 0.0 if turns else part.angular == 0.0
     wrong = np.flatnonzero(is_wrong & (np.abs(error) > 2.0 * TOLERANCES[part.state]) & (
@@ -157,7 +158,7 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
 
 
 def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a state that does not end at its tolerance, and an unknown state that does not end."""
+    """Yields a state that ends too early or too late, and an unknown state that does not end."""
     if part.state not in TOLERANCES:
         # an additional state is not a mistake if the node leaves it
         is_left = part.next_state in STATES or part.end - part.begin < 1.0
@@ -165,7 +166,7 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
             yield BrokenLink(f"state became {part.state}, which is none of {', '.join(STATES)}",
                              part.begin, 'state')
         return
-    # only at a reading the pose is known: it may jump between two readings
+    # between two readings, the pose may jump
     times = node_run.reading_times
     times = times[(times >= part.begin) & (times <= part.end)]
     pose = own_pose(node_run, times)
@@ -189,14 +190,14 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
 
 
 def error_text(state: str, error: float) -> str:
-    """Returns the error of a state and its tolerance in words."""
+    """Returns a clause with the error of a state, and with the tolerance of this state."""
     kind, unit = ('distance', 'm') if state == MOVE_FORWARD else ('heading error', 'rad')
     return f'a {kind} of {error:.2f} {unit}; {TOLERANCES[state]:g} is the tolerance'
 
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that a node sends at the goal or after it lost control, and a missing zero at
-    that moment."""
+    """Yields commands that a node sends after it has reached the goal, or has lost control. Also
+    yields a last command that is not zero, at one of these moments."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     is_any = np.ones_like(is_moving)
@@ -225,7 +226,8 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def other_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom, and another gain or speed, which is a weak link."""
+    """Yields commands that come too seldom. Also yields a gain or speed that is not the handout's;
+    this BrokenLink is weak."""
     for part in node_run.cached(state_intervals):
         if len(part.time) < 4 or part.state not in TOLERANCES:
             continue

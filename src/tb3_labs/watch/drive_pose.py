@@ -1,8 +1,8 @@
-"""The local pose of the Transformation lab: the right values of local_x, local_y, local_yaw and
-their references, and the wrong quantities that these variables may follow.
+"""The link of the local pose, in the Transformation lab. It checks local_x, local_y, local_yaw and
+their references, and finds the wrong quantities that these variables may follow.
 
-Places are complex numbers here, x + iy. Angles are compared on the unit circle, so that their range
-does not matter.
+Here, places are complex numbers, x + iy. Angles are compared on the unit circle, so that their
+range does not matter.
 """
 import re
 from itertools import islice, product
@@ -10,35 +10,35 @@ from typing import Any, Iterator, Tuple
 
 import numpy as np
 
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, farthest
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, worst_index
 from tb3_labs.watch.drive_states import (
     LONGEST_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, local_frames,
     part_with_control, unit_of)
 from tb3_labs.watch.quantities import SAME_SHARE, Quantity, matching_quantities, sample_ages
 from tb3_labs.watch.variables import Series, shortened_value
 
-#: A variable with fewer values is not judged.
+#: A variable with fewer values in a frame is not judged.
 FEWEST_VALUES = 10
 #: The followed quantity is searched for in this time around the worst value [s].
 FOLLOWED_WINDOW = 60.0
 
 
 def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
-    """Yields (number of mistakes, choices...) for each combination of one choice of each option. A
-    choice is a mistake unless it is the first of its option."""
+    """Yields (number of mistakes, chosen values...) for each way to choose a value of each option.
+    A value is a mistake if it is not the first value of its option."""
     for chosen in product(*options):
         mistakes = sum(choice is not option[0] for choice, option in zip(chosen, options))
         yield (mistakes, *chosen)
 
 
 def in_window(times: np.ndarray, window: Tuple[float, float]) -> slice:
-    """Returns the indices of the times in a window. The times are in order."""
+    """Returns the indices of the times in a window (begin, end). The times are in order."""
     return slice(*np.searchsorted(times, window))
 
 
 def place_quantities(samples: Any, before: Frame, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local place, as complex numbers, from
-    samples of the odometry. The first two are right. `before`: the frame before `frame`."""
+    """Yields the quantities that a node may take for its local place in `frame`. The first two are
+    correct. `samples` are of the odometry. The frame `before` came before `frame`."""
     here, scale = samples.x + 1j * samples.y, POSE_TOLERANCE / SAME_SHARE
     turned = frame.odometry_yaw - frame.declared_yaw
     turned_before = before.odometry_yaw - before.declared_yaw
@@ -60,8 +60,8 @@ def place_quantities(samples: Any, before: Frame, frame: Frame) -> Iterator[Quan
                            place * np.exp(-1j * frame.odometry_yaw), scale, mistakes=1)
 
 
-#: The formulas of a local yaw, and of a reference, as sums of readings: (words, factor of the
-#: present reading, factor of the reading at the reset, factor of the reading at the reset before).
+#: A local yaw, and a reference, is a sum of three readings. Each formula has its words, and the
+#: factors of the present reading, the reading at the reset, and the reading at the reset before.
 LOCAL_FORMULAS = ((' since the reset', 1, -1, 0), (' since the reset before', 1, 0, -1),
                   (', not from the reset on', 1, 0, 0),
                   (', minus the radians at the reset', 1, -np.pi / 180.0, 0))
@@ -70,8 +70,8 @@ REFERENCE_FORMULAS = ((' at the reset', 0, 1, 0), (' at the reset before', 0, 0,
 
 def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
              window: Tuple[float, float]) -> Iterator[Tuple[Quantity, Any, Any]]:
-    """Yields (a quantity that a node may read for a yaw or a reference; the value of this quantity
-    at the begin of `frame`; the value at the begin of `before`). The first quantity is right."""
+    """Yields each quantity that a node may read for a yaw or a reference, with its value at the
+    begin of `frame` and its value at the begin of `before`. The first quantity is correct."""
     sensor = 'IMU' if name in ('local_yaw', 'initial_global_yaw') else 'odometry'
     samples = node_run.run.imu if sensor == 'IMU' else node_run.run.odometry
     samples = samples.take(in_window(samples.arrival, window))
@@ -101,9 +101,9 @@ def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
 
 def pose_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
                     window: Tuple[float, float]) -> Iterator[Quantity]:
-    """Yields the quantities that the variable `name`, of the pose or a reference, may follow in a
-    `window` of a frame [s], in comparable form. The first two are right: the handout does not ask
-    for a declared pose."""
+    """Yields the quantities that the variable `name` may follow in a `window` of a frame [s]. Their
+    values are in comparable form. The first quantity is correct. The second one is correct, too,
+    since the handout does not ask for a declared pose."""
     if name in ('local_x', 'local_y'):
         odometry = node_run.run.odometry
         samples = odometry.take(in_window(odometry.arrival, window))
@@ -116,11 +116,13 @@ def pose_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
 
 def reading_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
                        window: Tuple[float, float]) -> Iterator[Quantity]:
-    """Yields the quantities that a local yaw or a reference may follow, each from one reading."""
+    """Yields the quantities that a local yaw or a reference may follow."""
     is_local = name in REFERENCES_OF
     formulas = LOCAL_FORMULAS if is_local else REFERENCE_FORMULAS
-    # (words, factor of the declared pose)
-    declared_factors = (('', is_local), (', without the declared pose', is_local - 1))
+    # (words, factor of the declared pose): a reference lacks what the local yaw adds
+    declared_factors = (('', 0.0), (', without the declared pose', -1.0))
+    if is_local:
+        declared_factors = (('', 1.0), (', without the declared pose', 0.0))
     place = frame.declared_place * np.exp(1j * (frame.odometry_yaw - frame.declared_yaw))
     for each, at_reset, at_reset_before in readings(node_run, before, frame, name, window):
         if 'yaw' not in name:
@@ -140,35 +142,35 @@ def reading_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str
 
 
 def comparable(name: str, value: np.ndarray) -> np.ndarray:
-    """Returns the values of the variable `name` in comparable form: a yaw as a point on the unit
-    circle, a place as its x or y."""
+    """Returns the values of the variable `name` in comparable form. A yaw becomes a point on the
+    unit circle, and a complex place becomes its x or its y."""
     if 'yaw' in name:
         return np.cos(value) + 1j * np.sin(value)       # faster than exp
     return np.imag(value) if name.endswith('y') and np.iscomplexobj(value) else np.real(value)
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the wrong variables of the local pose. The wrong references of a variable come
-    first."""
+    """Yields the wrong variables of the local pose. Before a wrong variable, its wrong references
+    are yielded."""
     known = node_run.cached(local_frames)
     for (before, frame), name in product(zip(known[:1] + known, known), REFERENCES_OF):
-        for wrong in wrong_variable(node_run, before, frame, name):
+        for wrong in wrong_in_frame(node_run, before, frame, name):
             for reference in REFERENCES_OF[name]:
-                yield from wrong_variable(node_run, before, frame, reference)
+                yield from wrong_in_frame(node_run, before, frame, reference)
             yield wrong
 
 
-def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
+def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
                    name: str) -> Iterator[BrokenLink]:
-    """Yields a variable that does not follow the right quantity in a frame."""
+    """Yields the variable `name` if it does not follow the correct quantity in a frame."""
     series, is_local = node_run.variable(name), name in REFERENCES_OF
     if series is None or np.isnan([frame.place, frame.odometry_yaw, frame.imu_yaw]).any():
         return
     window = (frame.begin - LONGEST_LAG, frame.end)
-    rights = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
-    right = rights[0]
-    # the node learns of the frame with its first message in it
-    first = right.time[right.time >= frame.begin][:1]
+    correct_ones = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
+    correct = correct_ones[0]
+    # the node receives its first message in the frame a moment after the frame's begin
+    first = correct.time[correct.time >= frame.begin][:1]
     if not len(first):
         return
     value = comparable(name, series.value * (unit_of(series) if is_local else 1.0))
@@ -176,10 +178,10 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
         first[0] + LONGEST_LAG, frame.end)
     part = part_with_control(node_run, in_frame)
     if np.isfinite(part.value).sum() < FEWEST_VALUES or matching_quantities(
-            part, rights, RIGHT_SHARE):
+            part, correct_ones, RIGHT_SHARE):
         return
-    should = right.at(part.time)
-    worst = farthest(part, should)
+    should = correct.at(part.time)
+    worst = worst_index(part, should)
     behaviour = ''
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max(initial=0.0)
     if moved > 2.0 * POSE_TOLERANCE or not is_local:
@@ -188,7 +190,7 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
         quantities = pose_quantities(node_run, before, frame, name,
                                      (max(window[0], begin), min(window[1], end)))
         behaviour = followed_text(part.between(begin, end), quantities)
-    behaviour = behaviour or late_text(part, right)
+    behaviour = behaviour or late_text(part, correct)
     is_constant = len(set(part.text)) == 1
     stayed_at_reset = frame.is_reset and (
         series.text_at(frame.begin - SHORT_LAG) == part.text[0])
@@ -196,24 +198,24 @@ def wrong_variable(node_run: NodeRun, before: Frame, frame: Frame,
         behaviour = 'stayed ' + shortened_value(part.text[0])
     elif not is_local and 'followed' not in behaviour:
         return      # this node does not use the reference as the handout does
-    right_value = np.angle(should[worst]) if 'yaw' in name else should[worst]
-    words = expected(f'{frame.words}{series.name} {behaviour}', right.words)
+    correct_value = np.angle(should[worst]) if 'yaw' in name else should[worst]
+    words = expected(f'{frame.words}{series.name} {behaviour}', correct.words)
     yield BrokenLink(
-        f'{words}: it was {shortened_value(part.text[worst])} when this was {right_value:.3g}',
+        f'{words}: it was {shortened_value(part.text[worst])} when this was {correct_value:.3g}',
         part.time[worst], series.name)
 
 
 def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
-    """Returns a clause on the quantities that a variable follows, only those with the fewest
-    mistakes; '' if the variable follows none of the quantities."""
+    """Returns a clause on the quantities that a variable follows; '' if it follows none. Only the
+    quantities with the fewest mistakes are named."""
     found = matching_quantities(part, quantities, RIGHT_SHARE)
     fewest = min((each.mistakes for each in found), default=0)
     texts = dict.fromkeys(each.words for each in found if each.mistakes == fewest)
     return 'followed ' + ', or '.join(list(texts)[:2]) if texts else ''
 
 
-def late_text(part: Series, right: Quantity) -> str:
-    """Returns a clause on a variable that follows the right quantity late, or not at all."""
-    delays = np.sort(sample_ages(part, right._replace(scale=1.0), 60.0))
+def late_text(part: Series, correct: Quantity) -> str:
+    """Returns a clause on how late a variable follows the correct quantity, or that it does not."""
+    delays = np.sort(sample_ages(part, correct._replace(scale=1.0), 60.0))
     longest = delays[int(RIGHT_SHARE * (len(part.time) - 1))]
     return f'came up to {longest:.1f} s late' if longest < np.inf else 'did not follow it'

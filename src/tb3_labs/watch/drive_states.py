@@ -1,7 +1,7 @@
-"""The drives of a node of the Transformation lab, by its own variables: its local frames, its pose,
-the times in which it has control, and its states with the commands in them.
+"""A node of the Transformation lab by its own variables. They show its local frames, its pose, when
+it has control, and its states with the commands in them.
 
-A local frame begins at each start of the node and at each reset. Places are complex numbers here,
+A local frame begins at each start of the node and at each reset. Here, places are complex numbers,
 x + iy, so that a rotation is a product.
 """
 from typing import Any, List, NamedTuple, Tuple
@@ -13,16 +13,16 @@ from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_
 from tb3_labs.watch.broken_link import LONGEST_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series, last_until
 
-#: A pose is right if it is at most this far from the right pose [m], [rad].
+#: A pose is correct if it is at most this far from the correct pose [m], [rad].
 POSE_TOLERANCE = 0.03
-#: A node keeps a law if at least this share of its values is right.
+#: A node keeps a law if at least this share of its values is correct.
 RIGHT_SHARE = 0.9
 #: The probe shows a change at most LONGEST_LAG after its cause, and most changes within SHORT_LAG
 #: [s].
 LONGEST_LAG, SHORT_LAG = 0.4, 0.1
 #: A robot rests for this time after its node was started [s].
 REST_TIME = 1.5
-#: A jump of a variable is a reset if at most two more jumps are within this time of it [s].
+#: A jump of a variable is a reset if at most two other jumps are within this time [s].
 JUMP_WINDOW = 1.0
 #: The variables of the pose, each with the references from which the node computes it.
 REFERENCES_OF = {
@@ -34,9 +34,9 @@ HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians
 
 
 class Frame(NamedTuple):
-    """A local frame from `begin` to `end` [s]. A reset that begins a frame declares the robot's
-    place and yaw in this frame. At `begin`, the odometry has the robot's `place` and
-    `odometry_yaw`, and the IMU has its `imu_yaw`; NaN if they are unknown."""
+    """A local frame, in force from `begin` to `end` [s]. If a reset begins the frame, the reset
+    declares the robot's place and yaw in the frame. `place` and `odometry_yaw` are the robot's pose
+    in the odometry at `begin`, and `imu_yaw` is its yaw by the IMU; NaN if they are unknown."""
 
     begin: float
     declared_place: complex = 0j
@@ -69,7 +69,7 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
         odometry, imu = (first_from(samples, frame.begin) for samples in (run.odometry, run.imu))
         frame = frame._replace(end=end, place=complex(odometry.x, odometry.y),
                                odometry_yaw=odometry.yaw, imu_yaw=imu.yaw)
-        # such a frame may have begun before the recording, or at a moment that is not known
+        # without recorded starts, such a frame began at an unknown moment
         if not run.starts and (not found or frame.begin in unknown):
             frame = with_own_references(node_run, frame, is_first=not found)
         found.append(frame)
@@ -77,8 +77,8 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
 
 
 def recorded_frames(node_run: NodeRun) -> List[Frame]:
-    """Returns the frames at the recorded starts of the node, or at its first reading if no start
-    was recorded, and at the recorded resets. Only their begins and declared poses are set."""
+    """Returns the frames that begin at recorded starts of the node, and at recorded resets. If no
+    start was recorded, the first reading is a start. The poses at the begins are not set yet."""
     run = node_run.run
     times = next(iter(node_run.variables.values())).time
     starts = run.starts or times[:1]
@@ -98,7 +98,7 @@ def first_from(samples: Any, time: float) -> Any:
 
 
 def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Frame:
-    """Returns the frame with the robot's pose at its begin by the node's references."""
+    """Returns the frame. The robot's pose at its begin is taken from the node's references."""
     values = []
     for series in map(node_run.variable, REFERENCES):
         value = np.nan
@@ -110,9 +110,9 @@ def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Fram
 
 
 def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
-    """Returns the times at which a frame began, but no start and no reset was recorded. They show
-    as a pause of the readings, or as a jump of the node's references or pose. `known`: the recorded
-    begins."""
+    """Returns the times at which a frame began, although no start and no reset was recorded. At
+    such a time, the readings pause, or the node's references or pose jump. Times near a recorded
+    begin, one of `known`, are left out."""
     read = node_run.reading_times
     begins = list(read[1:][np.diff(read) > LONGEST_READING_GAP])
     for name in (*REFERENCES, *REFERENCES_OF):
@@ -135,7 +135,7 @@ def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
 
 
 def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
-    """Returns the times at which a variable of the pose changed by more than its sensor did."""
+    """Returns the times at which a variable of the pose changed by more than its sensor."""
     if 'yaw' in series.name:
         samples = node_run.run.imu
         steps = np.abs(wrap_all(np.diff(series.value) * unit_of(series)))
@@ -151,16 +151,17 @@ def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
 
 
 class Pose(NamedTuple):
-    """The pose by the node's own variables, in arrays with a value for each time: the vector from
-    the robot to the goal (complex), the yaw, and the yaw of the goal [rad]. A value is NaN if the
-    node lacks the handout's variable."""
+    """The pose by the node's own variables, in arrays with a value for each time. `to_goal` is the
+    vector from the robot to the goal, a complex number [m]. The angles are in radians. A value is
+    NaN if the node lacks the handout's variable."""
 
     to_goal: np.ndarray
     yaw: np.ndarray
     goal_yaw: np.ndarray
 
     def error(self, state: str) -> np.ndarray:
-        """The error that the node reduces in a state: a distance [m], or a heading error [rad]."""
+        """Returns the error that the node reduces in this state, a distance [m] or an angle [rad].
+        """
         if state == MOVE_FORWARD:
             return np.abs(self.to_goal)
         target = np.angle(self.to_goal) if state == ROTATE_TO_GOAL else self.goal_yaw
@@ -183,17 +184,15 @@ def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
 
 
 def unit_of(series: Series) -> float:
-    """Returns the unit of a yaw [rad]: a degree if a number is more than a whole turn in
+    """Returns the unit of a yaw [rad]. It is a degree if any value is above a whole turn in
     radians."""
     return np.pi / 180.0 if np.nan_to_num(np.abs(series.value)).max(initial=0.0) > 7.0 else 1.0
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = LONGEST_LAG) -> Series:
-    """Returns the readings in `part` at which the node has had control for these seconds.
-
-    Control is known by the node's has_control, or by ctrl_relinq if the node has no such variable.
-    Without has_control and ctrl_relinq, all readings are returned.
-    """
+    """Returns the readings in `part` at which the node has had control for these seconds. Its
+    variable has_control shows this; without this variable, ctrl_relinq shows it; without both, all
+    readings are returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = (control.arrival, control.value) if own is None else (own.time, own.value)
     if not len(time):
@@ -210,9 +209,9 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 
 
 class StateInterval(NamedTuple):
-    """A time in which the node is in one state and has control. `begin` and `end`: the first and
-    the last reading in this time [s]. `next_state` is '' if it is not known. The arrays have a
-    value for each command: the time, linear.x, angular.z. `pose`: the own Pose at the commands."""
+    """A time in which the node is in one state and has control. `begin` and `end` are the times of
+    the first and the last reading in it [s]. `next_state` is '' if it is not known. The arrays have
+    the `time`, linear.x and angular.z of each command, and `pose` is the Pose at these times."""
 
     state: str
     begin: float
@@ -225,12 +224,12 @@ class StateInterval(NamedTuple):
 
 
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
-    """Returns the StateIntervals of a run, in their order; [] if no variable `state` has one of the
+    """Returns the StateIntervals of a run in order; [] if the node has no variable `state` with the
     handout's states."""
     series, sent = node_run.variable('state'), node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
-    # a frame, a message on ctrl_relinq and a gap of the readings end an interval, too
+    # an interval ends also at a new frame, a message on ctrl_relinq, or a gap of the readings
     cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > LONGEST_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])

@@ -1,7 +1,7 @@
-"""The chains of the gamepad lab, of the mouse in the IMU lab, and of the IMU exercise.
+"""The links of the gamepad lab, of the mouse in the IMU lab, and of the IMU exercise.
 
     pad:     axes -> command; buttons -> has_control -> ctrl_relinq -> command; button -> reset
-    mouse:   place, active -> command
+    mouse:   x, y, active -> command
     printed: the IMU's heading -> the number that is printed
 """
 import re
@@ -28,8 +28,8 @@ FORWARD_STICK, TURNING_STICK = 'left stick up', 'right stick left'
 
 
 def driving_axes(node_run: NodeRun) -> List[int]:
-    """Returns the axes for driving and for turning: of the pad that the marker played, or those of
-    the handout."""
+    """Returns the numbers of the axes for driving and for turning. In a trial, the marker's stimuli
+    show them; else they are the handout's."""
     found = []
     for stimulus, usual in ((FORWARD_STICK, LINEAR_AXIS), (TURNING_STICK, ANGULAR_AXIS)):
         begin = stimulus_begin(node_run, stimulus)
@@ -43,7 +43,7 @@ def pad_is_known(node_run: NodeRun) -> bool:
 
 
 def pad_of(node_run: NodeRun) -> Device:
-    """Returns the messages of the pad that a node received."""
+    """Returns the messages that a node received from the pad."""
     received = node_run.run.pad
     names = [f'axis {k}' for k in range(received.AXES)]
     names += [f'button {k}' for k in range(received.BUTTONS)]
@@ -51,7 +51,8 @@ def pad_of(node_run: NodeRun) -> Device:
 
 
 def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
-    """Returns the fields that do not follow their stick. They are weak if the pad is not known."""
+    """Returns a BrokenLink for each field that does not follow its stick. All are weak if the pad
+    is not known."""
     pad, (forward, turning) = pad_of(node_run), node_run.cached(driving_axes)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
     return [each._replace(is_weak=each.is_weak or not pad_is_known(node_run))
@@ -62,23 +63,23 @@ def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
 
 
 def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iterator[BrokenLink]:
-    """Yields the button `name`, pressed at `begin`, if it did not do its task until `end`: A hands
-    the robot over, B takes it back, Y calls the reset."""
+    """Yields the button `name` if it was pressed at `begin`, but its task was not done until `end`.
+    A hands the robot over, B takes it back, Y calls the reset."""
     control, times = node_run.run.control, node_run.commands.arrival
     is_soon = (control.arrival > begin) & (control.arrival < min(end, begin + 1.0))
     published = 'nothing' if not is_soon.any() else str(control.value[is_soon][-1] == 1.0)
     commands = ((times > begin + ANSWER_DELAY) & (times < end)).sum()
     resets = sum(begin < time < end for time, _ in events_of(node_run, 'call'))
-    is_right = {'A': published == 'True' and not commands and not resets,
-                'B': published == 'False' and not resets, 'Y': resets > 0}
-    if begin < np.inf and not is_right[name]:
+    is_correct = {'A': published == 'True' and not commands and not resets,
+                  'B': published == 'False' and not resets, 'Y': resets > 0}
+    if begin < np.inf and not is_correct[name]:
         yield BrokenLink(f'after {name} ctrl_relinq said {published}, {commands} commands came, '
                          f'and {resets} resets were called', begin)
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the first ignored stick or wrong button, first with each True or False variable that a
-    button changed."""
+    """Yields the first ignored stick or wrong button. It is yielded first with the value of each
+    variable that is True or False and was changed by a button."""
     begins = a, b, y = [stimulus_begin(node_run, name) for name in 'ABY']
     ignored = list(unanswered(
         node_run.commands, pad_of(node_run), lambda row: row[node_run.cached(driving_axes)].any(),
@@ -102,14 +103,14 @@ PAD_LINKS = law_link(stick_laws, weak=False), wrong_control, law_link(stick_laws
 
 # -- the mouse of the IMU lab
 
-#: The variable `turning` may have changed by this much before or after the recording shows it [s].
+#: The recording may show a change of `turning` too early or too late by this time [s].
 TURNING_UNCERTAINTY = 0.15
-#: The first stimulus of marking in which the node may turn while the mouse is active.
+#: From this stimulus of marking on, the node may turn while the mouse is active.
 TURN_BESIDE_MOUSE = 'l beside the mouse'
 
 
 def mouse_of(node_run: NodeRun) -> Device:
-    """Returns the messages of the mouse that a node received."""
+    """Returns the messages that a node received from the mouse."""
     received = node_run.run.mouse
     return Device(received.arrival,
                   np.column_stack([received.x, received.y, 1.0 - received.active]),
@@ -117,8 +118,8 @@ def mouse_of(node_run: NodeRun) -> Device:
 
 
 def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
-    """Returns for each time the share of readings near it at which the node turned, 0.5 if this is
-    unknown."""
+    """Returns for each time the share of the readings near it in which `turning` was True. The
+    share is 0.5 if the node may turn, but has no such variable."""
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return 0.5 * (times > stimulus_begin(node_run, TURN_BESIDE_MOUSE))
@@ -130,7 +131,8 @@ def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
 
 
 def mouse_forms(received: Any, axis: str) -> List[Quantity]:
-    """Returns the quantities that a node may use for x or y of the mouse. The first is right."""
+    """Returns the quantities that a node may use for the `axis` x or y of the mouse. The first is
+    correct."""
     is_far = {each: np.abs(getattr(received, each)) > MOUSE_DEAD_ZONE for each in 'xy'}
     zones = ((' outside of the dead zone', is_far[axis]), ('', 1.0),
              (' outside of both dead zones', is_far['x'] & is_far['y']))
@@ -141,12 +143,13 @@ def mouse_forms(received: Any, axis: str) -> List[Quantity]:
 
 
 def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
-    """Returns the fields that do not follow the mouse."""
+    """Returns a BrokenLink for each field that does not follow the mouse."""
     commands, received, mouse = node_run.commands, node_run.run.mouse, mouse_of(node_run)
     commands = commands.take(turning_share(node_run, commands.arrival) == 0.0)
     x_forms, y_forms = mouse_forms(received, 'x'), mouse_forms(received, 'y')
     up = 1.0
-    # the recorded y points up if the marker knew the client of the mouse; else it may point down
+    # the recorded y points up if the marker knew the client of the mouse; another client's y may
+    # point down
     if not any(event['up'] for _, event in events_of(node_run, 'mouse client')):
         y = np.append(received.y, 0.0)[mouse.index_at(commands.arrival)]
         up = np.sign(np.dot(commands.linear, y)) or 1.0
@@ -156,8 +159,8 @@ def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
 
 
 def mouse_ignored(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a mouse that the node ignores: no commands while the mouse is active and not in the
-    middle, or no zero after it became inactive or came to the middle."""
+    """Yields a mouse that the node ignores. No command came while the mouse was active and outside
+    of the middle, or no zero came after it became inactive or came to the middle."""
     return unanswered(
         node_run.commands, mouse_of(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,
@@ -188,22 +191,22 @@ def printed_headings(node_run: NodeRun) -> Series:
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a printed number that is not the heading from 0 to 360."""
     series, quantities = printed_headings(node_run), node_run.imu_quantities
-    right = quantities[0]
-    if len(series.time) < 3 or not len(right.time):
+    correct = quantities[0]
+    if len(series.time) < 3 or not len(correct.time):
         return
     found = matching_quantities(series, quantities)
     followed = found[0] if found else None
     if followed is None and not is_constant(series):
-        followed = heading_from_another_zero(series, right, 1.0) or late_quantity(
+        followed = heading_from_another_zero(series, correct, 1.0) or late_quantity(
             series, quantities)
     broken = followed_heading(series, quantities)[1] if followed is None else wrong_value(
-        series, expected('follows ' + followed.words, right.words), right)
-    if followed is not right and broken is not None:
+        series, expected('follows ' + followed.words, correct.words), correct)
+    if followed is not correct and broken is not None:
         yield broken
 
 
 def late_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the first heading that a variable follows late."""
+    """Returns the first heading that a variable follows late, or None."""
     for each in quantities:
         delay = longest_delay(series, each) if 0.0 < abs(each.per_degree) <= 1.0 else np.inf
         if delay < np.inf:

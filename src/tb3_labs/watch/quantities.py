@@ -1,8 +1,7 @@
-"""The quantities that a variable may follow, and which of them it follows.
+"""The quantities that a variable may follow, and the search for those that it follows.
 
-A node computes its variables from the messages that it receives. A quantity is a number that is
-computed from the messages in closed form. A variable that follows a quantity has, at each moment,
-exactly the number of the quantity at one of the last samples.
+A quantity is a number that a formula gives for each message of a sensor. A variable follows a
+quantity if each value of the variable is the number of one of the latest messages.
 """
 import math
 from dataclasses import replace
@@ -16,10 +15,10 @@ from tb3_labs.watch.variables import Series, last_before
 
 #: Two numbers are equal if they differ by at most this share of the quantity's scale.
 SAME_SHARE = 3e-4
-#: A variable follows a quantity if at least this share of its values are numbers of recent samples.
+#: A variable follows a quantity if at least this share of its values is of recent samples.
 FOLLOWING_SHARE = 0.98
-#: A sample is recent until this time after the next sample came [s]. If no next sample comes, the
-#: sample stays recent.
+#: A sample is recent until this time after the next sample came [s]. The last sample of all stays
+#: recent.
 RECENT_TIME = 0.5
 #: The node may receive a sample earlier than the recorder by this time [s].
 ARRIVAL_LEAD = 0.03
@@ -27,17 +26,17 @@ ARRIVAL_LEAD = 0.03
 LONGEST_DELAY = 8.0
 #: At most about this many values of a variable are compared.
 MOST_VALUES = 400
-#: Every fourth value is compared first, since this refuses most quantities.
+#: Each fourth value is compared first. This excludes most quantities in little time.
 COARSE_STEP = 4
-#: A quantity has moved if it has changed by more than this share of its scale.
+#: A quantity changes if it changes by more than this share of its scale.
 MOVED_SHARE = 0.005
 
 
 class Quantity(NamedTuple):
-    """A number over time. `words` name the number and its unit. `scale`: about the range of the
-    number. `per_degree`: the change of a heading for one degree to the left; 0 if the quantity is
-    not a heading. `mistakes`: the number of mistakes of a node that uses this quantity; 0 if this
-    number is not known."""
+    """A number for each sample of a sensor. `words` name the number and its unit. `scale` is about
+    the range of the number. `per_degree` is the change of a heading for one degree to the left; 0
+    if the quantity is not a heading. A node that uses this quantity makes so many `mistakes`; 0 if
+    they are not known."""
 
     words: str
     time: np.ndarray
@@ -52,9 +51,8 @@ class Quantity(NamedTuple):
 
 
 class RecentSamples(NamedTuple):
-    """The recent samples of each reading. Each array has a row for each reading, and in it a column
-    for each sample, the newest sample first: the index of the sample, its age [s], and whether this
-    sample exists."""
+    """The recent samples at each reading. Each array has a row for each reading. The row has a
+    column for each sample, first the newest: its index, its age [s], and whether it exists."""
 
     sample: np.ndarray
     age: np.ndarray
@@ -62,8 +60,8 @@ class RecentSamples(NamedTuple):
 
 
 def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> RecentSamples:
-    """Returns the samples that are recent at each reading, if samples are recent for `longest` [s].
-    `times`: the times of the samples, at least one."""
+    """Returns the samples at each of the times `readings` that are at most `longest` old [s].
+    `times` are the times of all samples, at least one."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
     index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
@@ -73,7 +71,8 @@ def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> R
 
 
 def is_equal(series: Series, quantity: Quantity, samples: RecentSamples) -> np.ndarray:
-    """Returns a row for each value: which of its recent samples have the same number?"""
+    """Returns whether each value equals the number of each of its recent samples, a row for each
+    value."""
     apart = np.abs(series.value[:, None] - quantity.value[samples.sample])
     return samples.is_there & (apart <= SAME_SHARE * quantity.scale)
 
@@ -88,7 +87,7 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
 
 
 def subsampled(series: Series) -> Series:
-    """Returns at most about MOST_VALUES of the values that are numbers, evenly chosen."""
+    """Returns every n-th of the values that are numbers, at most about MOST_VALUES."""
     known = np.flatnonzero(np.isfinite(series.value))
     return series.take(known[::max(1, len(known) // MOST_VALUES)])
 
@@ -117,14 +116,14 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the longest delay [s] with which a variable follows a quantity; inf if it does
-    not."""
+    """Returns the longest delay with which a variable follows a quantity [s]; inf if it does not
+    follow it."""
     found = np.sort(sample_ages(subsampled(series), quantity, LONGEST_DELAY))
     return float(found[int(FOLLOWING_SHARE * (len(found) - 1))]) if len(found) else math.inf
 
 
 def median_pause(series: Series, quantity: Quantity) -> float:
-    """Returns the median pause [s] between changes of a variable while a quantity changes; 0 if
+    """Returns the median pause between two changes of a variable while a quantity changes [s]; 0 if
     there are fewer than three such pauses."""
     edges = np.searchsorted(quantity.time, series.changes).clip(0, len(quantity.time) - 1)
     steps = np.abs(np.diff(quantity.value[edges]))
@@ -134,8 +133,8 @@ def median_pause(series: Series, quantity: Quantity) -> float:
 
 # -- headings
 
-#: The ranges that a node may give to a yaw from -180 to 180 degrees: (words, closed form, the sign
-#: of its change for a turn to the left, 0 if the form is not a heading).
+#: The forms that a node may give to a yaw from -180 to 180 degrees. Each has words, a formula, and
+#: the sign of its change for a turn to the left; 0 if the form is not a heading.
 RANGES = (
     ('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1),
     ('from -180 to 180', lambda yaw: yaw, 1),
@@ -154,28 +153,28 @@ RANGES = (
      lambda yaw: yaw / 2.0 + np.where(yaw < 0.0, 360.0, 0.0), 0),
     ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
     ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
-#: The units that a node may give to a yaw: (words, factor from degrees, rounding).
+#: The units that a node may give to a yaw, each (words, factor from degrees, rounding).
 UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, converted to degrees twice', 180.0 / math.pi, None),
          ('degrees, cut to whole numbers', 1.0, np.trunc),
          ('degrees, rounded to whole numbers', 1.0, np.round),
          ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
-#: The order of the numbers of a quaternion in squaternion, and all other orders, first that of ROS.
+#: The order of a quaternion's numbers in squaternion, and all other orders, first the order of ROS.
 ORDER = 'wxyz'
 OTHER_ORDERS = sorted(list(permutations(range(4)))[1:], key=lambda order: order != (1, 2, 3, 0))
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
              of: str = '') -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for the heading, first the right heading.
-    `quaternion`: w, x, y, z of each sample. `of`: words that name the sensor; '' for the IMU."""
+    """Yields the quantities that a node may take for the heading. The first is the correct heading.
+    `quaternion` is w, x, y, z of each sample. `of` names the sensor; '' is the IMU."""
     roll, pitch, yaw = np.degrees(euler(*quaternion))
     for (unit, factor, rounding), (words, form, sign) in product(UNITS, RANGES):
         name = f'the yaw{of} in {unit}, {words}'
         if name.startswith(f'the yaw{of} in degrees, from 0'):
             name = 'the heading, from 0 to 360 degrees' + of
         named = [(name, form(yaw) * factor)]
-        if factor != 1.0:       # the node may convert the yaw first, and change its range then
+        if factor != 1.0:       # the node may change the range after it has converted the unit
             named.append((name.replace('from 0 to 360', 'its number plus 360 where it is negative'),
                           form(yaw * factor)))
         for name, value in named:
@@ -207,17 +206,17 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
                 time, form(angle * factor), 360.0 * factor)
 
 
-def heading_from_another_zero(series: Series, right: Quantity, unit: float) -> Optional[Quantity]:
-    """Returns the quantity "heading from another zero" if a variable follows it, else None. The
-    zero may be the heading at the node's start. `unit`: the variable's change for one degree."""
-    heading = right.at(series.time)
+def heading_from_another_zero(series: Series, correct: Quantity, unit: float) -> Optional[Quantity]:
+    """Returns the heading with another zero, such as the heading at the node's start, if a variable
+    follows it; else None. `unit` is the change of the variable for one degree."""
+    heading = correct.at(series.time)
     apart = np.exp(1j * np.radians(series.value / unit - heading))
     zero = np.degrees(np.angle(np.nanmedian(apart.real) + 1j * np.nanmedian(apart.imag)))
     # angles are compared on the unit circle
     circle = replace(series, value=np.exp(1j * np.radians(series.value / unit - zero)))
-    if not matching_quantities(circle, [right._replace(
-            value=np.exp(1j * np.radians(right.value)), scale=60.0)]):
+    if not matching_quantities(circle, [correct._replace(
+            value=np.exp(1j * np.radians(correct.value)), scale=60.0)]):
         return None
-    return right._replace(
+    return correct._replace(
         words=f'the heading {zero:+.1f} degrees, which was {heading[0]:.1f} at the first line',
-        value=(right.value + zero) % 360.0 * unit, per_degree=unit)
+        value=(correct.value + zero) % 360.0 * unit, per_degree=unit)

@@ -1,4 +1,4 @@
-"""The chain of the IMU lab: heading -> curr_yaw -> goal_yaw -> turning -> command -> stop."""
+"""The links of the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
 from typing import Iterator, List, Optional
 
 import numpy as np
@@ -11,9 +11,9 @@ from tb3_labs.watch.typed_turns import (
     CLEAR_ERROR, OVER_TOLERANCE, READING_PERIOD, Turn, letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A goal_yaw is right if it is at most this far from the right angle [deg].
+#: A goal_yaw is correct if it is at most this far from the correct angle [deg].
 GOAL_TOLERANCE_DEG = 3.0
-#: A node whose tolerance is finer than the handout's ends its turn within this time [s].
+#: A node with a finer tolerance than the handout's ends its turn within this time [s].
 FINE_STOP_TIME = 2.5
 
 
@@ -25,11 +25,11 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a goal_yaw that a letter did not set to 90 degrees from curr_yaw, and a goal_yaw that
-    changed during its turn."""
+    """Yields a goal_yaw that a letter did not set to 90 degrees beside curr_yaw. Also yields a
+    goal_yaw that changed during its turn."""
     series, quantity, _ = node_run.cached(own_heading)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
-    right: Optional[Turn] = None
+    correct: Optional[Turn] = None
     if series is None or quantity is None or goal is None:
         return
     unit = quantity.per_degree
@@ -41,11 +41,11 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         off = wrap_all((after - turn.begin_yaw) / unit - TURN_DEG * np.array(sides), 360.0)
         tolerance = GOAL_TOLERANCE_DEG
         if not turn.side:
-            # the node read the unrecorded letter at an unknown moment before goal_yaw changed
+            # an unrecorded letter was read at an unknown moment before goal_yaw changed
             soon = series.at(turn.begin + 2.0 * READING_PERIOD)
             tolerance += float(abs(wrap_all((soon - turn.begin_yaw) / unit, 360.0)))
         if (np.abs(off) <= tolerance).any():
-            right = right or turn
+            correct = correct or turn
             goals = turn.goal[turn.moving]
             if len(set(goals)) > 5 and abs(goals[-1] - after) > GOAL_TOLERANCE_DEG * unit:
                 yield BrokenLink(
@@ -53,27 +53,28 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
                     f'{turn.letter}; it should stay', turn.begin, goal.name)
             continue
         change = 'stayed' if turn.goal_before == turn.goal_after else 'became'
-        right_goal = f'{TURN_DEG * unit:g} more or less'
+        correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.side:
-            right_goal = f'{(turn.begin_yaw + turn.side * TURN_DEG * unit) % (360.0 * unit):.4g}'
+            correct_goal = f'{(turn.begin_yaw + turn.side * TURN_DEG * unit) % (360.0 * unit):.4g}'
         words = expected(
             f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} {change} '
-            f'{shortened_value(turn.goal_after)}', right_goal)
-        yield BrokenLink(words + goal_remark(node_run, turn, right), turn.begin, goal.name)
+            f'{shortened_value(turn.goal_after)}', correct_goal)
+        yield BrokenLink(words + goal_remark(node_run, turn, correct), turn.begin, goal.name)
 
 
-def goal_remark(node_run: NodeRun, turn: Turn, right: Optional[Turn]) -> str:
-    """Returns a clause on a possible reason for a wrong goal. `right`: a turn with a right goal."""
+def goal_remark(node_run: NodeRun, turn: Turn, correct: Optional[Turn]) -> str:
+    """Returns a clause that helps to find the reason of a wrong goal, or ''. `correct` is a turn
+    with a correct goal, or None."""
     starts, printed = node_run.run.starts, node_run.run.printed.arrival
     start = max([time for time in starts if time < turn.begin], default=turn.begin)
     is_asked = ((start < printed) & (printed < turn.begin)).any()
     if turn.goal_before == turn.goal_after and start < turn.begin and not is_asked:
         return f'. It had asked for nothing, {turn.begin - start:.1f} s after its start'
-    if right is None:
+    if correct is None:
         return ''
-    words = f'; after {right.letter} with {right.begin_yaw:.4g} it was right'
+    words = f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
     for name, series in node_run.variables.items():
-        now, then = series.text_at(turn.begin), series.text_at(right.begin)
+        now, then = series.text_at(turn.begin), series.text_at(correct.begin)
         if now != then and set(series.text) == {'True', 'False'}:
             words += f'; {name} was {now} now, and {then} then'
     return words
@@ -95,7 +96,8 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom, and zeros that another callback sends in a turn."""
+    """Yields commands that come too seldom, or not at all. Also yields zeros that another callback
+    sends during a turn."""
     turning = node_run.boolean_variable('turning')
     for turn in node_run.cached(letter_turns):
         moving, letter = turn.moving, turn.letter
@@ -118,7 +120,7 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands without a speed, to the wrong side, or over the limits."""
+    """Yields commands that are zero, that turn to the wrong side, or that exceed the limits."""
     for turn in node_run.cached(letter_turns):
         if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR_ERROR:
             yield BrokenLink(
@@ -128,7 +130,7 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     yield from over_the_limits(node_run)
 
 
-#: Kinds of commands: (words, does the command `k` of the turn belong to this kind?).
+#: Kinds of commands, each (words, does command `k` of the turn belong to this kind?).
 COMMAND_KINDS = (
     ('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
     ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
@@ -139,7 +141,7 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that turn away from the goal."""
     commands = [(turn, k) for turn in node_run.cached(letter_turns) for k in turn.clear]
     wrong = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] < 0.0]
-    right = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] > 0.0]
+    correct = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] > 0.0]
     if len(wrong) < 2:
         return
     turn, k = wrong[0]
@@ -151,33 +153,33 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
                 turn.letter, turn.command[k], turn.error[turn.moving[0]], turn.error[k])
     else:
         kinds = [f'; for {kind} it was right' for kind, is_kind in COMMAND_KINDS
-                 if any(is_kind(*each) for each in right)
+                 if any(is_kind(*each) for each in correct)
                  and not any(is_kind(*each) for each in wrong)]
         words += steering_source_text(node_run) or ''.join(kinds[:1])
     yield BrokenLink(words, turn.time[k], 'angular.z')
 
 
 def steering_source_text(node_run: NodeRun) -> str:
-    """Returns a clause on the variable that the commands use in place of curr_yaw; '' if there is
+    """Returns a clause on a variable that the commands may use in place of curr_yaw; '' if there is
     no such variable."""
     quantity = node_run.cached(own_heading).quantity
     unit = quantity.per_degree if quantity is not None else 1.0
     for series in node_run.variables.values():
         if not np.isfinite(series.value).all() or np.ptp(series.value) < CLEAR_ERROR * unit:
             continue
-        is_right: List[bool] = []
+        is_correct: List[bool] = []
         for turn in node_run.cached(letter_turns):
             own = np.array([series.at(time) for time in turn.time[turn.moving]])
             error = wrap_all((turn.goal[turn.moving] - own) / unit, 360.0)
             is_clear = (np.abs(error) > CLEAR_ERROR) & (np.abs(error) < 150.0)
-            is_right += list((error * turn.command[turn.moving])[is_clear] > 0.0)
-        if len(is_right) > 10 and np.mean(is_right) > 0.95:
+            is_correct += list((error * turn.command[turn.moving])[is_clear] > 0.0)
+        if len(is_correct) > 10 and np.mean(is_correct) > 0.95:
             return f'; it turns from {series.name} to goal_yaw'
     return ''
 
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a turn that is too fast, and a turn with a forward speed."""
+    """Yields a turn that is too fast, or has a forward speed."""
     sent = node_run.commands
     for turn in node_run.cached(letter_turns):
         if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
@@ -219,7 +221,7 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue
         first, begin = inner[0], turn.time[inner[0]]
         more = turn.time[last] - begin
-        # a node whose tolerance is finer comes nearer to the goal, and then ends the turn
+        # a node with a finer tolerance comes nearer to the goal before it ends the turn
         is_finer = more < FINE_STOP_TIME and (is_ended or turn.is_cut) and (
             np.abs(turn.error[first:last + 1]).max() < HDG_TOL)
         if more > 0.5 and not is_finer:
@@ -230,7 +232,7 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def same_time_text(node_run: NodeRun) -> str:
-    """Returns a clause if all turns took the same time, else ''."""
+    """Returns a clause on the time of a turn if all turns took the same time; else ''."""
     durations = [np.ptp(turn.time[turn.moving]) for turn in node_run.cached(letter_turns)
                  if len(turn.moving)]
     if len(durations) < 3 or np.ptp(durations) >= 0.15:
@@ -250,10 +252,10 @@ def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def low_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that are slower than the gain times the error. These links are weak."""
+    """Yields commands that are slower than by the handout's gain. The BrokenLinks are weak."""
     for turn in node_run.cached(letter_turns):
-        is_right = turn.command * turn.error > 0.0
-        clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & is_right)
+        is_correct = turn.command * turn.error > 0.0
+        clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & is_correct)
         if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:
             k = clear[0]
             yield BrokenLink('{}, by the handout it is {:+.2f}{}{}'.format(

@@ -1,4 +1,4 @@
-"""The turns of a node by its own variables: the letter, the goal, each command with its error."""
+"""The turns of a node by its own variables. A turn has a letter, a goal, commands and errors."""
 from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
@@ -19,21 +19,22 @@ READING_PERIOD = 0.06
 CLEAR_ERROR = 20.0
 #: The error at the end of a turn may be larger than the handout's tolerance by this [deg].
 OVER_TOLERANCE = 4.0
-#: A variable that is not named curr_yaw is the heading only if its values differ by more than this.
+#: A variable with another name than curr_yaw is the heading only if its range is larger than this.
 LEAST_RANGE = 0.5
 
 
 @dataclass(frozen=True)
 class Turn:
-    """The turn after a typed letter, until the next letter. `side`: 1 for the letter l, -1 for r,
-    0 for an unknown letter. A turn `is_cut` if the mouse moved, or the node ended, before the next
-    letter.
+    """The turn after a typed letter, until the next letter. `side` is 1 for the letter l, -1 for r,
+    and 0 for an unknown letter. A turn `is_cut` if the mouse moved, or the node ended, before the
+    next letter.
 
     Angles have the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
-    letter; '' without a goal_yaw. The arrays have a value for each command of the turn: the time,
-    angular.z, goal_yaw, curr_yaw, and goal_yaw minus curr_yaw [deg], which is NaN if the goal is
-    not known. """
+    letter; '' without a goal_yaw. The arrays have a value for each command of the turn. `command`
+    is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is goal_yaw minus
+    curr_yaw [deg], NaN if the goal is not known.
+    """
 
     begin: float
     end: float
@@ -69,7 +70,7 @@ class Turn:
         return np.flatnonzero(is_clear & (np.abs(self.command) > 0.02))
 
     def ends_at_once(self, turning: Series) -> bool:
-        """Did `turning` become False by the first command already, far from the goal?"""
+        """Did `turning` become False at the first command, while the goal was far?"""
         if self.is_cut or not (np.abs(self.error[:1]) > HDG_TOL + OVER_TOLERANCE).any():
             return False
         over = self.time[0] + 2.0 * READING_PERIOD
@@ -78,8 +79,8 @@ class Turn:
                     and len(later) > 4 and not later.any())
 
     def command_text(self, k: int) -> str:
-        """Returns a clause on command `k` and its error. If the difference of goal_yaw and curr_yaw
-        is more than half a turn, the clause also says how it is wrapped."""
+        """Returns a clause on command `k` and its error. A difference of more than half a turn is
+        shown before and after it is wrapped."""
         words = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             words = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
@@ -88,8 +89,8 @@ class Turn:
 
 
 class OwnHeading(NamedTuple):
-    """The node's variable for the heading, None if the node has none; the quantity that the
-    variable follows; the BrokenLink of a variable that is not a usable heading."""
+    """The node's variable for the heading, or None. The variable follows the `quantity` if it is a
+    usable heading, else it is `broken`."""
 
     series: Optional[Series] = None
     quantity: Optional[Quantity] = None
@@ -114,8 +115,8 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
 
 
 def renamed_heading(node_run: NodeRun) -> Optional[Series]:
-    """Returns the node's heading if no variable is named curr_yaw: the first variable that follows
-    a usable heading, or if there is none, the first that follows any quantity of the IMU."""
+    """Returns the first variable that follows a usable heading, for a node without curr_yaw. If
+    there is none, returns the first variable that follows any quantity of the IMU, or None."""
     followers = []
     for series in node_run.variables.values():
         if 'goal' in series.name or not np.isfinite(series.value).any() or (
@@ -130,9 +131,9 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
 
 
 def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
-    """Returns (times in turns, times without turns) at which a letter changed goal_yaw and not
-    `turning`. In a turn, `turning` stayed True: the letter was typed during the turn, or waited in
-    a queue. Without a turn, `turning` stayed False."""
+    """Returns (times in turns, times without turns) at which a letter changed goal_yaw, but not
+    `turning`. In a turn, `turning` stayed True, because the letter was typed during the turn, or
+    had waited in a queue. Without a turn, `turning` stayed False."""
     series, quantity, _ = node_run.cached(own_heading)
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     in_turns: List[float] = []
@@ -140,7 +141,7 @@ def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
     if turning is None or goal is None:
         return in_turns, without_turns
     is_new = np.hstack([False, goal.text[1:] != goal.text[:-1], False])
-    # a goal_yaw that changes at each reading is a mistake, not a letter
+    # a goal_yaw that changes at several readings in a row is a mistake, not a letter
     alone = goal.time[1:][is_new[1:-1] & ~is_new[:-2] & ~is_new[2:]]
     for time in goal.changes:
         near = turning.between(time - 2.0 * READING_PERIOD, time + 8.0 * READING_PERIOD).value
@@ -165,12 +166,12 @@ def typed_letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
     drives = (mouse.active > 0.0) & (np.maximum(abs(mouse.x), abs(mouse.y)) >= MOUSE_DEAD_ZONE)
     found = []
     for begin, end, side in zip(times, np.append(times[1:], node_run.run.duration), sides):
-        # the latest message of the mouse before the letter is still in force
+        # the last message of the mouse before the letter is still in force
         first = max(last_before(mouse.arrival, begin), 0)
         during = slice(first, np.searchsorted(mouse.arrival, end))
         moved = mouse.arrival[during][drives[during]]
         cut = min(*moved[:1], node_run.end_after(begin), end)
-        # a recorded letter without a side is neither l nor r: it begins no turn
+        # a recorded letter without a side is not l and not r, and begins no turn
         if cut > begin and (side or not len(typed)):
             found.append((float(begin), float(cut), bool(cut < end), int(side)))
     return found
@@ -193,7 +194,7 @@ def letter_turns(node_run: NodeRun) -> List[Turn]:
     """Returns the Turn of each letter of a run."""
     series, quantity, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
-    if quantity is None:        # without a usable heading, the right heading is taken
+    if quantity is None:        # without a usable heading, the correct heading is taken
         quantity, series, goal = node_run.heading, None, None
     commands = commands_with_known_goal(node_run, goal)
     return [turn_of(letter, commands, quantity, series, goal)
@@ -202,7 +203,7 @@ def letter_turns(node_run: NodeRun) -> List[Turn]:
 
 def commands_with_known_goal(node_run: NodeRun, goal: Optional[Series]) -> Any:
     """Returns the node's commands. A command is left out if an unrecorded letter changed goal_yaw
-    between the reading before the command and the next reading."""
+    between the reading before the command and the reading after it."""
     commands = node_run.commands
     if len(node_run.run.letters) or goal is None:
         return commands

@@ -15,8 +15,8 @@ TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
 
 @dataclass(frozen=True)
 class Series:
-    """The readings of one variable: the time, text and number of each. The number of True is 1, of
-    False 0, and of any text that is not a number NaN."""
+    """The readings of one variable, each with a time, a text and a number `value`. True has the
+    value 1, False has 0, and a text that is not a number has NaN."""
 
     name: str
     time: np.ndarray
@@ -45,13 +45,13 @@ class Series:
 
 
 def last_until(times: Any, time: Any) -> Any:
-    """Returns the index of the last of the `times`, which are in order, that is not after `time`;
-    -1 if all are after. An array of times gives an array of indices."""
+    """Returns the index of the last of `times` that is not after `time`; -1 if all are after it.
+    `times` are in order. If `time` is an array, an array of indices is returned."""
     return np.searchsorted(times, time, side='right') - 1
 
 
 def last_before(times: Any, time: Any) -> Any:
-    """Returns the same as `last_until`, but for times before `time`, not equal to it."""
+    """Returns the index of the last of `times` that is before `time`, else as `last_until`."""
     return np.searchsorted(times, time, side='left') - 1
 
 
@@ -70,7 +70,7 @@ def shortened_value(text: str) -> str:
 
 
 def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
-    """Returns {node: {name: Series}} of `rows`, the field `variables` of a run."""
+    """Returns {node: {name: Series}} of `rows`, the `variables` of a run."""
     numbers = {text: to_number(text) for text in set(rows.value.tolist())}
     indices: Dict[Tuple[str, str], List[int]] = {}
     for index, key in enumerate(zip(rows.node.tolist(), rows.name.tolist())):

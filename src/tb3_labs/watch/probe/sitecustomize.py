@@ -1,12 +1,12 @@
-"""The probe: shows the variables of a Python node while it runs, from within its process.
+"""The probe shows the variables of a Python node while the node runs. It runs in the same process.
 
 Python imports a module of this name at its start. scripts/watch.py puts this folder on the path of
 the node. The probe removes the folder again, so that the node has its usual path. A thread of the
-probe waits until the node calls rospy.init_node(). From then on, it reads the node's variables 20
-times a second. If the topic has a subscriber, the thread publishes
+probe waits until the node calls rospy.init_node(). From then on, the thread reads the node's
+variables 20 times a second. If the topic has a subscriber, the thread publishes
 
-    variables    diagnostic_msgs/DiagnosticArray: the node's name and file, and a key and a value
-                 for each variable
+    variables    diagnostic_msgs/DiagnosticArray, with the node's name and file, and a key and a
+                 value for each variable
 
 The variables are those of the node's objects, of its script, and of its running functions. The
 probe calls no function of the node and changes nothing, and no error of the probe reaches the node.
@@ -28,9 +28,10 @@ READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
 SEARCH_SHARE = 0.003
 #: At most this many variables, objects, and objects of one class are shown.
 MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS = 40, 20, 3
-#: A text has at most this many characters. A longer array or list than MOST_NUMBERS is not shown.
+#: A text is shown up to this many characters. An array or list with more elements than MOST_NUMBERS
+#: is not shown.
 LONGEST_VALUE, MOST_NUMBERS = 200, 9
-#: Values of SIMPLE_TYPES are shown as Python writes them. Values of HIDDEN_TYPES are not shown.
+#: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
 #: The names of the attributes of every thread.
@@ -60,14 +61,14 @@ def leave_the_path():
 # -- the node's script and its objects
 
 def script_frames():
-    """The frames of the node's script, first its main program; [] before the main program runs."""
+    """The stack frames of the node's script, first the main program; [] before the program runs."""
     frame, frames = sys._current_frames().get(threading.main_thread().ident), []
     while frame is not None:
         frames.insert(0, frame)
         frame = frame.f_back
     while frames and not is_main(frames[0]):
         del frames[0]
-    # catkin's relay is a main program, too: it runs the node's script, which is then the second
+    # catkin's relay is a main program that runs the node's script as a second one
     while len(frames) > 1 and is_main(frames[1]):
         del frames[0]
     return [frame for frame in frames if frame.f_globals is frames[0].f_globals]
@@ -78,10 +79,10 @@ def is_main(frame):
 
 
 class WatchedNode:
-    """The node's own classes, its objects, and what they hold."""
+    """Finds the objects of the node's own classes, and reads their variables."""
 
     def __init__(self, script):
-        """`script`: the globals of its main program."""
+        """`script` is the globals of the node's main program."""
         self._script, self.file = script, str(script.get('__file__', ''))
         self._folder = self._package = os.path.dirname(os.path.abspath(self.file))
         while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
@@ -89,7 +90,7 @@ class WatchedNode:
         self._is_own, self._objects, self._pause, self._next = {WatchedNode: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
-        """Is this a class of the script, of a module beside it, or of src in the same package?"""
+        """Is this a class of the script, of a module beside the script, or of its package's src?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -99,7 +100,7 @@ class WatchedNode:
         return self._is_own[kind]
 
     def is_object(self, value):
-        """Is this an object of one of the node's own classes?"""
+        """Is this an object of one of the node's own classes, but not of a simple kind?"""
         return self.is_own(type(value)) and not issubclass(
             type(value), (type, Enum, tuple, BaseException))
 
@@ -112,7 +113,7 @@ class WatchedNode:
         held = {id(each): attributes(each) for each in objects}
         inner = {id(part) for each in held.values() for part in each.values()}
         found, known = {}, set()
-        # the second variable of a name is shown with the name of its class or function before it
+        # a name that is shown already gets the name of its class or function before it
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
@@ -127,7 +128,7 @@ class WatchedNode:
         return found
 
     def _search(self):
-        """Find the node's objects. The node may create new ones at any time."""
+        """Find the node's objects again, because the node may have created new ones."""
         begin, counts, self._objects = time.thread_time(), Counter(), []
         self._next = time.monotonic() + self._pause
         for each in gc.get_objects():
@@ -184,7 +185,7 @@ class WatchedNode:
 
 
 def simple_text(value):
-    """The text of a simple value; None if the value is not simple."""
+    """The text of a simple value, None for any other value."""
     kind = type(value)
     if kind in SIMPLE_TYPES or kind is int and value.bit_length() <= 3 * LONGEST_VALUE:
         return repr(value)
@@ -215,7 +216,7 @@ def module_of(kind):
 
 
 def reference_to(thing):
-    """A function that returns the object, or None if the node has deleted it."""
+    """A function that returns `thing`, or None after the node has deleted it."""
     try:
         return weakref.ref(thing)
     except TypeError:       # a class with __slots__ may forbid weak references
@@ -223,7 +224,7 @@ def reference_to(thing):
 
 
 def sendable(text):
-    """The beginning of a text. Characters that UTF-8 lacks are replaced."""
+    """The beginning of a text, with '?' in place of characters that UTF-8 lacks."""
     text = text[:LONGEST_VALUE]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
@@ -260,7 +261,7 @@ def run():
     message = DiagnosticArray(status=[status])
 
     def read():
-        """Read the variables once. A function, so that no frame of the node is kept afterwards."""
+        """Read and publish the variables once. Its local variables keep no frame of the node."""
         nonlocal node
         frames = script_frames()
         node = node or frames and WatchedNode(frames[0].f_globals)
