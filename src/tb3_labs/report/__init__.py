@@ -1,1 +1,1 @@
-"""What did a recorded run show? From a bag to arrays, drives, turns, tables, figures and a page."""
+"""What does a recorded run show? A bag becomes arrays, drives and turns, and then a page."""

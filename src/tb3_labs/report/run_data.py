@@ -2,10 +2,10 @@
 
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
 sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
-(on a real robot up to a second off) to the recorder's clock. So the times of two topics can be
-compared. If a message has no stamp, both times are the arrival.
+to the recorder's clock, so that the times of two topics can be compared. On a real robot, these
+clocks differ by up to a second. If a message has no stamp, both times are the arrival.
 
-Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi] as the sender sent them.
+Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
 Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid
 quaternion (see :mod:`tb3_labs.geometry.angles`), or with a number that is not finite, is counted
 and not kept.
@@ -21,9 +21,9 @@ from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
-#: A time without a message of a topic is a gap if it is longer than this [s].
+#: A pause of a topic's messages is a gap if it is longer than this [s].
 LEAST_GAP = 0.3
-#: A change of the position from one pose to the next is a leap if it is longer than this [m].
+#: The way from one pose to the next is a leap if it is longer than this [m].
 LEAST_LEAP = 0.3
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
@@ -31,7 +31,7 @@ SamplesType = TypeVar('SamplesType', bound='Samples')
 
 @dataclass(frozen=True)
 class Samples:
-    """Arrays of equal length. Subclasses add arrays for the contents of the messages."""
+    """Arrays with an element for each sample. Subclasses add arrays with the messages' contents."""
 
     arrival: np.ndarray
     time: np.ndarray
@@ -40,7 +40,7 @@ class Samples:
         return len(self.time)
 
     def take(self: SamplesType, index: Any) -> SamplesType:
-        """Returns the samples at a numpy index: a mask, a slice, or integers."""
+        """Returns some of the samples. `index` is an index of numpy, such as a mask or a slice."""
         return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
 
     def between(self: SamplesType, begin: float, end: float) -> SamplesType:
@@ -67,8 +67,8 @@ class Yaws(Samples):
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """Returns the continuous yaw [rad] at each time [s], linear between two samples. The yaw
-        before the first sample is the first yaw, and after the last sample the last yaw."""
+        """Returns the continuous yaw [rad] at each time [s], linear between two samples. It is the
+        first yaw before the first sample, and the last yaw after the last sample."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @functools.cached_property
@@ -86,7 +86,7 @@ class ImuSamples(Yaws):
 
 @dataclass(frozen=True)
 class Orientations(ImuSamples):
-    """An IMU's samples with its whole orientation, a quaternion as it was sent."""
+    """An IMU's samples with the quaternion w, x, y, z of each message."""
 
     w: np.ndarray
     x: np.ndarray
@@ -116,8 +116,8 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, time: float) -> Pose2:
-        """Returns the pose at `time` [s], interpolated. The pose before the first sample is the
-        first pose, and after the last sample the last pose."""
+        """Returns the interpolated pose at `time` [s]. It is the first pose before the first
+        sample, and the last pose after the last sample."""
         after = int(np.searchsorted(self.time, time))
         if after in (0, len(self)):
             return self.pose(min(after, len(self) - 1))
@@ -125,8 +125,7 @@ class Poses(Yaws):
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
     def inverse(self) -> 'Poses':
-        """Returns the inverse transforms: the pose of the parent frame in the frame of each
-        pose."""
+        """Returns for each pose the pose of the parent frame in the frame of this pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
@@ -145,7 +144,7 @@ class Poses(Yaws):
 
 @dataclass(frozen=True)
 class OdometrySamples(Poses):
-    """Poses in ``odom``, the forward speed, and the rate of turn with the firmware's spikes."""
+    """Poses in ``odom``, the forward speed, and the rate of turn, with the firmware's spikes."""
 
     linear: np.ndarray
     angular: np.ndarray
@@ -161,8 +160,7 @@ class Commands(Samples):
 
 @dataclass(frozen=True)
 class Twists(Commands):
-    """Commands with all fields: also linear.y, linear.z, angular.x and angular.y, which no wheel
-    follows."""
+    """Commands with the fields that no wheel follows: linear.y, linear.z, angular.x, angular.y."""
 
     sideways: np.ndarray
     upward: np.ndarray
@@ -187,7 +185,7 @@ class PadSamples(Samples):
 
 @dataclass(frozen=True)
 class MouseSamples(Samples):
-    """The place of the mouse on mouse_info, x to the right, y up, from -1 to 1. `active`: 1 or
+    """The place of the mouse on mouse_info, x to the right and y up, from -1 to 1. `active` is 1 or
     0."""
 
     x: np.ndarray
@@ -197,14 +195,14 @@ class MouseSamples(Samples):
 
 @dataclass(frozen=True)
 class States(Samples):
-    """Messages of one text each, such as the states of move_to_goal; an array of str."""
+    """Messages that have one text each, such as the states of move_to_goal."""
 
     words: np.ndarray
 
 
 @dataclass(frozen=True)
 class LogLines(Samples):
-    """Lines on /rosout: the level, the name of the node and the text, in arrays of str."""
+    """Lines on /rosout, each with a level, the name of a node, and a text."""
 
     levels: np.ndarray
     nodes: np.ndarray
@@ -220,8 +218,8 @@ class Numbers(Samples):
 
 @dataclass(frozen=True)
 class Variables(Samples):
-    """Readings of the variables of nodes: the node, the variable's name and the value as a text, in
-    arrays of str."""
+    """Readings of the variables of nodes, each with a node, the variable's name, and its value as a
+    text."""
 
     node: np.ndarray
     name: np.ndarray
@@ -230,7 +228,7 @@ class Variables(Samples):
 
 @dataclass(frozen=True)
 class RunData:
-    """One robot's run. Only `imu` and `odometry` are always there."""
+    """The run of one robot. Only `imu` and `odometry` always have samples."""
 
     name: str
     start: float                                     # of the recording [s since 1970]
@@ -243,23 +241,23 @@ class RunData:
     goals: Poses = Poses.none()                      # in local
     frames: Poses = Poses.none()                     # of local in odom
     states: States = States.none()
-    resets: Poses = Poses.none()                     # of the robot in local, as declared
-    turn_requests: Numbers = Numbers.none()            # turns [rad], left positive
-    control: Numbers = Numbers.none()                  # ctrl_relinq: 1 if a node may drive
+    resets: Poses = Poses.none()                     # the declared poses of the robot in local
+    turn_requests: Numbers = Numbers.none()          # [rad], positive to the left
+    control: Numbers = Numbers.none()                # on ctrl_relinq; 1 if a node may drive
     pad: PadSamples = PadSamples.none()
     mouse: MouseSamples = MouseSamples.none()
-    log: LogLines = LogLines.none()                  # of the robot's namespace
-    devices: Tuple[str, ...] = ()                    # joy, mouse_info, if recorded
-    senders: Tuple[str, ...] = ()                    # of the commands; () if unknown
-    sender_index: Numbers = Numbers.none()             # of each command, in senders
-    starts: Tuple[float, ...] = ()                   # of the node [s]; () if unknown
-    letters: Numbers = Numbers.none()                  # typed: 1 is l, -1 is r, 0 others
-    events: States = States.none()                   # that the marker noted in a trial
-    printed: States = States.none()                  # what the node printed in a trial
-    variables: Variables = Variables.none()          # of nodes, read by the probe
-    derived: Tuple[str, ...] = ()                    # fields that were not recorded
-    topics: Dict[str, str] = field(default_factory=dict)       # field's name: topic
-    dropped: Dict[str, int] = field(default_factory=dict)      # field's name: invalid messages
+    log: LogLines = LogLines.none()                  # of nodes in the robot's namespace
+    devices: Tuple[str, ...] = ()                    # the recorded ones of joy, mouse_info
+    senders: Tuple[str, ...] = ()                    # names of the commands' senders
+    sender_index: Numbers = Numbers.none()           # each command's index in senders
+    starts: Tuple[float, ...] = ()                   # of the node in a trial [s]
+    letters: Numbers = Numbers.none()                # typed letters; l is 1, r -1, others 0
+    events: States = States.none()                   # notes of the marker in a trial
+    printed: States = States.none()                  # texts that the node printed in a trial
+    variables: Variables = Variables.none()          # that the probe read in nodes
+    derived: Tuple[str, ...] = ()                    # names of fields that were computed
+    topics: Dict[str, str] = field(default_factory=dict)     # {name of a field: topic}
+    dropped: Dict[str, int] = field(default_factory=dict)    # {name: invalid messages}
     notes: Tuple[str, ...] = ()                      # sentences about the recording
 
 
@@ -267,7 +265,7 @@ Result = TypeVar('Result')
 
 
 def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Decorates a function of a run. The result for each run is computed only once."""
+    """Decorates a function of a run, so that its result is computed only once for each run."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})
@@ -281,8 +279,8 @@ class YawOffset(NamedTuple):
     """The IMU's yaw minus the odometry's [rad]."""
 
     mean: float
-    spread: float    # standard deviation
-    drift: float     # last tenth of the recording minus first tenth
+    spread: float    # the standard deviation
+    drift: float     # the mean of the recording's last tenth minus the mean of its first tenth
 
 
 def yaw_offset(run: RunData) -> YawOffset:

@@ -160,8 +160,7 @@ class Pose(NamedTuple):
     goal_yaw: np.ndarray
 
     def error(self, state: str) -> np.ndarray:
-        """Returns the error that the node reduces in this state, a distance [m] or an angle [rad].
-        """
+        """Returns the error that the node reduces in a state: a distance [m], or an angle [rad]."""
         if state == MOVE_FORWARD:
             return np.abs(self.to_goal)
         target = np.angle(self.to_goal) if state == ROTATE_TO_GOAL else self.goal_yaw

@@ -1,1 +1,1 @@
-"""What does a bag file hold? From its bytes to a RunData, within a budget of bytes and messages."""
+"""What does a bag file hold? Its bytes become a RunData, within a budget of bytes and messages."""

@@ -1,9 +1,9 @@
-"""The times of a recording on one clock: the recorder's, as it was at the start.
+"""Converts the times of a recording to one clock, the recorder's clock at the start.
 
-A clock may be set during a recording, for example by NTP. The recorder's clock was set back if the
-arrivals of one topic run back. The recorder's clock was set forward, or the computer slept, if all
-topics are silent for longer than LONGEST_OUTAGE. A smaller jump forward is not undone, since it
-looks like a silence of all topics.
+A clock may be set during a recording, for example by NTP. If the arrivals of one topic run back,
+the recorder's clock was set back. If all topics are silent for longer than LONGEST_OUTAGE, this
+clock was set forward, or the computer slept. A smaller jump forward is not undone, since it looks
+like a silence of all topics.
 
 Units: seconds since the recording's start on the recorder's clock.
 """
@@ -14,54 +14,55 @@ import numpy as np
 
 #: The clock was set back if the arrivals of a topic run back by more than this [s].
 LEAST_SET_BACK = 0.05
-#: A longer silence of all topics is removed from the times [s].
+#: A silence of all topics is removed from the times if it is longer than this [s].
 LONGEST_OUTAGE = 3600.0
-#: A recording whose clock was set more often is refused.
+#: A recording is refused if its clock was set more often than this.
 MOST_JUMPS = 20
 #: Two senders share one clock if their clocks differ by less than this [s].
 SAME_CLOCK = 0.1
-#: A message is late if its delay differs by this from the usual delay of its sender [s].
+#: A message is late if its delay differs from its sender's usual delay by more than this [s].
 LATE_BY = 0.5
-#: The stamp of a message with a longer delay is ignored [s], since no recorder is busy so long.
+#: A stamp is ignored if the delay of its message is longer than this [s], since no recorder is busy
+#: so long.
 LONGEST_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
 LEAST_IN_TIME_SHARE = 0.25
-#: The sender's clock was set if more than this share of its messages is late, and these messages
-#: are the first or the last messages of the recording.
+#: The sender's clock was set if more than this share of its messages, at the recording's begin or
+#: at its end, is late.
 OTHER_CLOCK_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class RecordedClock:
-    """The clock of a sender, which is `lag` [s] behind the recorder's clock. `stamps`: the stamps
-    of its messages."""
+    """The clock of a sender, which is `lag` behind the recorder's clock [s]. The sender's messages
+    have these `stamps`."""
 
     lag: float
     stamps: np.ndarray
 
     @classmethod
     def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
-        """Returns the clock by the messages with the shortest delays, without outliers. There must
-        be at least one message."""
+        """Returns the clock by the messages with the shortest delays, without outliers. At least
+        one message is needed."""
         lags = np.sort(arrival - stamp)
         lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE_BY]
         return cls(float(lags[len(lags) // 20]), stamp)
 
     def is_same_as(self, other: 'RecordedClock') -> bool:
-        """Do both senders share one clock, or does one copy the other's stamps?"""
+        """Do both senders share one clock, or does this sender copy the stamps of the other?"""
         is_copied = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
         return abs(self.lag - other.lag) < SAME_CLOCK or is_copied.mean() > 0.5
 
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
                              robot_clock: Optional[RecordedClock]) -> np.ndarray:
-    """Returns the times at which a sender's messages were sent, on the recorder's clock [s]. They
-    never run back.
+    """Returns the times at which a sender sent its messages, on the recorder's clock [s]. These
+    times never run back.
 
     `robot_clock` is the odometry's RecordedClock, or None. All senders that share this clock get
-    the same lag, so that their stamps stay comparable to the microsecond. The stamp of a message is
-    more exact than its arrival, since messages arrive late while the recorder is busy, and early
-    while a simulated clock stands still. The arrival is used if the stamp is not plausible.
+    the same lag, so that their stamps stay comparable to the microsecond. A stamp is more exact
+    than an arrival: messages arrive late while the recorder is busy, and early while a simulated
+    clock stands still. The arrival is used only if the stamp is not plausible.
     """
     if not len(stamp):
         return arrival
@@ -83,8 +84,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 
 
 def undo_clock_jumps(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
-    """Remove the jumps of clocks from the arrivals and stamps of the collectors, {field of RunData:
-    Collector}. Returns (the last arrival [s], a sentence for each jump)."""
+    """Remove the jumps of clocks from the arrivals and stamps of `collectors`. These are {field of
+    RunData: Collector}. Returns (the last arrival [s], a sentence for each jump)."""
     filled = [each for each in collectors.values() if len(each.arrival)]
     number = np.concatenate([each.number for each in filled])
     order = np.argsort(number, kind='stable')
@@ -109,16 +110,16 @@ def undo_clock_jumps(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
     for at, jump in sorted(jumps):
         way = 'forward' if jump > 0.0 else 'back'
         sentences.append(
-            f'the clock was set {way} by {_in_words(abs(jump))}, {arrival[at]:.1f} s after the '
-            'start; times go on without the jump')
+            f'the clock was set {way} by {_duration_text(abs(jump))}, {arrival[at]:.1f} s after '
+            'the start; times go on without the jump')
     return float(arrival.max()), sentences
 
 
 def _first_set_back(arrival: np.ndarray, topic: np.ndarray) -> Optional[int]:
     """Returns the index of the first message after the clock was first set back, or None.
 
-    A file may hold the messages of one topic after those of another topic. So only the arrivals of
-    the same topic are compared.
+    Only arrivals of the same topic are compared, because a file may have all messages of one topic
+    behind all messages of another topic.
     """
     by_topic = np.argsort(topic, kind='stable')
     is_back = (np.diff(arrival[by_topic]) < -LEAST_SET_BACK) & (np.diff(topic[by_topic]) == 0)
@@ -154,7 +155,7 @@ def _undo_jump(collector: Any, number: int, jump: float) -> None:
         stamp[is_later & ~was_sent_before] -= jump
 
 
-def _in_words(seconds: float) -> str:
+def _duration_text(seconds: float) -> str:
     if seconds < 7200.0:
         return f'{seconds:.1f} s'
     hours = seconds / 3600.0

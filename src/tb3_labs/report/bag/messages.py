@@ -1,7 +1,7 @@
-"""How the messages of a recording become samples, topic by topic.
+"""Makes the samples of each topic from the messages of a recording.
 
-The Transformation lab asks for a line ``Local pose set to x=..., y=..., yaw=...`` at each reset.
-The handout prints the yaw in radians, and some nodes print degrees. A yaw is in degrees if ``deg``
+At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y=..., yaw=...``. The
+handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
 or a degree sign follows, or if the number is larger than a whole turn in radians.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
@@ -23,36 +23,37 @@ from tb3_labs.report.run_data import (
     LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
     Numbers, Variables, Yaws)
 
-#: The levels of log lines, by the bits of rosgraph_msgs/Log.
+#: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
-#: The line of a reset. Two neighbouring parts of the expression never match the same character, so
-#: that the search in a line of thousands of blanks is not slow.
+#: The line of a reset. No character can be matched by two neighbouring parts of this expression.
+#: So the search is fast even in a line of thousands of blanks.
 NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
-#: A reset is searched for in the first LONGEST_RESET characters of a line.
+#: Only this many characters of a line are searched for a reset.
 LONGEST_RESET = 500
 #: A run has at most this many resets.
 MOST_RESETS = 1000
-#: The most lines of a topic, characters of a line, and characters of all lines of a topic.
+#: A topic has at most this many lines, a line this many characters, and all lines of a topic this
+#: many characters.
 MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
-#: The most readings of variables, as of a node with fifteen variables in 15 minutes.
+#: At most this many readings of variables are kept, as of a node with 15 variables in 15 minutes.
 MOST_VARIABLES = 300000
-#: The most characters of an event of a trial, and of a text that a node printed in a trial.
+#: An event of a trial, or a text that a node printed in a trial, has at most this many characters.
 LONGEST_EVENT = 200000
 #: A sample with a larger number is invalid [m, rad, m/s, rad/s]. The firmware's spikes are below
-#: 1000.
+#: 1000 rad/s.
 LARGEST_NUMBER = 1e5
-#: The yaw in a row, before the yaws of all rows are computed from their quaternions.
+#: A row has this yaw until the yaws of all rows are computed from their quaternions.
 YAW_LATER = 0.0
 
 
 def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that the line declares, or None if the line is not the
-    line of a reset."""
+    """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
+    line."""
     found = RESET_LINE.search(line[:LONGEST_RESET])
     if found is None:
         return None
@@ -75,7 +76,7 @@ def resets_in(log: LogLines) -> Poses:
 def make_collectors(parts, prefix, limits):
     """Returns {field of RunData: Collector} of the fields `parts`, for the robot in the namespace
     `prefix`. Each sample is spent from `limits`, a ReadLimits."""
-    # {field: arguments of its Collector}; the fields that are not listed here have poses
+    # {field: arguments of its Collector}; all other fields have poses
     kinds = {
         'imu': (Orientations, lambda message: [
             (message.header, YAW_LATER, message.angular_velocity.z, *_wxyz(message.orientation))]),
@@ -110,15 +111,15 @@ def make_collectors(parts, prefix, limits):
 
 
 class Collector:
-    """Gathers the samples of one topic.
+    """Collects the samples of one topic.
 
-    ``rows_of(message)`` returns a row for each sample in a message. A row has the header with the
-    stamp, or None, and then the sample's numbers or words. A row with a yaw has YAW_LATER in the
-    yaw's place, and the quaternion w, x, y, z at its end.
+    ``rows_of(message)`` returns a row for each sample in a message. A row begins with the header
+    that has the stamp, or with None. The sample's numbers or words follow. In place of a yaw, a row
+    has YAW_LATER, and the quaternion w, x, y, z at its end.
     """
 
     def __init__(self, limits, kind, rows_of, longest=LONGEST_LINE):
-        """`kind`: the class of the samples; `longest`: the most characters of a word."""
+        """`kind` is the class of the samples. A word is cut after `longest` characters."""
         self._limits, self._kind, self._rows_of, self._longest = limits, kind, rows_of, longest
         self._has_words, self._letters = kind in (States, LogLines, Variables), 0
         self._values = [] if self._has_words else array('d')
@@ -126,17 +127,17 @@ class Collector:
         self.bad, self.is_full = 0, False
 
     def add(self, message, arrival, start, number):
-        """Append the samples of a message. `arrival` [s] is counted from `start` [s since 1970];
-        `number` counts the messages of the recording."""
+        """Append the samples of a message, which arrived `arrival` [s] after `start` [s since
+        1970]. `number` is the number of the message in the recording."""
         for header, *row in self._rows_of(message):
             stamp = arrival
             if header is not None:
-                # seconds first: a float since 1970 has steps of 0.2 microseconds
+                # seconds are subtracted first, since a float of today has steps of 0.2 microseconds
                 stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
             self.keep(row, arrival, stamp, number)
 
     def keep(self, row, arrival, stamp, number):
-        """Append one sample, unless there are too many words. Raises TooLarge."""
+        """Append one sample, if there are not too many words already. Raises TooLarge."""
         self._limits.spend('samples')
         if self._has_words:
             row = [word[:self._longest] for word in row]
@@ -152,7 +153,7 @@ class Collector:
         self.number.append(number)
 
     def close(self):
-        """Make arrays of all samples. Samples with invalid numbers are dropped and counted."""
+        """Make arrays of the samples. A sample with an invalid number is dropped and counted."""
         self.arrival, self.stamp, self.number = map(
             np.array, (self.arrival, self.stamp, self.number))
         columns = [each.name for each in fields(self._kind)][2:]
@@ -173,7 +174,7 @@ class Collector:
             each[is_valid] for each in (self.arrival, self.stamp, self.number, self._values))
 
     def samples(self, robot_clock):
-        """Returns the gathered samples. `robot_clock` is the odometry's RecordedClock."""
+        """Returns the collected samples. `robot_clock` is the odometry's RecordedClock."""
         order = np.argsort(self.arrival, kind='stable')      # a file may be sorted by topics
         arrival, values = self.arrival[order], self._values[order]
         time = times_on_recorders_clock(arrival, self.stamp[order], robot_clock)
@@ -183,7 +184,8 @@ class Collector:
 
 
 def samples_of(collectors):
-    """Returns {field of RunData: Samples} of all collectors. A log also gives the resets."""
+    """Returns {field of RunData: Samples} of all collectors. The resets are taken from the log if
+    there is one."""
     odometry = collectors['odometry']
     clock = RecordedClock.of(odometry.arrival, odometry.stamp)
     samples = {part: collector.samples(clock) for part, collector in collectors.items()}
@@ -198,7 +200,7 @@ def _filled(numbers, length):
 
 
 def _finite(speed):
-    """Returns the speed within limits. So a command with an infinite speed is not dropped."""
+    """Returns the speed within limits, so that a command with an infinite speed is not dropped."""
     return max(-LARGEST_NUMBER / 2.0, min(LARGEST_NUMBER / 2.0, speed))
 
 

@@ -1,9 +1,9 @@
 """The records of a bag file, in the order in which they were recorded.
 
-A bag may come from a stranger. The index of the bag is not used. So each byte is read once, and a
-recording that was cut off is read up to its last whole record. The definitions of messages in the
-bag are not used. Each read, each unpacked piece, each record and each sample is spent from a
-ReadLimits. So memory and time are bounded, whatever the file claims.
+A bag may come from a stranger. Its index is not used: each byte is read once, and a recording that
+was cut off is read up to its last whole record. The bag's definitions of messages are not used. A
+ReadLimits is charged for each read, each unpacked piece, each record and each sample. So memory and
+time are bounded, whatever the file claims.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -16,19 +16,20 @@ from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
-#: The budget of one reading. `MiB` limits the bytes that are read or unpacked. A recording of an
-#: hour by record.launch has 1.4 million records, and takes 20 s.
+#: The budget of one reading. `MiB` is of bytes that are read or unpacked. An hour recorded by
+#: record.launch has 1.4 million records, and is read in 20 s.
 MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
 #: The most processor time of one reading [s].
 MOST_TIME = 30.0
-#: Only every 64th call of `spend` reads the processor time, since this call is slow.
+#: `spend` looks at the processor time only in each 64th call, since this is slow.
 CLOCK_EVERY = 64
 MIB = 2.0 ** 20
 #: The largest header, connection and message, and the longest name [bytes].
 MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18, 200
 #: The largest packed chunk, when it is unpacked [bytes].
 MOST_CHUNK = 2 ** 26
-#: A packed chunk is read in parts of this size, and unpacked in pieces of this size [bytes].
+#: The size of the parts in which a packed chunk is read, and of the pieces in which it is unpacked
+#: [bytes].
 PACKED_PART, UNPACKED_PIECE = 2 ** 12, 2 ** 20
 #: The first bytes of a bag.
 BAG_VERSION = b'#ROSBAG V2'
@@ -36,7 +37,7 @@ BAG_VERSION = b'#ROSBAG V2'
 MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
 UINT32, UINT64, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
 CONVERT_BAG = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
-#: Files that users take for bags: (first bytes, the kind of file, the remedy).
+#: Files that users take for bags, each (first bytes, the kind of file, the remedy).
 OTHER_FILES = (
     (b'#ROSBAG V1', 'a bag of version 1',
      'convert it where it was recorded: rosbag fix {} run.bag'),
@@ -52,22 +53,22 @@ OTHER_FILES = (
 
 
 class BagProblem(ValueError):
-    """A bag cannot be read. The text is one line with the reason and the remedy."""
+    """A bag cannot be read. The text of this error is one line with the reason and the remedy."""
 
 
 class TooLarge(Exception):
-    """The budget is used up. The text names the limit."""
+    """The budget of a reading is used up. The text of this error names the limit."""
 
 
 class ReadLimits:
-    """The rest of the budget for one reading of a bag."""
+    """What is left of the budget of one reading."""
 
     def __init__(self) -> None:
         self._left: Dict[str, float] = dict(MOST_READ)
         self._end, self._calls = time.thread_time() + MOST_TIME, 0
 
     def spend(self, what: str, amount: float = 1) -> None:
-        """Subtract `amount` from the budget of `what`, a key of MOST_READ. Raises TooLarge."""
+        """Subtract `amount` from the budget of `what`, a key of MOST_READ. May raise TooLarge."""
         self._left[what] -= amount
         if self._left[what] < 0:
             raise TooLarge(f'it has more than {MOST_READ[what]:,} {what}')
@@ -77,8 +78,7 @@ class ReadLimits:
 
 
 class Connection(NamedTuple):
-    """A sender of messages on a topic. `kind`: the type of the messages; `checksum`: the checksum
-    of this type."""
+    """A sender of messages on a topic. The messages have the type `kind`, with this checksum."""
 
     topic: str
     kind: str
@@ -87,8 +87,8 @@ class Connection(NamedTuple):
 
 
 class Record(NamedTuple):
-    """A recorded message: its time [s since 1970, ns], and its bytes. `data` is b'' if the message
-    is too large or not wanted."""
+    """A recorded message. `time` is (seconds since 1970, nanoseconds). `data` has the bytes of the
+    message; it is empty if the message is too large or not wanted."""
 
     connection: Connection
     time: Tuple[int, int]
@@ -96,7 +96,7 @@ class Record(NamedTuple):
 
 
 class Bag:
-    """An open bag file. `problem` is the reason why not all of it was read, or ''."""
+    """An open bag file. `problem` is the reason why the file was not read to its end, or ''."""
 
     def __init__(self, file: BinaryIO, path: str) -> None:
         """Raises BagProblem if the file is not a bag of version 2."""
@@ -109,9 +109,9 @@ class Bag:
 
     def messages(self, is_wanted: Callable[[Connection], bool],
                  limits: ReadLimits) -> Iterator[Record]:
-        """Yields all messages. A message has data if ``is_wanted(its connection)`` is True."""
+        """Yields all messages. Only a message with ``is_wanted(connection)`` has data."""
         self._file.seek(self._begin)
-        # {number of a connection: (the connection, are its messages wanted?)}
+        # {number of a connection: (the connection, whether its messages are wanted)}
         self._connections: Dict[int, Tuple[Connection, bool]] = {}
         self._limits, self._is_whole, self.problem = limits, False, ''
         try:
@@ -196,7 +196,7 @@ def open_bag(path: str) -> BinaryIO:
 
 
 def _kind_and_remedy(first: bytes, path: str) -> str:
-    """Returns the kind of a file that is not a bag, and the remedy. `first`: its first bytes."""
+    """Returns in words what a file is that is not a bag, and the remedy. `first` is its begin."""
     if not first:
         return 'the file is empty; copy or download it again, and look at its size: ls -l'
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
@@ -208,7 +208,7 @@ def _kind_and_remedy(first: bytes, path: str) -> str:
 
 
 def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
-    """Returns the function that unpacks the next part of a chunk, in pieces."""
+    """Returns a function. It unpacks the next part of a chunk, and yields the pieces."""
     if compression == b'bz2':
         unpacker = bz2.BZ2Decompressor()
 

@@ -1,8 +1,8 @@
-"""Reads a rosbag into a RunData: any bag with an Imu and an Odometry.
+"""Reads a rosbag into a RunData. The bag must have a topic of type Imu and one of type Odometry.
 
-A bag may come from a stranger, and it carries the definitions of its messages. rosbag makes Python
-code of these definitions and runs it. This reader uses installed message classes only, and does not
-read topics of other types.
+A bag has definitions of its messages, of which rosbag makes Python code that it runs. But a bag may
+come from a stranger. So this reader uses only the installed message classes, and does not read
+topics of other types.
 """
 import struct
 from collections import Counter
@@ -23,7 +23,7 @@ from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.records import Bag, BagProblem, ReadLimits, TooLarge, open_bag
 from tb3_labs.report.run_data import RunData
 
-#: {field of RunData: (name of the topic, class)} of the topics that a recording may lack.
+#: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
 OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
@@ -32,26 +32,25 @@ OPTIONAL_TOPICS = {
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}
-#: {(type, checksum): class} of all topics of record.launch.
+#: The classes of all topics of record.launch, by type and checksum.
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: The first reading keeps the records for the second reading if they are smaller than this [bytes].
+#: The first reading keeps the records for the second one if their size is below this [bytes].
 MOST_KEPT = 2 ** 26
-#: The memory of a record beside its data [bytes].
+#: A record takes this memory in addition to its data [bytes].
 RECORD_OVERHEAD = 500
-#: The topics by which a person drives, of any type.
+#: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
 #: At most this many topics that are not read are named.
 NAMED_TOPICS = 5
 
 
 def read_run(path, namespace=None, log=lambda line: None):
-    """Returns the RunData of the bag file `path`. If several robots were recorded, `namespace` is
-    that of the robot to read.
+    """Returns the RunData of the bag file `path`, or raises BagProblem.
 
-    ``log(line)`` is called with each line about parts of the bag that are not read. Raises
-    BagProblem.
+    If several robots were recorded, only the robot in `namespace` is read. ``log(line)`` is called
+    with each line about parts of the bag that are not read.
     """
     try:
         with open_bag(path) as file:
@@ -66,9 +65,9 @@ def read_run(path, namespace=None, log=lambda line: None):
 
 
 def _contents(bag):
-    """Returns a tuple: {topic: (its installed class or None, number of messages)}; {topic: names of
-    its senders}; [topic and type of each topic that cannot be read]; the records, or None if they
-    are too large."""
+    """Returns (types, senders, unknown, records). `types` is {topic: (installed class or None,
+    number of messages)}. `senders` is {topic: names}. `unknown` has the topic and type of each
+    topic that cannot be read. `records` is None if the records are too large to keep."""
     numbers, records, size = Counter(), [], 0
     for record in bag.messages(_class_of, ReadLimits()):
         numbers[record.connection] += 1
@@ -137,8 +136,8 @@ def _read(bag, path, namespace, log):
 
 
 def _missing(words, problem, types):
-    """Returns the BagProblem with these words. `problem`: the reason why not all of the bag was
-    read, or ''. `types`: the topics that were read."""
+    """Returns the BagProblem with these words. `problem` is the reason why the bag was not read to
+    its end, or ''. `types` has the topics that were read."""
     if not problem:
         return BagProblem(words)
     if not types:
@@ -147,10 +146,10 @@ def _missing(words, problem, types):
 
 
 def _collect(records, of_topic, sender_index, names):
-    """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill
-    `sender_index` with the index of each command's sender in `names`, {sender: index}. Returns
-    (time of the first message [s since 1970], the limit that ended the reading or '')."""
-    # one message object for each topic is enough for all its records
+    """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill the
+    Collector `sender_index` with the index of each command's sender. `names` is {sender: index}.
+    Returns (time of the first message [s since 1970], the limit that ended the reading or '')."""
+    # all records of a topic use one message object, one after the other
     receivers = {topic: (*each, each[1]()) for topic, each in of_topic.items()}
     is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in receivers and (
         receivers[connection.topic][1] is _class_of(connection)))
@@ -181,8 +180,7 @@ def _collect(records, of_topic, sender_index, names):
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
-    `namespace` is None. `types`: {topic: (class or None, number of messages)}. Raises
-    BagProblem."""
+    `namespace` is None. `types` is as in `_contents`. May raise BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
@@ -196,15 +194,15 @@ def choose_topics(types, namespace):
         topics['frames'] = '/tf'
     if types.get('/rosout', ('',))[0] is Log:
         topics['log'] = '/rosout'
-        # the line of a reset in the log is an answer; initialpose has only the request
+        # a line in the log shows that a reset was done; initialpose shows only a request
         topics.pop('resets', None)
     return topics
 
 
 def _by_type(types, kind, ending, prefix):
-    """Returns the topic of type `kind` in the namespace `prefix` that is named `ending`. If several
-    topics, or none, have this name, it returns the topic with the most messages. Raises BagProblem
-    if several robots have such a topic."""
+    """Returns the topic of type `kind` in the namespace `prefix` whose last name is `ending`. If
+    there is not exactly one, returns the topic with the most messages. Raises BagProblem if several
+    robots have such a topic."""
     names = [topic for topic, (of, _) in types.items() if of is kind
              and (prefix is None or _absolute(topic).startswith(prefix))]
     if not names:
@@ -222,7 +220,7 @@ def _by_type(types, kind, ending, prefix):
 
 
 def _absolute(topic):
-    """Returns the absolute name of a topic. A bag may have relative names."""
+    """Returns the absolute name of a topic, since a bag may have relative names."""
     return '/' + topic.lstrip('/')
 
 

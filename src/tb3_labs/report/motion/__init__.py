@@ -1,1 +1,1 @@
-"""How did the robot move? Its movements, turns and drives, between resets."""
+"""How did the robot move? The movements, turns, drives and resets of a run."""

@@ -1,9 +1,9 @@
-"""The drives of a recorded run: their states, errors, drift and times.
+"""Finds the drives of a recorded run, and measures their errors, drift and times.
 
 The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge case: a value is NaN if the ground truth or a sample near its time is missing.
+Edge case: a value is NaN if it needs the ground truth, or a sample near its time, which is missing.
 """
 import math
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epoch
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
-#: The errors of a drive are measured at rest, at most this long after its end [s].
+#: The errors of a drive are measured at rest, at most this time after its end [s].
 SETTLE_TIME = 1.0
-#: The least time of a drive has turns at this rate [rad/s], the limit of move_to_goal.
+#: The least time of a drive is computed for turns at this rate, the limit of move_to_goal [rad/s].
 MAX_ANGULAR = DriveConfig().max_angular
 #: An unknown (distance, angle), or (drift, deviation).
 UNKNOWN = math.nan, math.nan
@@ -31,14 +31,14 @@ TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
 
 @dataclass(frozen=True)
 class DriveReport:
-    """A drive from its first ROTATE_TO_GOAL to its end."""
+    """A drive, from its first ROTATE_TO_GOAL to its end."""
 
     begin: float
     end: float
     goal: Optional[Pose2]             # in local
     outcome: str                      # 'reached', or why the drive ended
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
-    true: Tuple[float, float]         # the same by the ground truth
+    true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # change of the heading during MOVE_FORWARD [rad]
     deviation: float                  # largest such change at any time of MOVE_FORWARD [rad]
     seconds: Tuple[float, ...]        # in each state of DRIVING
@@ -56,7 +56,7 @@ class DriveReport:
 
 
 def drives(run: RunData, model: RobotModel) -> List[DriveReport]:
-    """Returns a DriveReport for each drive; `model` is the robot that drove."""
+    """Returns the DriveReport of each drive. `model` is the robot that drove."""
     states, frames, reports, first = spans(run), epochs(run), [], 0
     while first < len(states):
         end = first + 1
@@ -83,8 +83,8 @@ def _is_same_epoch(frames: Sequence[Epoch], span: Span, following: Span) -> bool
 
 def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequence[Span],
            later: Sequence[Span]) -> DriveReport:
-    """Returns the report of the drive with the states `parts`. `later`: [the state after the drive]
-    or []."""
+    """Returns the report of the drive with the states `parts`. `later` has the state after the
+    drive, or is empty."""
     whole = Span('', parts[0].begin, parts[-1].end, parts[0].goal)
     epoch = epoch_of(frames, whole.begin, whole.end)
     rest = whole.end
@@ -106,8 +106,8 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
-    """Returns (distance, angle) from the last pose to the goal, or UNKNOWN if poses are missing at
-    the end."""
+    """Returns (distance, angle) from the last pose to the goal; UNKNOWN if there is no pose near
+    the end of the drive."""
     if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - LEAST_GAP:
         return UNKNOWN
     last = poses.pose(-1)

@@ -1,31 +1,30 @@
-"""The movements of a run by its commands, for nodes that do not publish their state.
+"""Finds the movements of a run by its commands, for nodes that do not publish their state.
 
 A *movement* is a stretch of commands that are not zero. Its pauses are shorter than
-`MOVEMENT_PAUSE`. A reset and a change of `ctrl_relinq` end a movement, and begin the next. A
-movement is a
+`MOVEMENT_PAUSE`. A reset, or a change of `ctrl_relinq`, divides a movement in two. A movement is a
 
 * turn, if no command has a forward speed;
-* drive, if a turn, a straight line and a turn were commanded, or only one of both turns. The line
-  is straight if the heading stays within `MOST_BEND` of the heading at the line's start;
+* drive, if a turn, a straight line and a turn were commanded; one of both turns may be missing. The
+  line is straight if the heading stays within `MOST_BEND` of the heading at the line's start;
 * movement by hand, if it is not a turn and not a drive.
 
-The commands do not name their sender. Some topics show the sender if they were recorded:
+The commands do not name their sender. Other topics help to find it if they were recorded:
 
 * With `ctrl_relinq`, a movement while a node has control is a drive, and any other movement is by
   hand. A turn without a line is a drive only if a reset or a change of control came right before
   it, or if a reset, a change of control or the end of the recording cut it off. Any other turn is
-  by hand: a person turned the robot while the node was silent at its goal.
-* With `joy` and without `ctrl_relinq`, the pad never gave control: all movements are by hand.
+  by hand, because a person turned the robot while the node was silent at its goal.
+* With `joy` and without `ctrl_relinq`, the pad never gave control, and all movements are by hand.
 * With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 
 Without these topics, turns and a straight line that a person drives by keys look like a drive.
 
 A node may publish only `cmd_vel`. Then `completed` adds the topics that the package's own nodes
-publish: the states and the goals of the drives, by the movements; the robot's pose in ``local``;
-the pose of ``local`` in ``odom``. The pose in ``local`` is (0, 0, 0) at the first sample, and after
-a reset as the reset declares. By the lab's theory, the place is by the odometry without its jumps,
-and the heading by the IMU. If the board restarts in motion, the pose is unknown until the next
-reset. The node itself may believe another pose.
+publish. The states and the goals of drives are found by the movements. The robot's pose in
+``local`` is (0, 0, 0) at the first sample, and the declared pose at a reset. As in the lab, its
+place follows the odometry without the odometry's jumps, and its heading follows the IMU. If the
+board restarts in motion, the pose is unknown until the next reset. The node itself may believe
+another pose.
 
 Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next command, at most for the robot's timeout. A run
@@ -56,25 +55,25 @@ from tb3_labs.watch.variables import last_before, last_until
 MOVEMENT_PAUSE = 1.0
 #: The names of programs by which a person drives.
 PERSONS_PROGRAM = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
-#: The name of the program of commands that were typed in a terminal.
+#: The program that sends commands which a person types in a terminal.
 TERMINAL = 'rostopic pub'
-#: A shorter part of a movement by hand is joined to the part before [s].
+#: A part of a movement by hand is joined to the part before it if it is shorter than this [s].
 SHORTEST_PART = 0.4
 #: At most this many movements of a run are found.
 MOST_MOVEMENTS = 1000
-#: A command below this speed counts as zero [m/s], [rad/s].
+#: A speed below this counts as zero [m/s], [rad/s].
 NO_SPEED = 1e-3
 #: On a straight line the heading differs by at most this from the heading at the line's start
 #: [rad].
 MOST_BEND = math.radians(20.0)
-#: The turn before a straight line is over this time after the line's first command [s].
+#: The turn before a straight line may go on for this time after the line's first command [s].
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 SHORTEST_DRIVE = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-#: The state after a drive: the robot came to rest, or the node lost control.
+#: A drive is followed by one of these states: the robot came to rest, or the node lost control.
 CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
-#: If a drive ends within this time of the loss of control, the loss ended the drive [s].
+#: The loss of control ended a drive if both came within this time [s].
 TAKEN_WITHIN = 0.3
 
 
@@ -102,16 +101,16 @@ def moving(commands: Commands) -> np.ndarray:
 
 
 def programs(run: RunData, begin: float, end: float) -> List[str]:
-    """Returns the programs that commanded the robot from `begin` to `end` [s]. Unknown programs,
-    and programs by which a person drives, are left out."""
+    """Returns the names of the programs that commanded the robot from `begin` to `end` [s]. Unknown
+    programs, and programs by which a person drives, are left out."""
     names = {run.senders[int(k)] for k in run.sender_index.between(begin, end).value}
     return sorted(TERMINAL if '/rostopic_' in name else name for name in names
                   if name != '?' and not PERSONS_PROGRAM.search(name))
 
 
 def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
-    """Returns (begin, end) of the parts of a movement by hand [s]. In one part the robot only
-    drives forward or only turns on the spot."""
+    """Returns (begin, end) of the parts of a movement by hand [s]. In each part, the robot only
+    drives, or only turns on the spot."""
     commands = run.commands.between(movement.begin, movement.end)
     commands = commands.take(moving(commands))
     is_ahead = np.abs(commands.linear) > NO_SPEED
@@ -142,8 +141,8 @@ def movements(run: RunData) -> List[Movement]:
 def cuts(run: RunData) -> np.ndarray:
     """Returns the times at which a reset or a change of control cuts off a movement [s].
 
-    If a node gets control within MOVEMENT_PAUSE after a movement began, this node began the
-    movement: it received the message on ctrl_relinq before the recorder did. Then nothing is cut.
+    If a node gets control within MOVEMENT_PAUSE after a movement began, the node began this
+    movement, because it received ctrl_relinq before the recorder did. Then nothing is cut.
     """
     changes = np.flatnonzero(np.diff(run.control.value)) + 1
     times, is_given = run.control.time[changes], run.control.value[changes] == 1.0
@@ -155,8 +154,8 @@ def cuts(run: RunData) -> np.ndarray:
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray) -> Movement:
-    """Returns the Movement of the commands with the indices `moves`. `ends`: the time at which each
-    command ends [s]. `cut`: the times of :func:`cuts`."""
+    """Returns the Movement of the commands with the indices `moves`. `ends` has the time at which
+    each command of the run ends [s]. `cut` has the times of :func:`cuts`."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -180,7 +179,8 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray
 
 
 def has_control(run: RunData, time: float) -> bool:
-    """Did a node have control at this time [s]? The first message on ctrl_relinq is a change."""
+    """Did a node have control at this time [s]? Before the first message on ctrl_relinq, the answer
+    is the opposite of this message."""
     if not len(run.control):
         return False
     before = run.control.value[run.control.time <= time]
@@ -188,7 +188,7 @@ def has_control(run: RunData, time: float) -> bool:
 
 
 def _is_line(run: RunData, begin: float, end: float) -> bool:
-    """Did the robot move straight and far enough from `begin` to `end` [s]?"""
+    """Was the way from `begin` to `end` [s] straight, and long enough for a drive?"""
     yaw = np.unwrap(run.imu.between(begin + STRAIGHT_AFTER, end).yaw)
     if len(yaw) and np.abs(yaw - yaw[0]).max() > MOST_BEND:
         return False
@@ -197,7 +197,7 @@ def _is_line(run: RunData, begin: float, end: float) -> bool:
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. Fields that were not recorded are
-    computed, and named in `derived`. `goal`: the goal of all drives if no goals were recorded."""
+    computed, and named in `derived`. Without recorded goals, all drives have this `goal`."""
     if not len(run.local_pose) and len(run.frames):
         local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
@@ -233,14 +233,14 @@ def _with_local(run: RunData) -> RunData:
 
 
 def _continuous_odometry(run: RunData) -> Tuple[Poses, List[float]]:
-    """Returns (the odometry without its jumps, the times at which the pose is lost [s]), by the
-    correction of move_to_goal."""
+    """Returns (the odometry without its jumps, the times at which the pose is lost [s]). The jumps
+    are found as in move_to_goal."""
     odometry, imu = run.odometry, run.imu
     jumps, timing, first_T_odom, poses, lost = JumpFilter(), SampleTiming(), Pose2(), [], []
     newest = last_until(imu.arrival, odometry.arrival)
     for k, index in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[index] > RESET_SILENCE:
-            index = min(index + 1, len(imu) - 1)    # the IMU was silent: take its next sample
+            index = min(index + 1, len(imu) - 1)    # the IMU was silent before this sample
         shift, jump = jumps.filter(
             timing.on_odometry(OdometrySample(
                 odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
@@ -262,7 +262,7 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     drives = [movement for movement in movements(run) if movement.kind is MovementKind.DRIVE]
     next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
     for drive, next_begin in zip(drives, next_begins):
-        begins += _states(drive)
+        begins += _states_of_drive(drive)
         was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
         goes_on = was_reset and next_begin < drive.end + MOVEMENT_PAUSE
         if drive.end < run.duration and not goes_on:
@@ -279,8 +279,8 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     return replace(run, goals=goals, derived=run.derived + ('goals',))
 
 
-def _states(drive: Movement) -> List[Tuple[float, str]]:
-    """Returns the states of a drive, each with the time of its start [s]."""
+def _states_of_drive(drive: Movement) -> List[Tuple[float, str]]:
+    """Returns (begin [s], state) of each state of a drive."""
     begins = [drive.begin]
     if drive.forward < drive.turns_again:
         begins.append(drive.forward)

@@ -1,11 +1,11 @@
-"""The resets and goals of a recorded run: the local frame and the goal at each time.
+"""Finds the local frame and the goal at each time of a recorded run.
 
 An *epoch* is the time from one reset of ``local`` to the next. The line of a reset in the log (see
 :mod:`tb3_labs.report.bag.messages`) comes a moment before or after the first pose in the new frame.
-So an epoch begins at the largest jump of local_pose relative to the odometry within `NEAR_RESET` of
-this line.
+So an epoch begins at the largest jump of local_pose, relative to the odometry, that is within
+`NEAR_RESET` of this line.
 
-``local`` may move in ``odom`` within an epoch: if the odometry jumps while the robot rests,
+Within an epoch, ``local`` may move in ``odom``. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
 :mod:`tb3_labs.localization.odometry_jumps`).
 
@@ -24,18 +24,17 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import last_until
 
-#: The first pose in a new frame comes at most this long before or after the line of its reset [s].
+#: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
-#: A jump of the yaw by this has the same weight as a jump of the place by a metre [rad].
+#: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
 RADIANS_PER_METRE = 1.0
-#: The weight of a jump is less by this for each second between the jump and the line [m/s]. So the
-#: nearest pose is taken if a reset declares the pose that the robot already has.
+#: A jump weighs less by this for each second between the jump and the line [m/s]. So the nearest
+#: pose is taken if a reset declares the pose that the robot already has.
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
-#: new frame, but at most this long before this first message [s].
+#: new frame, but at most this time before this first message [s].
 MOST_BEFORE = 0.05
-#: If a reset begins a drive, the first pose in the new frame may come this long after the start of
-#: the drive [s].
+#: The first pose in a new frame may come this time after the drive that the reset begins [s].
 RESET_DELAY = 0.1
 #: A goal belongs to a state if their messages arrived within this time [s].
 SAME_MOMENT = 0.5
@@ -65,7 +64,7 @@ class Span:
 def epochs(run: RunData) -> List[Epoch]:
     """Returns the Epochs of a run in order. The first begins at -inf, the last ends at inf."""
     frames = _frames(run)
-    begins = [-math.inf] + _begins(run)
+    begins = [-math.inf] + _epoch_begins(run)
     ends = begins[1:] + [math.inf]
     # the first transform of an epoch on tf has the exact pose of ``local``
     first = np.searchsorted(frames.time, begins).clip(max=len(frames) - 1)
@@ -73,13 +72,13 @@ def epochs(run: RunData) -> List[Epoch]:
             for k, begin, end in zip(first, begins, ends)]
 
 
-def _begins(run: RunData) -> List[float]:
-    """Returns the begin of each epoch after the first [s]. Each reset begins another epoch, even if
-    two resets are near each other."""
+def _epoch_begins(run: RunData) -> List[float]:
+    """Returns the begin of each epoch after the first epoch [s]. Two resets never begin the same
+    epoch."""
     local = run.local_pose
-    jump = _steps(local).inverse() @ _steps(robot_in_odom(run, local.time))
+    jump = _displacements(local).inverse() @ _displacements(robot_in_odom(run, local.time))
     jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
-    begins = _changes(local)
+    begins = _begins_of_frames(local)
     found: Set[int] = set()
     for time in run.resets.time:
         first, last = np.searchsorted(local.time, (time - NEAR_RESET, time + NEAR_RESET))
@@ -89,7 +88,7 @@ def _begins(run: RunData) -> List[float]:
     return [float(begin) for begin in begins[sorted(found)]]
 
 
-def _steps(poses: Poses) -> Poses:
+def _displacements(poses: Poses) -> Poses:
     """Returns each pose after the first, seen from the pose before it."""
     return poses.take(slice(None, -1)).inverse() @ poses.take(slice(1, None))
 
@@ -97,8 +96,8 @@ def _steps(poses: Poses) -> Poses:
 def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     """Returns the Epoch of a drive from `begin` to `end` [s].
 
-    The pose may show the reset that began the drive a moment late. A reset that is nearer to the
-    end of the drive than to its begin ended the drive, and does not count.
+    A reset that begins the drive may show in the pose a moment later. A reset that is nearer to the
+    end of the drive than to its begin has ended the drive, and does not count.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
@@ -107,7 +106,7 @@ def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:
     """Returns the poses of ``local`` in ``odom`` at the times [s]."""
     frames = _frames(run)
-    return frames.take(last_until(_changes(frames), times) + 1)
+    return frames.take(last_until(_begins_of_frames(frames), times) + 1)
 
 
 def _frames(run: RunData) -> Poses:
@@ -124,14 +123,15 @@ def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
     return Poses(times, times, x, y, wrap_all(odometry.yaw_at(times)))
 
 
-def _changes(frames: Poses) -> np.ndarray:
+def _begins_of_frames(frames: Poses) -> np.ndarray:
     """Returns the times at which the frames after the first come into force [s]."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - MOST_BEFORE)
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
-    """Returns the pose of world in local, or None. At a reset, the declared pose counts as true."""
+    """Returns the pose of ``world`` in ``local``, or None without ground truth. The first pose in
+    the epoch counts as true."""
     if not len(run.ground_truth):
         return None
     known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
@@ -143,8 +143,8 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 @cached_per_run
 def spans(run: RunData) -> List[Span]:
-    """Returns the states of move_to_goal as Spans, in order. A state begins at the stamp of the
-    goal that was sent together with the state; without such a goal, at the arrival of the state."""
+    """Returns the states of move_to_goal as Spans, in order. If a goal was sent together with a
+    state, the state begins at the goal's stamp; else it begins at its arrival."""
     begins: List[float] = []
     goals: List[Optional[Pose2]] = []
     for arrival, sent_with in zip(run.states.arrival.tolist(), _goals_of_states(run)):
@@ -158,8 +158,8 @@ def spans(run: RunData) -> List[Span]:
 
 
 def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """Returns for each state the index of the goal that was sent together with this state, or None.
-    States and goals are sent in the same order, but may arrive late and together."""
+    """Returns for each state the index of the goal that was sent together with it, or None. States
+    and goals are sent in the same order, but several may arrive at the same moment."""
     goals, following = run.goals.arrival, 0
     indices: List[Optional[int]] = []
     for arrival in run.states.arrival:

@@ -1,12 +1,12 @@
-"""The turns of the IMU lab in a recorded run: by how much the robot turned, from rest to rest.
+"""Finds the turns of the IMU lab in a recorded run, and measures each from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
-the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
-a message on `turn`, by less than `LEAST_TURN` or more than `MOST_TURN`, is not a turn.
+the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. Such a movement is
+not a turn if its angle is below `LEAST_TURN` or above `MOST_TURN`.
 
-Units: radians, left positive; seconds. The IMU's yaw is unwrapped, so that a turn may be larger
-than half a turn. Edge case: an unknown value (no ground truth) is NaN.
+Units: radians, positive to the left; seconds. The IMU's yaw is unwrapped, so that an angle may be
+larger than half a turn. Edge case: without ground truth, the true values are NaN.
 """
 import math
 from dataclasses import dataclass
@@ -20,25 +20,26 @@ from tb3_labs.report.motion.movements import (
 from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 
-#: A robot rests if its mean rate of turn over REST_WINDOW [s] is less than this [rad/s].
+#: A robot rests if its mean rate of turn over REST_WINDOW is below this [rad/s].
 REST_RATE = 0.03
+#: The rate of turn at rest is averaged over this time [s].
 REST_WINDOW = 0.15
 #: A robot comes to rest within this time after the last command [s].
 REST_WAIT = 2.0
-#: The heading at rest is the mean over this time, which begins when the robot has rested for
-#: REST_WINDOW [s].
+#: The heading at rest is the mean over this time [s]. The mean begins when the robot has rested for
+#: REST_WINDOW.
 REST_MEAN = 0.3
-#: The rest before a turn may end this long before the first recorded command of the turn [s], since
-#: the recorder may miss the first commands of a new node.
+#: The rest before a turn may end this time before the turn's first recorded command [s], since the
+#: recorder may miss the first commands of a new node.
 MOST_MISSED = 1.0
-#: A movement of which the sender is not known is a turn if its angle is between these [rad].
+#: If the sender is not known, a movement is a turn only if its angle is between these [rad].
 LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
-#: A movement that a node commanded is a turn if its angle is larger than this [rad].
+#: If a node is the sender, a movement is a turn if its angle is above this [rad].
 LEAST_BY_NODE = math.radians(5.0)
 #: At most this many turns of one movement are found.
 MOST_PARTS = 100
-#: A turn may be requested this long before it begins [s].
+#: A turn may be requested this time before it begins [s].
 REQUESTED_BEFORE = 2.0
 
 
@@ -47,13 +48,13 @@ class TurnReport:
     """One turn, from rest to rest."""
 
     begin: float
-    end: float                        # the robot rests
+    end: float                        # when the robot rests again
     requested: float
     was_sent: bool                    # was the request sent on topic `turn`?
     turned: float                     # by the IMU
     true: float                       # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
-    overshoot: float                  # largest angle beyond `requested` during the turn
+    overshoot: float                  # the largest angle beyond `requested` during the turn
 
     @property
     def time(self) -> float:
@@ -87,7 +88,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
             span.begin < movement.end and movement.begin < span.end for span in driven)
         if movement.kind is not MovementKind.TURN or is_driven:
             continue
-        for begin, end, until in _parts(run, movement, next_begin):
+        for begin, end, until in _separate_turns(run, movement, next_begin):
             report = _turn(run, begin, end, until, since)
             if report is not None:
                 reports.append(report)
@@ -95,10 +96,11 @@ def turn_reports(run: RunData) -> List[TurnReport]:
     return reports
 
 
-def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, float, float]]:
-    """Returns (begin, end, time of the next command) of each turn within one movement. `until`: the
-    time of the first command after the movement. Two turns are separate if the robot rests between
-    both, and turns far in both. So the small correction after a turn belongs to this turn."""
+def _separate_turns(run: RunData, movement: Movement,
+                    until: float) -> List[Tuple[float, float, float]]:
+    """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
+    the time of the first command after the movement. Two turns are separate if the robot rests
+    between both, and each is large enough. So a small correction after a turn belongs to it."""
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
@@ -112,33 +114,35 @@ def _parts(run: RunData, movement: Movement, until: float) -> List[Tuple[float, 
     return parts + [(begin, movement.end, until)]
 
 
-def _turn(run: RunData, begin: float, end: float, until: float,
+def _turn(run: RunData, begin: float, end: float, next_command: float,
           since: float) -> Optional[TurnReport]:
-    """Returns the turn by the commands from `begin` to `end`, or None if they are not a turn.
-    `until`: the time of the next command. A request before `since` belongs to another turn."""
-    latest = min(end + REST_WAIT, until)
-    before = _first(begin - np.arange(0.0, MOST_MISSED, REST_WINDOW / 3.0),
-                    lambda time: _rests(run.imu, time - REST_WINDOW, time))
-    rest = _first(run.imu.between(end, latest).time,
-                  lambda time: _rests(run.imu, time, min(time + REST_WINDOW, latest)))
-    if before is None or rest is None:
+    """Returns the turn by the commands from `begin` to `end`, or None if they are not a turn. The
+    next command comes at `next_command`. A request before `since` belongs to another turn."""
+    rest_before = _first_time(begin - np.arange(0.0, MOST_MISSED, REST_WINDOW / 3.0),
+                              lambda time: _rests(run.imu, time - REST_WINDOW, time))
+    latest = min(end + REST_WAIT, next_command)
+    rest_after = _first_time(run.imu.between(end, latest).time,
+                             lambda time: _rests(run.imu, time, min(time + REST_WINDOW, latest)))
+    if rest_before is None or rest_after is None:
         return None
-    settled = min(rest + REST_WINDOW + REST_MEAN, until)
-    imu = run.imu.between(before - REST_WINDOW, settled)
+    last = min(rest_after + REST_WINDOW + REST_MEAN, next_command)
+    imu = run.imu.between(rest_before - REST_WINDOW, last)
     yaw = np.unwrap(imu.yaw)
-    yaw -= yaw[imu.time <= before].mean()
-    at_rest = imu.time >= rest + REST_WINDOW
-    turned = float(yaw[at_rest if at_rest.any() else imu.time >= rest].mean())
-    requested, was_sent = _requested(run, max(before - REQUESTED_BEFORE, since), end, turned)
+    yaw -= yaw[imu.time <= rest_before].mean()
+    is_at_rest = imu.time >= rest_after + REST_WINDOW
+    if not is_at_rest.any():
+        is_at_rest = imu.time >= rest_after
+    turned = float(yaw[is_at_rest].mean())
+    requested, was_sent = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
     if not requested:
         return None
-    on_the_way = math.copysign(1.0, requested) * yaw - abs(requested)
+    beyond = math.copysign(1.0, requested) * yaw - abs(requested)
     return TurnReport(
-        before, rest, requested, was_sent, turned, _true(run, before, settled),
-        float(np.abs(imu.yaw_rate).max()), max(0.0, float(on_the_way.max())))
+        rest_before, rest_after, requested, was_sent, turned, _true_turn(run, rest_before, last),
+        float(np.abs(imu.yaw_rate).max()), max(0.0, float(beyond.max())))
 
 
-def _first(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
+def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
     """Returns the first of the times for which ``is_true(time)``, or None."""
     for time in times.tolist():
         if is_true(time):
@@ -147,13 +151,13 @@ def _first(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[floa
 
 
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end` [s]? No, if there is no sample."""
+    """Does the robot rest from `begin` to `end` [s]? False if there is no sample."""
     rates = imu.between(begin, end).yaw_rate
     return len(rates) > 0 and bool(abs(rates.mean()) < REST_RATE)
 
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
-    """Returns (the requested angle, was the request sent on topic `turn`?). The angle is 0 if the
+    """Returns (requested angle, whether it was sent on topic `turn`). The angle is 0 if the
     movement was not a turn."""
     sent = run.turn_requests.between(since, end)
     if len(sent):
@@ -165,7 +169,7 @@ def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[f
     return math.copysign(quarters * math.pi / 2.0, turned), False
 
 
-def _true(run: RunData, begin: float, end: float) -> float:
+def _true_turn(run: RunData, begin: float, end: float) -> float:
     truth = run.ground_truth
     if not len(truth) or truth.time[0] > begin or truth.time[-1] < end:
         return math.nan

@@ -1,7 +1,8 @@
-"""The curves of a timeline over time, and the line of its marks, as HTML.
+"""Draws the curves of a timeline, and the line of its marks, as HTML.
 
-Each curve is an SVG picture in the units of the data: seconds to the right, negated values down. To
-show another stretch, the timeline's program only changes the view of the picture.
+Each curve is an SVG picture. Its x is the time in seconds, and its y is the negated value in the
+unit of the data. To show another stretch of time, the timeline's program only changes the picture's
+view.
 """
 import math
 from html import escape
@@ -9,22 +10,23 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tu
 
 import numpy as np
 
-#: The kinds of marks, each in its own row, from the top row to the bottom row.
+#: The kinds of marks. Each kind has its own row, in this order from the top.
 MARK_KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
 #: The height of a row [px].
 MARK_HEIGHT = 8
-#: The distance of the lines of a curve's grid is the first of these steps that gives at most
-#: GRID_LINES intervals.
+#: The distance of two grid lines is the first of these steps that gives at most GRID_LINES
+#: intervals.
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
 #: A stretch of a curve is split at most this many times. Real curves need up to 170 splits. A
 #: stranger's bag that needs more would take hours, so all samples of its stretch are kept.
 MOST_SPLITS = 500
-#: (the points (time, value), the indices of points that are not joined to the point before)
+#: The points (time, value) of a line, and the indices of points that are not joined to the point
+#: before.
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
-#: The CSS classes of the lines of variables in a figure.
+#: CSS classes for the lines of variables in a figure.
 VARIABLE_CLASSES = ('variable', 'second')
 BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
@@ -35,7 +37,8 @@ MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
 
 
 class Figure(NamedTuple):
-    """The lines of a node's variables, and the line that they should follow."""
+    """A figure of a node's variables, with a line for each, and with the line that they should
+    follow."""
 
     names: List[str]
     reference: str        # the name of the line `measured`, '' without such a line
@@ -74,7 +77,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """Yields the HTML of each mark on the line. Each kind of mark in the run has its own row."""
+    """Yields the HTML of each mark, then of the space that their rows take."""
     kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
     rows = [kind for kind in MARK_KINDS if kind in kinds]
     for each in data['marks']:
@@ -95,7 +98,7 @@ def curves(data: Dict[str, Any]) -> Iterator[str]:
             (1, 'linear', 'forward [m/s]', data['speed'], 0.1),
             (2, 'angular', 'turning [rad/s]', data['rate'], 0.4)):
         yield _curve(data, name, caption + BOTH_LINES, [
-            ('measured', _line_of(track)), ('commanded', _steps(data, column))], least)
+            ('measured', _line_of(track)), ('commanded', _command_steps(data, column))], least)
 
 
 def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
@@ -115,8 +118,8 @@ def _line_of(track: Dict[str, Any]) -> Line:
     return [*zip(track['time'], track['columns'][0])], track['breaks']
 
 
-def _steps(data: Dict[str, Any], column: int) -> Line:
-    """Returns the line of steps of one column of the commands."""
+def _command_steps(data: Dict[str, Any], column: int) -> Line:
+    """Returns the line of one column of the commands, which are constant between two commands."""
     rows = data['commands']
     points: List[Tuple[float, float]] = []
     breaks: List[int] = []
@@ -131,9 +134,9 @@ def _steps(data: Dict[str, Any], column: int) -> Line:
 def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[str, Line]],
            least: float, levels: Sequence[str] = (),
            steps: Sequence[float] = GRID_STEPS) -> str:
-    """Returns the HTML of a curve, or '' without a value. `lines`: (CSS class, line) of each line.
-    `least`: the smallest range of the scale. The scale of the distance includes 0. `levels`: the
-    texts at 0, 1, 2, ... in place of numbers."""
+    """Returns the HTML of a curve, or '' if it has no value. `lines` are (CSS class, line). The
+    scale has at least the range `least`, and a scale of distances includes 0. `levels` are the
+    texts to show in place of the values 0, 1, 2, ..."""
     values = [value for _, (points, _) in lines for _, value in points]
     if not values:
         return ''
@@ -155,7 +158,7 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
 
 
 def _path(points: Sequence[Tuple[float, float]], breaks: Sequence[int]) -> str:
-    """Returns a line as the path of an SVG picture."""
+    """Returns a line as a path of SVG."""
     begins = {0, *breaks}
     return ''.join(f"{'M' if k in begins else 'L'}{at} {-value:g}"
                    for k, (at, value) in enumerate(points))

@@ -1,4 +1,4 @@
-"""The HTML of the pages of reports and of marks: a document, a table, hints, the texts of cells."""
+"""Makes the HTML of the pages of reports and of marks: documents, tables, hints, texts of cells."""
 import math
 import re
 from html import escape
@@ -28,7 +28,7 @@ section { break-inside: avoid; } .next { break-before: page; }
   figure img { max-width: min(100%, 760px); }
 }
 @media print { body { margin: 0; } figure img { max-height: 84mm; } }'''
-#: The style of a narrow screen: a row is a paragraph, so that no column is cut off.
+#: The style for a narrow screen, where a row is a paragraph, so that no column is cut off.
 NARROW = '''
 @media screen and (max-width: 760px) {
   table, tbody, tr { display: block; } thead { display: none; }
@@ -48,10 +48,10 @@ PAGE = '''<!DOCTYPE html>
 </body></html>
 '''
 FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
-#: The text of an unknown number.
+#: This text stands for an unknown number.
 DASH = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
-#: The places at which a spreadsheet begins a formula, in cells separated by commas or semicolons.
+#: The places at which a spreadsheet begins to read a formula. It may separate cells by semicolons.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
@@ -60,8 +60,8 @@ class Markup(str):
 
 
 def number(value: float, form: str, unknown: str = DASH) -> str:
-    """Returns the value in the format `form`, or `unknown` if the value is not finite. A negative
-    zero has no sign."""
+    """Returns the value in the format `form`, or `unknown` if the value is not finite. A zero never
+    has a minus sign."""
     if not math.isfinite(value):
         return unknown
     text = form.format(value)
@@ -69,21 +69,21 @@ def number(value: float, form: str, unknown: str = DASH) -> str:
 
 
 def degrees(angle: float, form: str) -> str:
-    """Returns the angle [rad] in degrees in the format `form`, or a dash."""
+    """Returns the angle [rad] as degrees in the format `form`; a dash if it is not finite."""
     return number(math.degrees(angle), form)
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
-    """Returns an HTML page. `parts`: pieces of HTML; `style`: additional CSS."""
+    """Returns an HTML page that is made of the `parts`, pieces of HTML. `style` is more CSS."""
     return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
 
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = (),
           is_plain: bool = False) -> str:
-    """Returns an HTML table. Plain texts are escaped; Markup stays as it is.
+    """Returns an HTML table. Texts are escaped, but Markup is not.
 
-    The first column, and the columns whose heads are in `words`, are aligned left. On a narrow
-    screen, the head of a cell is shown in front of the cell, unless the table is plain.
+    The first column, and the columns with heads in `words`, are aligned left. On a narrow screen,
+    each cell shows its column's head first, if the table is not plain.
     """
     attributes = [' class="words"' if head in words else '' for head in heads]
     headings = [TAG.sub('', _html(head)) for head in heads]
@@ -103,10 +103,10 @@ def _html(text: str) -> str:
 
 def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
           linked: Callable[[str], str] = escape) -> str:
-    """Returns the HTML of three hints, each folded within the hint before: the question of the
-    link, the place that explains the link, and the sentence `mistake`. So a student who gets the
-    page can still find the mistake alone. `found`: the broken link, or None, which gives ''.
-    ``linked(text)`` makes HTML of a text with a place of a lab sheet."""
+    """Returns the HTML of three hints; '' if nothing was `found`. The hints are the question of the
+    link, the place that explains the link, and the sentence `mistake`. Each hint is folded within
+    the hint before it, so that a student can still find the mistake alone. ``linked(text)`` makes
+    HTML of a text that names a place in a lab sheet."""
     if found is None:
         return ''
     link, broken = found
@@ -119,8 +119,8 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
 
 
 def safe(text: str) -> str:
-    """Returns the text of a cell. A "'" is put in front of a text that a spreadsheet would read as
-    a formula.
+    """Returns the text for a cell. It has a "'" in front of what a spreadsheet would read as a
+    formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

@@ -1,6 +1,6 @@
-"""The printed figures of a run: the turns, and the paths in both frames.
+"""Draws the figures of a run for a printed report: the turns, and the paths in both frames.
 
-The lines differ by style and width, so that a figure can be read in black and white.
+The lines differ in style and width, so that a figure can be read in black and white.
 
 Units on the axes: metres, degrees, rad/s, seconds since a turn's first command. Sizes in inches.
 """
@@ -36,10 +36,9 @@ WIDTH = 7.2
 BLUE, ORANGE, GREEN, GREY = '#1f4e9c', '#d1660a', '#2a7a3a', '#555555'
 #: (colour, line style) of successive curves.
 STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
-# a long curve is drawn in parts of this many points, since Agg in Noetic limits the length of a
-# part
+# Agg in Noetic cannot draw a longer curve in one part
 matplotlib.rcParams['agg.path.chunksize'] = 20000
-#: A turn is drawn from SHOWN_BEFORE its begin until SHOWN_AFTER its end [s].
+#: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
 #: A figure shows at most this many turns, or paths between two resets.
 MOST_DRAWN = 40
@@ -47,7 +46,7 @@ MOST_DRAWN = 40
 MOST_NAMED_TURNS = 12
 #: The width and height of a letter in a frame's name, as a share of a panel's width.
 LETTER_WIDTH, LETTER_HEIGHT = 0.028, 0.05
-#: The frames and paths of later resets have no names, since the figure has no room for more.
+#: Only the frames and paths of the first resets have names, since there is no room for more.
 MOST_NAMED_RESETS = 6
 
 
@@ -71,8 +70,8 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
 
 def turns_figure(run: RunData, alone: int = 0) -> Optional[Figure]:
     """Returns a figure of the remaining angle and of the rate of turn, or None without a turn. Both
-    are positive in the requested direction. `alone`: the number of the turn to draw, counted from
-    1; 0 draws all turns."""
+    are positive in the requested direction. `alone` is the number of the only turn to draw, counted
+    from 1. If it is 0, all turns are drawn."""
     found = turn_reports(run)
     if not found:
         return None
@@ -109,8 +108,8 @@ def turns_figure(run: RunData, alone: int = 0) -> Optional[Figure]:
 
 
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
-    """Returns a figure of the path in odom and, beside it at the same scale, in local. Both panels
-    have the axes of both frames, and the goals of the drives."""
+    """Returns a figure with two panels of the same scale: the path in odom, and the path in local.
+    Both panels have the axes of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
@@ -130,14 +129,15 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
             draw_path(in_local, truth, **looks)
             draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
-    _ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
-    _ends(in_local, local, [goal for _, goal in goals])
+    _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
+    _draw_ends(in_local, local, [goal for _, goal in goals])
     chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
               for number, epoch in enumerate(frames[:MOST_DRAWN])]
     size = _same_scale((in_odom, [pose for pose, _ in chosen]),
                        (in_local, [pose.inverse() for pose, _ in chosen]))
-    _frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in chosen], size)
-    _frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in chosen], size)
+    _draw_frames(in_odom, size, 'odom', [(pose, 'local' + after) for pose, after in chosen])
+    _draw_frames(in_local, size, 'local', [
+        (pose.inverse(), 'odom' + after) for pose, after in chosen])
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
         axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
         axes.grid(True, linewidth=0.3)
@@ -146,7 +146,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
 
 
 def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
-    """Draw a line through the poses. The line is interrupted at each jump, as of the odometry."""
+    """Draw a line through the poses. The line has a gap where the poses leap."""
     if len(poses):
         axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)),
                   **looks)
@@ -159,8 +159,8 @@ def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Po
 
 
 def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give the `panels`, each (axes, poses of frames), the same scale and size. Returns the width
-    of a panel [m]."""
+    """Give all `panels` the same scale and size. Each panel is (axes, poses of frames). Returns the
+    width of a panel [m]."""
     boxes = []
     for axes, frames in panels:
         places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
@@ -174,9 +174,10 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
     return width
 
 
-def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: float) -> None:
-    """Draw the names and axes of frames: the panel's `own` frame, and `others`, each (pose, name).
-    The x axis is longer than the y axis."""
+def _draw_frames(axes: Axes, width: float, own: str,
+                 others: Sequence[Tuple[Pose2, str]]) -> None:
+    """Draw the names and axes of the panel's `own` frame, and of `others`, each (pose, name). The x
+    axis is longer than the y axis."""
     drawn = [line.get_xydata() for line in axes.get_lines()]
     named = [(Pose2(), own)] + list(others)
     for number, (pose, _) in enumerate(named):
@@ -187,7 +188,7 @@ def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: fl
                 linewidth=1.0 if number else 1.8))
             drawn.append(np.linspace(begin, end, 9))
     boxes: List[np.ndarray] = []
-    # both frames have names before the first reset
+    # two frames have names already before the first reset
     for number, (pose, name) in enumerate(named[:MOST_NAMED_RESETS + 2]):
         size = width * np.array((LETTER_WIDTH * len(name), LETTER_HEIGHT))
         boxes.append(_box_of_name(axes, pose, size, boxes, np.concatenate(drawn)))
@@ -198,9 +199,9 @@ def _frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]], width: fl
 
 def _box_of_name(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
                  drawn: np.ndarray) -> np.ndarray:
-    """Returns the best box for the name of a frame, as [least, most] (x, y). A good box is near the
-    frame's origin and behind both axes of the frame, inside the panel, covers none of the other
-    `boxes`, and covers few of the points `drawn`."""
+    """Returns the best box for the name of a frame, as [least (x, y), most (x, y)]. A good box is
+    inside the panel, near the frame's origin, and behind both axes of the frame. It covers none of
+    the other `boxes`, and few of the points `drawn`."""
     panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
     back = pose.yaw + 1.25 * math.pi
 
@@ -220,7 +221,7 @@ def _box_of_name(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.n
                key=cost)
 
 
-def _ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
+def _draw_ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
     axes.plot(poses.x[:1], poses.y[:1], 'o', color='black', markersize=6, zorder=5, label='start')
     axes.plot(poses.x[-1:], poses.y[-1:], 's', color='black', markersize=4, zorder=5, label='end')
     for number, goal in enumerate(goals):

@@ -1,6 +1,6 @@
-"""The files of the report: report.html, which contains all figures and tables, PNG and CSV files.
+"""Writes the files of a report: report.html, which contains all figures and tables, PNG, and CSV.
 
-The headings of the columns have the units: metres, degrees, seconds.
+The headings of the columns name the units: metres, degrees, seconds.
 """
 import base64
 import math
@@ -26,7 +26,7 @@ from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 from tb3_labs.watch.variables import last_until
 
-#: A pose is in the row of an odometry message if both times differ by at most this [s].
+#: A pose belongs to the row of an odometry message if both times differ by at most this [s].
 SAME_INSTANT = 0.02
 #: A path shorter than this is not drawn [m].
 SHORTEST_PATH = 0.05
@@ -40,7 +40,7 @@ NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that sho
                'exception? Does rosnode info name cmd_vel among its publications?)')
 ONLY_ZEROS = 'each command on cmd_vel is a zero, {} in all'
 NO_DRIVE = 'neither goal_state nor the commands show one'
-#: Sentences on the page: how turns and drives are distinguished from movements by hand.
+#: Sentences of the page on the rule by which turns and drives were found.
 BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had '
               'control is a drive; a turn alone is one only if it followed a reset or control at '
               'once, or was cut off. All other movements are by hand, or by another program.')
@@ -57,9 +57,9 @@ BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
                  turn: int = 0) -> List[Path]:
-    """Write the report of a run into a folder. A missing folder is made. Returns the paths of the
-    files, first that of report.html. `turn`: the number of the turn to draw as turn_NUMBER.png; 0
-    draws all turns as turns.png.
+    """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
+    the files, first the path of report.html. If `turn` is a number of a turn, only this turn is
+    drawn, as turn_NUMBER.png; if it is 0, all turns are drawn, as turns.png.
 
     Raises OSError if the files cannot be written, ValueError if the run has no turn `turn`."""
     driven, turned = drives(run, model), turn_reports(run)
@@ -96,7 +96,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
 
 
 def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
-    """Write a figure as PNG. Returns HTML that contains the picture; '' without a figure."""
+    """Write a figure as PNG. Returns HTML that contains the picture; '' if there is no figure."""
     if figure is None:
         return ''
     png = BytesIO()
@@ -139,7 +139,7 @@ def nothing_driven(run: RunData) -> str:
 
 
 def _declared(run: RunData) -> str:
-    """Returns in words when and where ``local`` was declared, if tf was not recorded."""
+    """Returns in words when and where ``local`` was declared in a run without tf."""
     words = ['taken as declared (0, 0, 0) at the first sample']
     for k, time in enumerate(run.resets.time):
         pose = run.resets.pose(k)
@@ -211,8 +211,8 @@ def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.nd
 
 
 def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Returns the index of the time nearest to each of `at`; -1 if they differ by more than
-    SAME_INSTANT."""
+    """Returns for each time in `at` the index of the nearest of `times`; -1 if they differ by more
+    than SAME_INSTANT."""
     if not len(times):
         return np.full(len(at), -1)
     after = np.minimum(np.searchsorted(times, at), len(times) - 1)

@@ -1,7 +1,7 @@
-"""The marks on the timeline of a run, and the signs of a mistake in the node.
+"""Finds the moments of a run that its page points to.
 
-The marks are turns, drives, movements by hand, resets, starts, stops and gaps. The signs are
-exceptions, open TODOs, and the first broken link.
+The marks on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps.
+Signs of a mistake in the node are exceptions, open TODOs, and the first broken link.
 """
 import re
 from html import escape
@@ -21,20 +21,20 @@ from tb3_labs.watch.chains import broken_links_of_nodes
 
 #: rospy prints these words before a traceback of a callback.
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
-#: A line of a traceback names a line of a file.
+#: In a traceback, this line names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A page shows at most this many different exceptions.
 MOST_ERRORS = 5
 #: A page shows at most this many characters of an exception.
 LONGEST_ERROR = 300
-#: The skeletons' nodes print the name of each TODO that they reach.
+#: A node of the skeletons prints this when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 
 
 def moments(run: RunData, turned: Sequence[TurnReport],
             driven: Sequence[DriveReport]) -> List[Mark]:
-    """Returns the Marks of a run. `turned` and `driven` are its turns and drives."""
+    """Returns the Marks of a run with these turns and drives."""
     found = [mark('turn', turn.begin, 'turn {}: asked {}, turned {} deg'.format(
         k, degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')), turn.end)
         for k, turn in enumerate(turned, 1)]
@@ -65,7 +65,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
 
 def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     before, after = run.imu.yaw_at((begin, end))
-    # the node that sends the commands of a mouse is not the driver
+    # with a mouse, the sender of the commands is not the driver
     drivers = [] if 'mouse_info' in run.devices else programs(run, begin, end)
     return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
         'driven by ' + ' and '.join(drivers) if drivers else 'by hand',
@@ -73,8 +73,7 @@ def _by_hand(run: RunData, begin: float, end: float) -> Mark:
 
 
 def printed_faults(run: RunData) -> str:
-    """Returns the HTML of the faults that the node printed: each different exception, and the open
-    TODOs."""
+    """Returns HTML on the different exceptions and the open TODOs that nodes printed."""
     log = run.log
     errors: Dict[str, List[float]] = {}
     todos: Dict[str, float] = {}

@@ -1,7 +1,7 @@
-"""The tables of a report: as HTML for its page, and as CSV for spreadsheets and scripts.
+"""Makes the tables of a report, as HTML for its page, and as CSV for spreadsheets and scripts.
 
-The heads and names of the columns have the units: metres, degrees, seconds. The cell of an unknown
-value has a dash on the page, and is empty in a CSV file.
+The heads and names of the columns name the units: metres, degrees, seconds. On the page, an unknown
+value is a dash. In a CSV file, its cell is empty.
 """
 import csv
 import math
@@ -69,7 +69,7 @@ DRIVE_COLUMNS = (
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
     Column('largest_deviation_deg', 'largest deviation [deg]',
            lambda drive: math.degrees(drive.deviation), '{:.2f}'))
-#: The columns of both tables of drives on a page: the goal and the outcome, and the way there.
+#: The page has two tables of drives. The first has the goal and the outcome, the second the way.
 REACHED_COLUMNS, ALONG_COLUMNS = DRIVE_COLUMNS[1:11], DRIVE_COLUMNS[11:]
 
 #: The note below the table of the ways.
@@ -80,7 +80,7 @@ DRIFT_NOTE = (
 
 
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
-    """Returns a table with a numbered row for each report. `word`: the name of a row, 'turn' or
+    """Returns an HTML table with a numbered row for each report. `word` names a row, 'turn' or
     'drive'."""
     more = len(reports) - MOST_ROWS
     return table([word] + [column.head for column in columns], [
@@ -92,8 +92,8 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
                   drives: Sequence[DriveReport]) -> None:
-    """Write turns.csv and drives.csv with a row for each report. Each row has the `name` of its
-    run, since a spreadsheet may hold the rows of several runs."""
+    """Write turns.csv and drives.csv with a row for each report. Each row has the run's `name`,
+    since a spreadsheet may hold the rows of several runs."""
     for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
                                    ('drive', DRIVE_COLUMNS, drives)):
         write_table(folder / (word + 's.csv'), [
@@ -110,7 +110,7 @@ def write_table(path: Path, rows: Iterable[Sequence[Any]]) -> None:
 
 
 def in_csv(name: str, value: Any) -> str:
-    """Returns the cell of a value in the column `name`; empty if the value is unknown."""
+    """Returns the text of a value in the column `name`; '' if the value is unknown."""
     if isinstance(value, str):
         return safe(value)
     return number(value, '{:.3f}' if name.endswith('_deg') else '{:.4f}', '')

@@ -1,4 +1,4 @@
-"""A recorded run as the data of its timeline: tracks over time, marks on the line, log lines.
+"""Makes the data of the timeline of a run, and from these data the timeline's HTML.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
 the recording, but differs from each recorded value by at most its bound (`BOUNDS`). A track is
@@ -24,33 +24,34 @@ from tb3_labs.report.page.curves import curves, mark_line, kept_samples, variabl
 from tb3_labs.report.run_data import LEAST_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
-#: The HTML of the timeline. The files of its program and style have the same name.
+#: The HTML of the timeline. The files of its program and of its style have the same stem.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
-#: The data that the program reads. Python draws the rest into the page.
+#: Only these data are read by the timeline's program. Python draws all other data into the page.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
                'angle', 'commands', 'goals', 'marks', 'variables')
-#: {unit: the largest difference between a recorded value and its track}
+#: The largest difference between a recorded value and its track, for each unit.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits after the point.
 ROUNDED_DIGITS = 3
-#: The rounding changes a value by at most this.
+#: This rounding changes a value by at most this.
 TIMELINE_ROUNDING = 0.0005
-#: A page has at most this many points of a track, marks, and characters of a text.
+#: A page has at most this many points of each track, this many marks, and this many characters of
+#: each text.
 MOST_POINTS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
-#: A page has at most this many lines of a log. The lines in the middle of a longer log are left
+#: A page has at most this many lines of a log. Of a longer log, the lines in the middle are left
 #: out.
 MOST_LOG_LINES = 2000
-#: The name of rosbag's node. Its log lines, the recorded topics, are not shown.
+#: The log lines of the node with this name, rosbag's, are not shown.
 RECORDER = 'record'
-#: A moment or a stretch on the line: kind, begin, end, text.
+#: A moment or a stretch of time on the timeline, with kind, begin, end and text.
 Mark = Dict[str, Any]
 
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`, which have these units. `breaks`: the indices of samples at
-    which the track is interrupted, beside those after a gap. The 'breaks' of the track are indices
-    of its points."""
+    """Returns the track of `columns`, which have these units. The track is interrupted at gaps of
+    time, and before the samples with the indices `breaks`. Its own 'breaks' are indices of its
+    points."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
@@ -72,7 +73,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        # at the begin of each epoch, the true pose is taken as the pose in ``local``
+        # at the begin of each epoch, the pose in ``local`` counts as true
         'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
@@ -107,8 +108,8 @@ def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
 
 
 def _commands(commands: Commands) -> List[List[Any]]:
-    """Returns [time, m/s, rad/s] of each command that differs from the command before. A row with
-    the speeds None is the time at which the robot's timeout ended a command."""
+    """Returns [time, m/s, rad/s] of each command that differs from the command before it. A row
+    with the speeds None has the time at which the robot's timeout ended a command."""
     times = commands.time.tolist()
     rows: List[List[Any]] = []
     for time, following, linear, angular in zip(
@@ -122,7 +123,7 @@ def _commands(commands: Commands) -> List[List[Any]]:
 
 
 def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mark:
-    """Returns the Mark of a moment on the line, or of a stretch if there is an `end` [s]."""
+    """Returns the Mark of a moment, or of a stretch of time if there is an `end` [s]."""
     return {'kind': kind, 'begin': round(float(begin), 3),
             'end': round(float(begin if end is None else end), 3), 'text': text[:LONGEST_TEXT]}
 
@@ -145,7 +146,7 @@ def _lines(log: LogLines) -> List[List[Any]]:
 
 
 def section(data: Dict[str, Any]) -> str:
-    """Returns the HTML of a timeline with these data. The HTML needs no other file."""
+    """Returns the HTML of a timeline with these data. A page with it needs no other file."""
     text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
                       allow_nan=False).replace('<', '\\u003c')
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')

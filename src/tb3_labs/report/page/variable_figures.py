@@ -1,9 +1,9 @@
-"""The variables of nodes on a run's timeline: figures of their values, and their texts.
+"""Makes the figures and texts of nodes' variables for the timeline of a run.
 
-A variable whose values are numbers is drawn as a line over time, beside the right values if they
-are known. A variable with a few different texts, as a state, is drawn as steps between these texts.
-The page also has the text of each variable at the moment that the timeline shows. Units: seconds
-since the start; a variable has the unit that its node uses.
+If the values of a variable are numbers, the variable is drawn as a line over time, beside the
+correct values if they are known. If a variable has only a few texts, such as a state, it is drawn
+as steps between these texts. The page also has the text of each variable at the moment that the
+timeline shows. Units: seconds since the start; a variable has the unit that its node uses.
 """
 import math
 from dataclasses import replace
@@ -15,9 +15,10 @@ from tb3_labs.report.page.curves import NO_LINE, Figure, Line, kept_samples
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
-#: A page has at most this many figures, variables, points of a line, and characters of a text.
+#: A page has at most this many figures, this many variables, this many points of each line, and
+#: this many characters of each text.
 MOST_FIGURES, MOST_SHOWN_VARIABLES, MOST_LINE_POINTS, LONGEST_VALUE = 12, 40, 2000, 200
-#: A variable with more different texts has no figure.
+#: A variable with more different texts than this has no figure.
 MOST_LEVELS = 8
 #: A line differs from each recorded value by at most this share of the line's range.
 BOUND_SHARE = 1.0 / 500.0
@@ -26,8 +27,8 @@ MOST_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
-    """The right values of the variables with these names. `words`: the name of the right values.
-    ``of(run)`` returns (the times, the right values)."""
+    """The correct values of the variables with these names. `words` name these values on the page.
+    ``of(run)`` returns (times, values)."""
 
     names: Tuple[str, ...]
     words: str
@@ -38,24 +39,25 @@ def _heading(run: RunData) -> Tuple[np.ndarray, np.ndarray]:
     return run.imu.time, np.degrees(run.imu.yaw) % 360.0
 
 
-def _of(part: str, name: str) -> Callable[[RunData], Tuple[np.ndarray, np.ndarray]]:
+def _column_of(part: str, name: str) -> Callable[[RunData], Tuple[np.ndarray, np.ndarray]]:
     def values(run: RunData) -> Tuple[np.ndarray, np.ndarray]:
         poses: Poses = getattr(run, part)
         return poses.time, getattr(poses, name)
     return values
 
 
-#: The variables of the handouts, by figures. A figure is drawn if its first variable was recorded.
+#: The variables of the handouts that share a figure. A figure is drawn if its first variable was
+#: recorded.
 REFERENCES = (
     Reference(('curr_yaw', 'goal_yaw'), 'heading by the IMU', _heading),
-    Reference(('local_x', 'goal_x'), 'x in local', _of('local_pose', 'x')),
-    Reference(('local_y', 'goal_y'), 'y in local', _of('local_pose', 'y')),
-    Reference(('local_yaw', 'goal_yaw'), 'yaw in local', _of('local_pose', 'yaw')),
-    Reference(('initial_global_x',), 'x in odom', _of('odometry', 'x')),
-    Reference(('initial_global_y',), 'y in odom', _of('odometry', 'y')),
-    Reference(('initial_global_yaw',), 'yaw by the IMU', _of('imu', 'yaw')),
-    Reference(('initial_odom_yaw',), 'yaw in odom', _of('odometry', 'yaw')))
-#: The other variables of the handouts. They are drawn before variables with other names.
+    Reference(('local_x', 'goal_x'), 'x in local', _column_of('local_pose', 'x')),
+    Reference(('local_y', 'goal_y'), 'y in local', _column_of('local_pose', 'y')),
+    Reference(('local_yaw', 'goal_yaw'), 'yaw in local', _column_of('local_pose', 'yaw')),
+    Reference(('initial_global_x',), 'x in odom', _column_of('odometry', 'x')),
+    Reference(('initial_global_y',), 'y in odom', _column_of('odometry', 'y')),
+    Reference(('initial_global_yaw',), 'yaw by the IMU', _column_of('imu', 'yaw')),
+    Reference(('initial_odom_yaw',), 'yaw in odom', _column_of('odometry', 'yaw')))
+#: These other variables of the handouts are drawn before variables with other names.
 HANDOUT_NAMES = ('turning', 'state', 'has_control')
 
 
@@ -66,8 +68,8 @@ def nodes(run: RunData) -> List[str]:
 
 @cached_per_run
 def variables(run: RunData) -> List[Series]:
-    """Returns the variables of a run. If several nodes have variables, the name of the node is put
-    before the name of the variable."""
+    """Returns the variables of a run. If several nodes have variables, the name of a variable
+    begins with the name of its node."""
     found, nodes = [], variables_by_node(run.variables)
     for node, series_of in nodes.items():
         prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
@@ -87,15 +89,15 @@ def is_number(variable: Series) -> bool:
 
 
 def changes(variable: Series) -> np.ndarray:
-    """Returns the index of the first value, and of each value that differs from the value
-    before."""
+    """Returns the index of the first value, and of each value that differs from the value before
+    it."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
 
 
 def texts(run: RunData) -> List[List[Any]]:
-    """Returns [name, times of the changes, texts from these times on] of each variable. If a
-    variable changes too often, some changes are left out."""
+    """Returns [name, times of the changes, text from each of these times on] of each variable. If
+    there are too many changes, some are left out."""
     rows = []
     for each in variables(run):
         shown = changes(each)
@@ -122,20 +124,20 @@ def figures(run: RunData) -> List[Figure]:
     for each in [*handouts, *remaining.values()]:
         levels = [] if is_number(each) else _levels(each)
         if len(changes(each)) > 1 and len(levels) <= MOST_LEVELS:
-            shown = _steps(each, levels) if levels else line(each.time, each.value)
+            shown = _level_steps(each, levels) if levels else line(each.time, each.value)
             found.append(Figure([each.name], '', NO_LINE, [shown], levels))
     return found[:MOST_FIGURES]
 
 
 def _levels(variable: Series) -> List[str]:
-    """Returns the different texts of a variable, from the lowest level to the highest. False is
-    below True. A state is below the states that came before."""
+    """Returns the different texts of a variable, from the lowest to the highest in the figure.
+    False is below True. A state is below the states that came before it."""
     words = list(dict.fromkeys(variable.text))
     return sorted(words) if words[0] in TRUTH_VALUES else words[::-1]
 
 
 def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
-    """Returns the figure of the variables `group` and of their reference."""
+    """Returns the figure of the variables `group` beside their reference."""
     time, values = reference.of(run)
     whole_turn = math.inf
     if reference.words.startswith('heading'):
@@ -151,7 +153,7 @@ def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
 
 def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> Line:
     """Returns the line of the values that are not NaN. The line is interrupted at gaps of time, and
-    at jumps of an angle by a whole turn, `whole_turn`."""
+    where an angle jumps by about `whole_turn`."""
     known = ~np.isnan(values)
     if not known.any():
         return NO_LINE
@@ -169,8 +171,8 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
-def _steps(variable: Series, levels: List[str]) -> Line:
-    """Returns the line of steps of a variable between its levels."""
+def _level_steps(variable: Series, levels: List[str]) -> Line:
+    """Returns the line of a variable that steps between its levels."""
     heights = np.array([float(levels.index(text)) for text in variable.text])
     begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > LEAST_GAP) + 1)
     points: List[Tuple[float, float]] = []
