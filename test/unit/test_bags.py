@@ -338,16 +338,6 @@ def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
         r'it has more than 0.2 MiB: the report ends at {:.1f} s$'.format(run.duration), line)
 
 
-def test_an_index_that_names_one_line_many_times_is_not_believed(tmp_path):
-    path = write_bag(tmp_path / 'run.bag', sources=(sensors,))
-    with rosbag.Bag(str(path), 'a') as bag:
-        bag.write('/rosout', Log(name='/x', msg='y' * 200000), rospy.Time(BEGIN + 3))
-        index = bag._curr_chunk_connection_indexes
-        index[bag._topic_connections['/rosout'].id] *= 10000
-    run, most, _ = read_within(path)
-    assert [len(text) for text in run.log.texts] == [LONGEST_LINE] and most < 16.0
-
-
 def crowd(run):
     """One message that holds many samples."""
     frame = TransformStamped(child_frame_id='local')

@@ -8,9 +8,8 @@ from known_motion import angle_between
 from made_run import TIME, X, made, poses, reset_lines, states
 from recorded_run import (  # noqa: F401
     BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, declared, frame_at, in_degrees,
-    odometry_jumps, placed, recorded, run, steps_backwards, way)
+    odometry_jumps, recorded, run, steps_backwards)
 
-from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs, local_in_odom
@@ -24,12 +23,6 @@ def by_tf(request):
 def pose_before(poses, time):
     """The last pose before `time` [s]."""
     return poses.pose(np.searchsorted(poses.time, time - 0.01))
-
-
-def turned(run, time, angle):
-    """The IMU's yaw jumps by `angle` [rad] at `time` [s]."""
-    yaw = wrap_all(run.imu.yaw + np.where(run.imu.time > time - 0.01, angle, 0.0))
-    return replace(run, imu=replace(run.imu, yaw=yaw))
 
 
 def assert_misses_are_known(run):
@@ -56,10 +49,8 @@ def test_a_reset_is_found_by_tf_and_by_local_pose(run, by_tf):
         assert angle_between(epoch.odom_T_local.yaw, yaw) < 1e-6
 
 
-# in full drive, 20 messages a second for 5 s: 9.9 mm; and as a reset comes
-@pytest.mark.parametrize('time, driven', [(3.0, (1.0 - MISS) / 100.0), (RESET, 2e-5)])
-def test_the_firmwares_step_backwards_is_not_a_reset(run, time, driven, by_tf):
-    run = recorded(steps_backwards(run, time, driven), by_tf)
+def test_the_firmwares_step_backwards_at_a_reset(run, by_tf):
+    run = recorded(steps_backwards(run, RESET, 2e-5), by_tf)
     assert [RESET] == resets(run)
     assert_misses_are_known(run)
 
@@ -73,35 +64,6 @@ def test_an_odometry_that_is_set_to_zero_is_not_a_reset(run, time, by_tf):
     assert_misses_are_known(run)
     now = local_in_odom(run, jumped.frames.time[-1:])
     assert (now.x[0], now.y[0]) == pytest.approx((moved.x, moved.y), abs=1e-6)
-
-
-def test_the_turn_of_a_calibration_at_rest_is_not_a_reset(run):
-    """The board is silent for 1.2 s. Then odometry and IMU have the turn of its calibration."""
-    here = pose_before(run.odometry, 8.5)
-    turn = math.radians(1.9)
-    run = turned(odometry_jumps(run, 8.5, Pose2(0.0, 0.0, turn) @ here.inverse()), 8.5, turn)
-    for name in 'odometry', 'imu', 'frames', 'local_pose':
-        table = getattr(run, name)
-        run = replace(run, **{name: table.take((table.time < 8.19) | (table.time > 9.41))})
-    assert [RESET] == resets(run)
-
-
-def test_a_robot_that_is_turned_while_its_odometry_is_set_to_zero(run, by_tf):
-    odom, local = pose_before(run.odometry, 8.5), pose_before(run.local_pose, 8.5)
-    turn = Pose2(0.0, 0.0, math.radians(3.0))
-    moved = declared(odometry_jumps(run, 8.5, odom.inverse()), 8.5, local @ turn @ local.inverse())
-    run = replace(moved, resets=run.resets)
-    assert [RESET] == resets(recorded(turned(run, 8.5, turn.yaw), by_tf))
-
-
-def test_a_board_that_restarts_is_a_reset(run):
-    """Odometry and IMU jump: move_to_goal begins again at (0, 0, 0), here in the same place of odom.
-    """
-    run = odometry_jumps(run, -1.0, run.frames.pose(0).inverse())
-    here = pose_before(run.odometry, 8.5)
-    run = declared(odometry_jumps(run, 8.5, here.inverse()), 8.5, here.inverse())
-    assert np.abs(np.hypot(run.frames.x, run.frames.y)[run.frames.time < 9.9]).max() < 1e-6
-    assert [8.5, RESET] == resets(turned(run, 8.5, 1.0))
 
 
 @pytest.mark.parametrize('new', [Pose2(0.03, 0.0, 0.0), Pose2(0.0, 0.0, math.radians(1.5))])
@@ -123,26 +85,6 @@ def test_resets_in_quick_succession(run, by_tf):
     run = declared(run, 8.5, Pose2(0.3, 0.0, 1.0), 8.55)
     run = declared(run, 8.55, Pose2(0.0, 0.1, -1.0))
     assert [8.5, 8.55, RESET] == resets(recorded(run, by_tf))
-
-
-@pytest.mark.parametrize('driven', [0.0, (1.0 - MISS) / 100.0])
-def test_a_reset_while_it_drives(run, driven, by_tf):
-    """The second reset is at the very moment of the firmware's reversed displacement."""
-    new = Pose2(0.2, -0.1, 0.3)
-    run = declared(run, 3.0, new)
-    run = recorded(steps_backwards(run, 3.0, driven) if driven else run, by_tf)
-    run = replace(run, states=states(
-        (0.5, 'ROTATE_TO_GOAL'), (1.0, 'MOVE_FORWARD'), (3.02, 'ROTATE_TO_GOAL'),
-        (4.0, 'MOVE_FORWARD'), (7.0, 'GOAL_REACHED')))
-    assert [3.0, RESET] == resets(run)
-    first, second = drives(run, BURGER)
-    assert (first.outcome, second.outcome) == ('ended by a reset', 'reached')
-    fraction, yaw = way(2.95)
-    assert in_degrees(first.measured) == pytest.approx(
-        (1.0 - (1.0 - MISS) * fraction, math.degrees(yaw)), abs=1e-6)
-    place, yaw = placed((new.x + 1j * new.y, new.yaw), 1.0 - MISS, math.radians(MISS_DEG))
-    assert in_degrees(second.measured) == pytest.approx(
-        (abs(1.0 - place), math.degrees(yaw)), abs=1e-6)
 
 
 @pytest.mark.parametrize('later', [-0.01, 0.0, 0.01])

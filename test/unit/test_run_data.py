@@ -81,7 +81,3 @@ def test_a_pose_between_two(time, share, pair):
                                               before.y + share * (after.y - before.y)))
     turned = float(wrap_all(after.yaw - before.yaw))
     assert float(wrap_all(here.yaw - before.yaw - share * turned)) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_samples_between_two_times_hold_the_first_but_not_the_last():
-    assert made().odometry.between(1.0, 1.2).time == pytest.approx([1.0, 1.05, 1.1, 1.15])
