@@ -18,72 +18,63 @@ AHEAD = 0.775
 SENT = np.arange(100) / 10.0
 
 
-def test_a_clock_that_is_set_during_the_recording():
-    assert RecordedClock.of(SENT, SENT + AHEAD).lag == pytest.approx(-AHEAD)
-    for set_at in 0.3, 0.5, 0.8:
-        for by in 1e6, 2.0, -2.0, -1e6:
-            stamp = SENT + AHEAD + np.where(SENT > 10.0 * set_at, by, 0.0)
-            assert times_on_recorders_clock(SENT, stamp, None) == pytest.approx(SENT, abs=1e-6)
+ROBOT, NUMBER = RecordedClock.of(SENT, SENT + AHEAD), np.arange(100)
 
 
-@pytest.mark.parametrize('begin, end, arrival', [
-    (3.0, 5.0, 5.0),       # the recorder was busy, and took all messages at once
-    (0.0, 0.6, 0.6),       # it was busy at its begin
-    (9.25, 9.95, 10.6),    # and at its end
-    (6.0, 8.0, 6.0)])      # its simulated clock stood still
-def test_stamps_count_where_the_recorder_is_late(begin, end, arrival):
-    late = np.where((SENT > begin - 0.01) & (SENT < end), arrival, SENT)
-    assert times_on_recorders_clock(late, SENT + AHEAD, None) == pytest.approx(SENT, abs=1e-6)
+def arrived_late(begin, end, arrival):
+    """The arrivals of messages, if those that were sent from `begin` to `end` arrive at another time."""
+    return np.where((SENT > begin - 0.01) & (SENT < end), arrival, SENT)
 
 
-def test_old_and_strange_stamps():
-    arrival = np.array([0.0, 0.1, 2.0, 4.0])
-    latched = np.array([-100.0, 0.1, 2.0, 4.0])
-    assert times_on_recorders_clock(arrival, latched, None) == pytest.approx(arrival)
-    assert times_on_recorders_clock(SENT, 0.0 * SENT - 1.7e9, None) == pytest.approx(SENT)
-    from_the_future = np.where(SENT == 5.0, 1e9, SENT)
-    assert times_on_recorders_clock(SENT, from_the_future, None) == pytest.approx(SENT)
+@pytest.mark.parametrize('set_at', [0.3, 0.5, 0.8])
+@pytest.mark.parametrize('by', [1e6, 2.0, -2.0, -1e6])
+def test_a_clock_that_is_set_during_the_recording(set_at, by):
+    stamp = SENT + AHEAD + np.where(SENT > 10.0 * set_at, by, 0.0)
+    assert times_on_recorders_clock(SENT, stamp, None) == pytest.approx(SENT, abs=1e-6)
 
 
-@pytest.mark.parametrize('apart, shared', [(-0.095, True), (0.105, False)])
-def test_senders_whose_clocks_differ_by_less_than_a_tenth_of_a_second_share_one(apart, shared):
-    robot = RecordedClock.of(SENT, SENT + AHEAD)
-    time = times_on_recorders_clock(SENT, SENT + AHEAD + apart, robot)
-    assert time == pytest.approx(SENT + (apart if shared else 0.0))
+@pytest.mark.parametrize('arrival', [
+    arrived_late(3.0, 5.0, 5.0),       # the recorder was busy, and took all messages at once
+    arrived_late(0.0, 0.6, 0.6),       # it was busy at its begin
+    arrived_late(9.25, 9.95, 10.6),    # and at its end
+    arrived_late(6.0, 8.0, 6.0)])      # its simulated clock stood still
+def test_stamps_count_where_the_recorder_is_late(arrival):
+    assert times_on_recorders_clock(arrival, SENT + AHEAD, None) == pytest.approx(SENT, abs=1e-6)
+
+
+def one_in_time_of(number):
+    """The arrivals if one of so many messages, and the last one, comes in time."""
+    return SENT + np.where((NUMBER % number == 0) | (NUMBER == 99), 0.0, 0.6)
+
+
+@pytest.mark.parametrize('arrival, stamp, robot, time', [
+    # strange stamps do not count
+    (np.array([0.0, 0.1, 2.0, 4.0]), np.array([-100.0, 0.1, 2.0, 4.0]), None, np.array([0.0, 0.1, 2.0, 4.0])),
+    (SENT, 0.0 * SENT - 1.7e9, None, SENT), (SENT, np.where(SENT == 5.0, 1e9, SENT), None, SENT),
+    # a stamp may be up to ten seconds old; but time does not run back
+    (SENT, SENT - 10.5 * (NUMBER == 50), None, SENT),
+    (SENT, SENT - 9.5 * (NUMBER == 50), None, SENT - 0.1 * (NUMBER == 50)),
+    # senders whose clocks differ by less than a tenth of a second share one
+    (SENT, SENT + AHEAD - 0.095, ROBOT, SENT - 0.095), (SENT, SENT + AHEAD + 0.105, ROBOT, SENT),
+    # a quarter of the messages must come in time
+    (one_in_time_of(4), SENT + AHEAD, ROBOT, SENT),
+    (one_in_time_of(5), SENT + AHEAD, ROBOT, np.maximum.accumulate(one_in_time_of(5))),
+    # a clock that is off for more than a tenth of the messages was set: behind at first, or ahead at the end
+    (SENT, SENT + AHEAD - 0.6 * (NUMBER < 10), None, SENT - 0.6 * (NUMBER < 10)),
+    (SENT, SENT + AHEAD + 0.6 * (NUMBER >= 90), None, SENT + 0.6 * (NUMBER >= 90)),
+    (SENT, SENT + AHEAD - 0.6 * (NUMBER < 11), None, SENT),
+    (SENT, SENT + AHEAD + 0.6 * (NUMBER >= 89), None, SENT)])
+def test_the_time_of_a_message(arrival, stamp, robot, time):
+    assert times_on_recorders_clock(arrival, stamp, robot) == pytest.approx(time)
 
 
 @pytest.mark.parametrize('share, passed_on', [(52, True), (48, False)])
 def test_most_stamps_must_be_passed_on(share, passed_on):
     """They come 0.3 s late, and the others have stamps that are 0.033 s newer. A stamp of today that is rounded in a
     float is the same."""
-    robot = RecordedClock.of(SENT, SENT + AHEAD)
-    stamp = SENT + AHEAD + np.where(np.arange(100) < share, 2e-7, 0.033)
-    time = times_on_recorders_clock(SENT + 0.3, stamp, robot)
+    stamp = SENT + AHEAD + np.where(NUMBER < share, 2e-7, 0.033)
+    time = times_on_recorders_clock(SENT + 0.3, stamp, ROBOT)
     assert time[:share] == pytest.approx(SENT[:share] + (0.0 if passed_on else 0.267), abs=1e-5)
-
-
-@pytest.mark.parametrize('every, by_stamp', [(4, True), (5, False)])
-def test_a_quarter_of_the_messages_must_come_in_time(every, by_stamp):
-    robot, number = RecordedClock.of(SENT, SENT + AHEAD), np.arange(100)
-    arrival = SENT + np.where((number % every == 0) | (number == 99), 0.0, 0.6)
-    time = times_on_recorders_clock(arrival, SENT + AHEAD, robot)
-    assert time == pytest.approx(SENT if by_stamp else np.maximum.accumulate(arrival))
-
-
-@pytest.mark.parametrize('number, by_stamp', [(10, True), (11, False)])
-def test_a_clock_that_is_off_for_more_than_a_tenth_of_the_messages_was_set(number, by_stamp):
-    """The clock is 0.6 s off: behind at first, ahead at the end."""
-    first, last = np.arange(100) < number, np.arange(100) >= 100 - number
-    for off in -0.6 * first, 0.6 * last:
-        time = times_on_recorders_clock(SENT, SENT + AHEAD + off, None)
-        assert time == pytest.approx(SENT + off * by_stamp)
-
-
-@pytest.mark.parametrize('late, time', [(9.5, 4.9), (10.5, 5.0)])
-def test_a_stamp_that_is_ten_seconds_old_says_nothing(late, time):
-    """Otherwise the clock is used, but time does not run back."""
-    stamp = SENT - np.where(np.arange(100) == 50, late, 0.0)
-    assert times_on_recorders_clock(SENT, stamp, None)[50] == pytest.approx(time)
 
 
 @pytest.mark.parametrize('lags, lag', [

@@ -110,54 +110,35 @@ def told(run):
     return '' if found is None else sentence(found[1], {'goal_yaw': [7, 9]})
 
 
-class Continuous(HandoutNode):
-    """It goes on over whole turns, and wraps the error alone."""
-
-    def heading(self, yaw):
-        return self.curr_yaw + math.remainder(yaw - self.curr_yaw, 360.0)
-
-    def goal(self, letter):
-        return self.curr_yaw + (90.0 if letter == 'l' else -90.0)
+def node_with(**methods):
+    """A node with these methods in place of the handout's."""
+    node = type('Node', (HandoutNode,), methods)()
+    node.curr_yaw = node.heading(40.0)
+    return node
 
 
-class FromItsStart(HandoutNode):
-    """Its heading is 0 at its start."""
-
-    def heading(self, yaw):
-        return (yaw - 40.0) % 360.0
-
-
-class Radians(HandoutNode):
-    """All of it in radians."""
-
-    def heading(self, yaw):
-        return math.radians(yaw)
-
-    def goal(self, letter):
-        return self.curr_yaw + (math.pi / 2.0 if letter == 'l' else -math.pi / 2.0)
-
-    def error(self):
-        return math.degrees(math.remainder(self.goal_yaw - self.curr_yaw, math.tau))
+RIGHT = {
+    'as in the handout': {},
+    'over whole turns': {
+        'heading': lambda self, yaw: self.curr_yaw + math.remainder(yaw - self.curr_yaw, 360.0),
+        'goal': lambda self, letter: self.curr_yaw + (90.0 if letter == 'l' else -90.0)},
+    'from the heading at its start': {'heading': lambda self, yaw: (yaw - 40.0) % 360.0},
+    'in radians': {
+        'heading': lambda self, yaw: math.radians(yaw),
+        'goal': lambda self, letter: self.curr_yaw + math.radians(90.0 if letter == 'l' else -90.0),
+        'error': lambda self: math.degrees(math.remainder(self.goal_yaw - self.curr_yaw, math.tau))}}
 
 
-@pytest.mark.parametrize('kind', [HandoutNode, Continuous, FromItsStart, Radians])
-def test_a_right_node_in_any_range_or_unit_is_not_accused(kind):
-    assert told(played(kind())) == ''
-
-
-class Finer(HandoutNode):
-    """It slows down, and ends within half a degree."""
-
-    def command(self, error):
-        return max(-1.5, min(1.5, 0.03 * error))
-
-    def is_over(self, error):
-        return abs(error) < 0.5
+@pytest.mark.parametrize('name', RIGHT)
+def test_a_right_node_in_any_range_or_unit_is_not_accused(name):
+    assert told(played(node_with(**RIGHT[name]))) == ''
 
 
 @pytest.mark.parametrize('is_typed', [True, False])
 def test_a_finer_tolerance_is_no_mistake(is_typed):
-    run = played(Finer())
+    """The node slows down, and ends within half a degree."""
+    run = played(node_with(command=lambda self, error: max(-1.5, min(1.5, 0.03 * error)),
+                           is_over=lambda self, error: abs(error) < 0.5))
     assert first_broken(NodeRun(run if is_typed else untyped(run)), CHAINS['turn'], weak=False) is None
 
 
@@ -193,21 +174,18 @@ WRONG = {
 @pytest.mark.parametrize('method, wrong, words', [
     (method, wrong, words) for method, each in WRONG.items() for wrong, words in each])
 def test_the_first_broken_link_is_told_by_its_numbers(method, wrong, words):
-    node = type('Wrong', (HandoutNode,), {method: wrong})()
-    node.curr_yaw = node.heading(40.0)
-    assert words.lower() in told(played(node)).lower()
+    assert words.lower() in told(played(node_with(**{method: wrong}))).lower()
 
 
 def test_a_turn_that_ends_before_it_begins_is_told_without_its_letters():
     """The tolerance has no abs(), and `turning` is True until the next callback."""
-    node = type('Wrong', (HandoutNode,), {'is_over': lambda self, error: error < 10.0})()
-    assert 'The turn after a letter was ended at once, at an error of -90 degrees; 10 are the' in told(
-        untyped(played(node)))
+    run = played(node_with(is_over=lambda self, error: error < 10.0))
+    assert 'The turn after a letter was ended at once, at an error of -90 degrees; 10 are the' in told(untyped(run))
 
 
 def test_the_lines_that_assign_the_variable_are_told():
-    wrong = type('Wrong', (HandoutNode,), {'goal': lambda self, letter: 0.0})
-    assert told(played(wrong())).endswith(' (goal_yaw is assigned in lines 7, 9).')
+    run = played(node_with(goal=lambda self, letter: 0.0))
+    assert told(run).endswith(' (goal_yaw is assigned in lines 7, 9).')
 
 
 def test_zeros_from_elsewhere_are_told():
