@@ -1,5 +1,4 @@
 """The table of the links of each lab, and the search for the first broken link of a node."""
-from itertools import islice
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
@@ -108,8 +107,8 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
 
 def remarks(run: Any, lab: str) -> List[str]:
     """Returns a sentence on commands that come too seldom. This mistake costs no points."""
-    broken = islice(turn_links.too_seldom(NodeRun(run)), 1) if lab == 'turn' else ()
-    return [f'{sentence(each)} See {TURN_STEP}.' for each in broken]
+    broken = next(turn_links.too_seldom(NodeRun(run)), None) if lab == 'turn' else None
+    return [] if broken is None else [f'{sentence(broken)} See {TURN_STEP}.']
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:

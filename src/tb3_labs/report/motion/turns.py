@@ -144,10 +144,7 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
 
 def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
     """Returns the first of the times for which ``is_true(time)``, or None."""
-    for time in times.tolist():
-        if is_true(time):
-            return float(time)
-    return None
+    return next((time for time in times.tolist() if is_true(time)), None)
 
 
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:

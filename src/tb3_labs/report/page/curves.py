@@ -158,7 +158,6 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
 
 
 def _path(points: Sequence[Tuple[float, float]], breaks: Sequence[int]) -> str:
-    """Returns a line as a path of SVG."""
     begins = {0, *breaks}
     return ''.join(f"{'M' if k in begins else 'L'}{at} {-value:g}"
                    for k, (at, value) in enumerate(points))
