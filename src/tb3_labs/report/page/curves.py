@@ -19,9 +19,9 @@ MARK_HEIGHT = 8
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: A stretch of a curve is split at most this many times. Real curves need up to 170 splits. A
+#: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. A
 #: stranger's bag that needs more would take hours, so all samples of its stretch are kept.
-MOST_SPLITS = 500
+MOST_DEPTH = 500
 #: The points (time, value) of a line, and the indices of points that are not joined to the point
 #: before.
 Line = Tuple[List[Tuple[float, float]], List[int]]
@@ -48,21 +48,21 @@ class Figure(NamedTuple):
 
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
-                 breaks: Iterable[int] = ()) -> np.ndarray:
+                 breaks: Iterable[int] = (), most: float = math.inf) -> np.ndarray:
     """Returns the indices of the samples that a curve keeps. The straight lines between these
     samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
-    the indices at which a new stretch begins, in order. Both ends of a stretch are kept.
+    the indices at which a new stretch begins, in order. Both ends of a stretch are kept. If more
+    than `most` samples must be kept, only some of them are returned, but more than `most`.
 
     Source: Douglas and Peucker (1973), with the distance along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
-    begins = [0, *breaks]
-    stretches = [(begin, end - 1, MOST_SPLITS)
-                 for begin, end in zip(begins, [*begins[1:], len(time)])]
-    while stretches:
-        first, last, splits_left = stretches.pop()
+    begins, splits = [0, *breaks], 0
+    stretches = [(begin, end - 1, 0) for begin, end in zip(begins, [*begins[1:], len(time)])]
+    while stretches and splits <= most:
+        first, last, depth = stretches.pop()
         is_kept[[first, last]] = True
-        if not splits_left:
+        if depth == MOST_DEPTH:
             is_kept[first:last] = True
         elif last - first > 1:
             inner = slice(first + 1, last)
@@ -72,7 +72,9 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
             farthest = int(np.argmax(distances))
             if distances[farthest] > 1.0:
                 middle = first + 1 + farthest
-                stretches += [(first, middle, splits_left - 1), (middle, last, splits_left - 1)]
+                is_kept[middle] = True
+                splits += 1
+                stretches += [(first, middle, depth + 1), (middle, last, depth + 1)]
     return np.flatnonzero(is_kept)
 
 

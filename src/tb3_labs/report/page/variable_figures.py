@@ -160,12 +160,12 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     index, time, values = np.flatnonzero(known), time[known], values[known]
     breaks = np.flatnonzero((np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
                             | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
-    bound = max(BOUND_SHARE * np.ptp(values), 1e-6)
-    while True:
-        kept = kept_samples(time, values[:, None], np.array([bound]), breaks)
-        if len(kept) <= MOST_LINE_POINTS or len(kept) <= 2 * len(breaks) + 2:
-            break
+    bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
+    most = max(MOST_LINE_POINTS, 2 * len(breaks) + 2)
+    kept = kept_samples(time, values[:, None], bound, breaks, most)
+    while len(kept) > most:
         bound *= 2.0
+        kept = kept_samples(time, values[:, None], bound, breaks, most)
     points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
               for k in kept][:MOST_LINE_POINTS]
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
