@@ -106,13 +106,13 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
                  forms: List[Quantity], factor: float) -> Iterator[BrokenLink]:
     """Yields the field `name`, linear.x or angular.z, if it is not `factor` times the first of the
     forms. The BrokenLink is weak if the field has the correct sign and is not too large."""
-    last, value = device.index_at(commands.arrival), getattr(commands, name.split('.')[0])
-    series, last = Series(name, commands.arrival, value, value).take(last >= 0), last[last >= 0]
+    index, value = device.index_at(commands.arrival), getattr(commands, name.split('.')[0])
+    series, index = Series(name, commands.arrival, value, value).take(index >= 0), index[index >= 0]
     correct = forms[0]
-    wanted = factor * correct.value[last]
+    wanted = factor * correct.value[index]
     if not wanted.any():
         return
-    settled = series.time - device.same_since[last] > ANSWER_DELAY
+    is_settled = series.time - device.same_since[index] > ANSWER_DELAY
     own = [Quantity(each.name, each.time - READING_DELAY, each.value, 1.0)
            for each in node_run.variables.values() if len(set(each.text)) > 5
            and np.isfinite(each.value).all() and 'cmd' not in each.name]
@@ -124,19 +124,27 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
             return
         is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
     else:
-        is_wrong = settled & ~np.isfinite(sample_ages(series, multiplied(correct, factor)))
-        if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * (settled & (wanted != 0.0)).sum()):
+        is_wrong = is_settled & ~np.isfinite(sample_ages(series, multiplied(correct, factor)))
+        driven = is_settled & (wanted != 0.0)
+        if is_wrong.sum() < max(3.0, (1.0 - INPUT_SHARE) * driven.sum()):
             return
-        row = device.value[last[np.argmax(is_wrong)]]
-        here = settled & (device.value[last] == row).all(axis=1)
-        text = 'was {:.2g} in {} of {} commands with {}'.format(
-            series.value[np.argmax(is_wrong)], (here & is_wrong).sum(), here.sum(),
-            device.row_text(row))
+        text = wrong_commands_text(device, index, series.value, is_wrong, is_settled)
     keeps_side = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
-    is_driven = settled & ((wanted != 0.0) | (series.value != 0.0))
+    is_judged = is_settled & ((wanted != 0.0) | (series.value != 0.0))
     yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {correct.words}'),
                      series.time[np.argmax(is_wrong)], name,
-                     is_weak=keeps_side[is_driven].all())
+                     is_weak=keeps_side[is_judged].all())
+
+
+def wrong_commands_text(device: Device, index: np.ndarray, value: np.ndarray,
+                        is_wrong: np.ndarray, is_settled: np.ndarray) -> str:
+    """Returns a clause on the `value` of the first wrong command, and on how many of the commands
+    with the same inputs are wrong. The command k belongs to the message ``index[k]``."""
+    first = np.argmax(is_wrong)
+    inputs = device.value[index[first]]
+    is_same = is_settled & (device.value[index] == inputs).all(axis=1)
+    return 'was {:.2g} in {} of {} commands with {}'.format(
+        value[first], (is_same & is_wrong).sum(), is_same.sum(), device.row_text(inputs))
 
 
 def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
@@ -163,6 +171,5 @@ def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any
 
 
 def law_link(laws: Callable[[NodeRun], List[BrokenLink]], weak: bool) -> Check:
-    """Returns a Check. It yields only the weak BrokenLinks of `laws` if `weak`, else only the other
-    ones."""
+    """Returns a Check that yields the weak BrokenLinks of `laws`, or the others if not `weak`."""
     return lambda node_run: (each for each in node_run.cached(laws) if each.is_weak == weak)

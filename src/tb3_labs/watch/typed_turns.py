@@ -89,8 +89,8 @@ class Turn:
 
 
 class OwnHeading(NamedTuple):
-    """The node's variable for the heading, or None. The variable follows the `quantity` if it is a
-    usable heading, else it is `broken`."""
+    """The node's variable for the heading is `series`, or None. It follows the `quantity`, a usable
+    heading. If it does not follow a usable heading, `broken` is its BrokenLink."""
 
     series: Optional[Series] = None
     quantity: Optional[Quantity] = None
