@@ -55,11 +55,13 @@ def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
     is not known."""
     pad, (forward, turning) = pad_of(node_run), node_run.cached(driving_axes)
     forms = [Quantity(name, pad.time, value, 1.0) for name, value in zip(pad.names, pad.value.T)]
-    return [each._replace(is_weak=each.is_weak or not pad_is_known(node_run))
-            for field, axis, factor in (('linear.x', forward, MAX_LINEAR_SPEED),
-                                        ('angular.z', turning, MAX_ANGULAR_SPEED))
-            for each in wrong_factor(node_run, pad, node_run.commands, field,
-                                     [forms[axis], *forms], factor)]
+    fields = (('linear.x', forward, MAX_LINEAR_SPEED), ('angular.z', turning, MAX_ANGULAR_SPEED))
+    found: List[BrokenLink] = []
+    for field, axis, factor in fields:
+        found += wrong_factor(
+            node_run, pad, node_run.commands, field, [forms[axis], *forms], factor)
+    is_known = pad_is_known(node_run)
+    return [each._replace(is_weak=each.is_weak or not is_known) for each in found]
 
 
 def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iterator[BrokenLink]:

@@ -121,10 +121,11 @@ def _read(bag, path, namespace, log):
                            problem, types)
     duration, jumps = undo_clock_jumps(collectors)
     notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
-    notes += jumps + [
-        '{} has more than {} messages: the later ones are left out'.format(
-            topic, len(collectors[part].arrival))
-        for part, topic in topics.items() if collectors[part].is_full]
+    notes += jumps
+    for part, topic in topics.items():
+        if collectors[part].is_full:
+            number = len(collectors[part].arrival)
+            notes.append(f'{topic} has more than {number} messages: the later ones are left out')
     for note in notes:
         log(f'{path}: {note}')
     absolute = {_absolute(topic) for topic in types}

@@ -148,15 +148,18 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
     wide_enough = [step for step in steps if high - low <= GRID_LINES * step] + [high - low]
     step = 1.0 if levels else wide_enough[0]
     grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+    labels = []
+    for value in grid:
+        kind, text = '', f'{round(value, 3) + 0.0:g}'
+        if levels:
+            kind, text = ' class="level"', escape(levels[round(value)])
+        top = 100.0 * (high - value) / (high - low)
+        labels.append(f'<i style="top:{top:.1f}%"{kind}>{text}</i>')
     return CURVE.format(
         name=name, caption=caption, top=-high, height=high - low, duration=data['duration'],
-        lines=''.join(f'\n<path class="{kind}" d="{_path(*line)}"/>'
-                      for kind, line in lines),
+        lines=''.join(f'\n<path class="{kind}" d="{_path(*line)}"/>' for kind, line in lines),
         grid=''.join(f"M0 {-value:.4f}H{data['duration']}" for value in grid),
-        labels=''.join('<i style="top:{:.1f}%"{}>{}</i>'.format(
-            100.0 * (high - value) / (high - low), ' class="level"' if levels else '',
-            escape(levels[round(value)]) if levels else '{:g}'.format(round(value, 3) + 0.0))
-            for value in grid))
+        labels=''.join(labels))
 
 
 def _path(points: Sequence[Tuple[float, float]], breaks: Sequence[int]) -> str:

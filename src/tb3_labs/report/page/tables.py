@@ -82,12 +82,13 @@ DRIFT_NOTE = (
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:
     """Returns an HTML table with a numbered row for each report. `word` names a row, 'turn' or
     'drive'."""
+    rows = []
+    for count, report in enumerate(reports[:MOST_ROWS], 1):
+        values = [(column.value(report), column.form) for column in columns]
+        rows.append([str(count)] + [number(*each) if each[1] else each[0] for each in values])
     more = len(reports) - MOST_ROWS
-    return table([word] + [column.head for column in columns], [
-        [str(count)] + [number(column.value(report), column.form) if column.form else
-                        column.value(report) for column in columns]
-        for count, report in enumerate(reports[:MOST_ROWS], 1)], words=('outcome',)) + (
-            f'<p>{word}s.csv has {more} more.</p>' if more > 0 else '')
+    note = f'<p>{word}s.csv has {more} more.</p>' if more > 0 else ''
+    return table([word] + [column.head for column in columns], rows, words=('outcome',)) + note
 
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],

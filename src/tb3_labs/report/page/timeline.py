@@ -17,6 +17,7 @@ from typing import Any, Dict, List, Optional, Sequence
 import numpy as np
 
 from tb3_labs import drawing
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
@@ -86,9 +87,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
                        [*goal_resets,
                         *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
         'commands': _commands(run.commands)[:MOST_POINTS],
-        'goals': [[round(span.begin, 3), span.state,
-                   None if span.goal is None else
-                   [round(part, 4) for part in (span.goal.x, span.goal.y, span.goal.yaw)]]
+        'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
                   for span in spans(run)[:MOST_MARKS]],
         'marks': sorted(marked, key=lambda each: each['begin'])[:MOST_MARKS],
         'log': _lines(run.log),
@@ -99,6 +98,10 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
     yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
     return track(poses.time, [poses.x, poses.y, yaw], ['m', 'm', 'deg'], [*breaks, *poses.leaps])
+
+
+def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
+    return None if goal is None else [round(part, 4) for part in (goal.x, goal.y, goal.yaw)]
 
 
 def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
