@@ -140,9 +140,10 @@ def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
     without_turns: List[float] = []
     if turning is None or goal is None:
         return in_turns, without_turns
-    is_new = np.hstack([False, goal.text[1:] != goal.text[:-1], False])
+    changes = goal.text[1:] != goal.text[:-1]
+    changed_before, changes_next = np.append(False, changes[:-1]), np.append(changes[1:], False)
     # a goal_yaw that changes at several readings in a row is a mistake, not a letter
-    alone = goal.time[1:][is_new[1:-1] & ~is_new[:-2] & ~is_new[2:]]
+    alone = goal.time[1:][changes & ~changed_before & ~changes_next]
     for time in goal.changes:
         near = turning.between(time - 2.0 * READING_PERIOD, time + 8.0 * READING_PERIOD).value
         if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
@@ -220,18 +221,18 @@ def turn_of(letter: Tuple[float, float, bool, int], commands: Any, heading: Quan
     gives the goal."""
     begin, end, _, side = letter
     begin_yaw = series.at(begin) if series is not None else float(heading.at(np.array([begin]))[0])
-    read, goal_before, goal_after = begin, '', ''
+    read_at, goal_before, goal_after = begin, '', ''
     if goal is not None:
         # goal_yaw changes when the node reads the letter
         changes = goal.between(begin, min(end, begin + LETTER_DELAY)).changes
-        read = float(changes[0]) if len(changes) else begin + READING_PERIOD
-        goal_before, goal_after = goal.text_at(begin), goal.text_at(read + READING_PERIOD)
-    is_after = commands.arrival > max(begin, read - 2.0 * READING_PERIOD)
+        read_at = float(changes[0]) if len(changes) else begin + READING_PERIOD
+        goal_before, goal_after = goal.text_at(begin), goal.text_at(read_at + READING_PERIOD)
+    is_after = commands.arrival > max(begin, read_at - 2.0 * READING_PERIOD)
     commands = commands.take(is_after & (commands.arrival < end))
     times, headings = commands.arrival, heading.at(commands.arrival)
     if goal is not None:
         last_moment = np.nextafter(end, 0.0)
-        goals = np.array([goal.at(min(max(time, read) + READING_PERIOD, last_moment))
+        goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))
                           for time in times])
     else:
         goals = np.full(len(times), begin_yaw + side * TURN_DEG * heading.per_degree)
