@@ -79,6 +79,10 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
         line, = lines(axes, name)
         assert line[0] == pytest.approx(first, abs=1e-9) and line[-1] == pytest.approx(last or first, abs=1e-9)
     for axes, (name, x, y) in ((in_odom, ('local', 3.0, -2.0)), (in_local, ('odom', 2.0, 3.0))):
+        # the names are in the panel
+        left, right, bottom, top = *axes.get_xlim(), *axes.get_ylim()
+        assert all(left < text.xyann[0] < right and bottom < text.xyann[1] < top
+                   for text in axes.texts if text.get_text())
         named = {text.get_text(): text.xy for text in axes.texts}
         assert set(named) == {'', 'odom', 'local'} and named[name] == pytest.approx((x, y))
     legend, = in_odom.figure.legends

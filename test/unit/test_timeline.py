@@ -10,11 +10,13 @@ from time import process_time
 import numpy as np
 import pytest
 from hypothesis import given, strategies
-from made_run import TIME, X, ZERO, goals, made, poses, reset_lines, states
+from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, states, turn
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import timeline
 from tb3_labs.report.page.moments import moments
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Numbers
@@ -116,6 +118,12 @@ def test_marks_name_stops_silences_and_who_may_drive():
     assert ('lost', 'imu silent for 1.1 s') in words
     assert [word for word in words if 'control' in word[1]] == [
         ('start', 'control given to the node'), ('stop', 'control taken from the node')]
+
+
+def test_a_turn_is_one_mark_and_a_line_is_driven_by_hand():
+    run = completed(driven([turn(1.0, 90.0), (5.0, 7.0, 0.2, 0.0)]))
+    marks = [(mark['kind'], mark['begin'], mark['end']) for mark in moments(run, turn_reports(run), [])]
+    assert marks == [('turn', 1.0, pytest.approx(2.05, abs=0.02)), ('hand', 5.0, 7.0)]
 
 
 def test_a_command_ends_with_the_robots_timeout():
