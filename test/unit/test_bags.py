@@ -68,7 +68,6 @@ def events(run):
 def test_resets_turns_and_control_that_were_recorded(tmp_path):
     run = read_run(write_bag(tmp_path / 'events.bag', sources=(sensors, events)))
     assert run.resets.time == pytest.approx([1.0], abs=5e-3)
-    assert run.resets.pose(0) == Pose2(1.0, 0.5, 1.57)
     assert (list(run.turn_requests.time), run.dropped['turn_requests']) == ([pytest.approx(2.0, abs=5e-3)], 1)
     assert math.degrees(run.turn_requests.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
@@ -97,17 +96,12 @@ def test_the_devices_and_all_fields_of_a_command(tmp_path):
     assert run.dropped['commands'] == 1 and len(sent.between(4.2, 9.0)) == 1
 
 
-def test_without_rosout_a_pose_estimate_is_a_reset(tmp_path):
-    run = read_run(write_bag(tmp_path / 'estimate.bag', sources=(sensors, events),
-                             keep=lambda name: name != '/rosout'))
-    pose = run.resets.pose(0)
-    assert len(run.resets) == 1 and (pose.x, pose.y, pose.yaw) == pytest.approx((3.0, 4.0, 0.5))
-
-
-def test_a_reset_of_another_robot_is_none(tmp_path):
-    run = read_run(write_bag(
-        tmp_path / 'other.bag', namespaces=('/robot3',), sources=(sensors, events)))
-    assert len(run.resets) == 0 and len(run.turn_requests) == 1
+@pytest.mark.parametrize('options, declared', [
+    ({}, [(1.0, 0.5, 1.57)]), ({'keep': lambda name: name != '/rosout'}, [(3.0, 4.0, 0.5)]),
+    ({'namespaces': ('/robot3',)}, [])])
+def test_a_reset_is_a_line_of_the_robots_own_log_or_without_a_log_a_pose_estimate(options, declared, tmp_path):
+    resets = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, events), **options)).resets
+    assert [*zip(resets.x, resets.y, resets.yaw)] == [pytest.approx(pose) for pose in declared]
 
 
 @pytest.mark.parametrize('topic, kind, checksum, left_out', [

@@ -286,18 +286,16 @@ def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
     assert row[1:6] == ['0.50', '5.00', '1.00', '0.00', UNKNOWN]
 
 
-def test_a_page_without_drives_says_where_local_stood(tmp_path):
-    text = words_of(made(states=States.none()), tmp_path)
-    assert 'the recorded one' in text and 'None' not in text and 'Along the way' not in text
-
-
-@pytest.mark.parametrize('parts, rule', [
-    (dict(control=values([0.5], [0.0])), 'by the commands and ctrl_relinq'),
-    (dict(devices=('joy',)), 'it never gave control'),
-    (dict(devices=('mouse_info',)), 'faster than any by the mouse (0.5 rad/s)'),
-    ({}, 'A drive is a turn, a straight line and a turn, with pauses under 1 s')])
-def test_a_page_without_drives_says_by_which_rule(parts, rule, tmp_path):
-    assert rule in words_of(completed(driven([(2.0, 6.0, 0.2, 0.0)], **parts)), tmp_path)
+@pytest.mark.parametrize('run, rule', [
+    (made(states=States.none()), 'the recorded one'), *[
+        (completed(driven([(2.0, 6.0, 0.2, 0.0)], **parts)), rule) for parts, rule in (
+            (dict(control=values([0.5], [0.0])), 'by the commands and ctrl_relinq'),
+            (dict(devices=('joy',)), 'it never gave control'),
+            (dict(devices=('mouse_info',)), 'faster than any by the mouse (0.5 rad/s)'),
+            ({}, 'A drive is a turn, a straight line and a turn, with pauses under 1 s'))]])
+def test_a_page_without_drives_says_by_which_rule_and_where_local_stood(run, rule, tmp_path):
+    text = words_of(run, tmp_path)
+    assert rule in text and 'None' not in text and 'Along the way' not in text
 
 
 @pytest.mark.parametrize('value, form, text', [

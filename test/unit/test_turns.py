@@ -31,16 +31,13 @@ def test_a_turn_by_numbers(degrees, offset):
 
 
 @pytest.mark.parametrize('degrees, requested', [
-    (46.0, 90.0), (134.0, 90.0), (-136.0, -180.0), (224.0, 180.0)])
+    (44.0, []), (46.0, [90.0]), (134.0, [90.0]), (-136.0, [-180.0]), (224.0, [180.0]), (-226.0, [])])
 def test_without_topic_turn_the_nearest_quarter_is_taken(degrees, requested):
-    found = one([turn(3.0, degrees)])
-    assert math.degrees(found.requested) == pytest.approx(requested)
-    assert math.degrees(found.error) == pytest.approx(abs(degrees) - abs(requested), abs=0.15)
-
-
-@pytest.mark.parametrize('degrees', [44.0, -226.0])
-def test_a_turn_by_less_than_half_a_quarter_is_none_and_a_spin_is_by_hand(degrees):
-    assert turn_reports(driven([turn(3.0, degrees)])) == []
+    """A turn by less than half a quarter is none, and a spin is by hand."""
+    found = turn_reports(driven([turn(3.0, degrees)]))
+    assert [math.degrees(each.requested) for each in found] == pytest.approx(requested)
+    for each in found:
+        assert math.degrees(each.error) == pytest.approx(abs(degrees) - abs(requested[0]), abs=0.15)
 
 
 @pytest.mark.parametrize('degrees', [20.0, 268.0])
