@@ -65,9 +65,9 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
         # the node may have its goal_yaw in degrees
-        correct_ones = [requested, np.degrees(requested) if 'yaw' in name else requested]
+        accepted = [requested, np.degrees(requested) if 'yaw' in name else requested]
         if series is not None and is_constant(series) and (
-                np.abs(series.value[-1] - correct_ones).min() > 1e-3):
+                np.abs(series.value[-1] - accepted).min() > 1e-3):
             words = expected(f'{series.name} is {shortened_value(series.text[-1])}',
                              f'{requested:g}')
             yield BrokenLink(words, series.time[0], series.name)

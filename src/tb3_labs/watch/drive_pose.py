@@ -167,8 +167,8 @@ def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
     if series is None or np.isnan([frame.place, frame.odometry_yaw, frame.imu_yaw]).any():
         return
     window = (frame.begin - LONGEST_LAG, frame.end)
-    correct_ones = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
-    correct = correct_ones[0]
+    accepted = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
+    correct = accepted[0]
     # the node receives its first message in the frame a moment after the frame's begin
     first = correct.time[correct.time >= frame.begin][:1]
     if not len(first):
@@ -178,7 +178,7 @@ def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
         first[0] + LONGEST_LAG, frame.end)
     part = part_with_control(node_run, in_frame)
     if np.isfinite(part.value).sum() < FEWEST_VALUES or matching_quantities(
-            part, correct_ones, RIGHT_SHARE):
+            part, accepted, RIGHT_SHARE):
         return
     should = correct.at(part.time)
     worst = worst_index(part, should)
