@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as some
 from made_run import made, values
 
 from tb3_labs.report.run_data import MouseSamples, Orientations, Twists, Variables
@@ -291,21 +289,6 @@ def orientation(knots):
     cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
     return (cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
             cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy)
-
-
-@settings(deadline=None, max_examples=8)
-@given(some.lists(some.floats(-7.0, 7.0), min_size=3, max_size=6), some.data(),
-       some.floats(0.0, 0.2))
-def test_a_variable_follows_its_quantity_or_one_that_is_equal_on_this_motion(knots, data, age):
-    """The readings of a variable come at other times than the samples, up to 0.2 s after them."""
-    every = list(headings(TIMES, orientation(knots)))
-    chosen = data.draw(some.sampled_from(every))
-    read = np.arange(1.0, 11.9, 0.05)
-    newest = np.searchsorted(TIMES, read - age) - 1
-    series = Series('yaw', read, np.array([''] * len(read)), chosen.value[newest])
-    first = matching_quantities(series, every)[0]
-    apart = np.abs(first.value[newest] - chosen.value[newest])
-    assert first is chosen or np.quantile(apart, 0.9) <= 0.05 * chosen.scale, (first.words, chosen.words)
 
 
 def test_a_value_is_not_late_while_the_sensor_is_silent():
