@@ -7,22 +7,17 @@ import pytest
 from known_motion import angle_between
 from made_run import TIME, X, made, poses, reset_lines, states
 from recorded_run import (  # noqa: F401
-    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, TRUE_END, declared, frame_at, in_degrees,
-    odometry_jumps, recorded, run, steps_backwards)
+    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, declared, frame_at, in_degrees, recorded, run,
+    steps_backwards)
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs, local_in_odom
+from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs
 
 
 @pytest.fixture(params=[True, False])
 def by_tf(request):
     return request.param
-
-
-def pose_before(poses, time):
-    """The last pose before `time` [s]."""
-    return poses.pose(np.searchsorted(poses.time, time - 0.01))
 
 
 def assert_misses_are_known(run):
@@ -53,32 +48,6 @@ def test_the_firmwares_step_backwards_at_a_reset(run, by_tf):
     run = recorded(steps_backwards(run, RESET, 2e-5), by_tf)
     assert [RESET] == resets(run)
     assert_misses_are_known(run)
-
-
-@pytest.mark.parametrize('time', [6.9, 8.5])
-def test_an_odometry_that_is_set_to_zero_is_not_a_reset(run, time, by_tf):
-    here = pose_before(run.odometry, time)
-    jumped = odometry_jumps(run, time, here.inverse())
-    run, moved = recorded(jumped, by_tf), jumped.frames.pose(-1)
-    assert [RESET] == resets(run)
-    assert_misses_are_known(run)
-    now = local_in_odom(run, jumped.frames.time[-1:])
-    assert (now.x[0], now.y[0]) == pytest.approx((moved.x, moved.y), abs=1e-6)
-
-
-@pytest.mark.parametrize('new', [Pose2(0.03, 0.0, 0.0), Pose2(0.0, 0.0, math.radians(1.5))])
-def test_a_reset_of_place_or_heading_alone(run, new, by_tf):
-    here = pose_before(run.local_pose, 8.5)
-    run = steps_backwards(declared(run, 8.5, here @ new @ here.inverse()), 8.5, 2e-5)
-    assert [8.5, RESET] == resets(recorded(run, by_tf))
-
-
-def test_a_reset_by_next_to_nothing_is_one(run):
-    run = declared(run, 0.2, Pose2(0.0, 0.0004, 0.0))
-    assert [0.2, RESET] == resets(run)
-    first, _ = drives(run, BURGER)
-    # its place at 0.2 s is 0.4 mm to the left now, and so is its true end
-    assert first.true[0] == pytest.approx(abs(1.0 - TRUE_END - 0.0004j), abs=1e-6)
 
 
 def test_resets_in_quick_succession(run, by_tf):
@@ -127,15 +96,6 @@ def test_without_a_line_there_is_no_reset():
     # nor one that nothing in the recording follows or precedes
     late = run.local_pose.take(TIME > 8.1)
     assert len(epochs(replace(run, local_pose=late))) == 1
-
-
-@pytest.mark.parametrize('jumps_at, begin', [(8.0, 7.975), (8.05, 8.025)])
-def test_one_local_pose_in_a_gap_of_tf_tells_when_it_was(jumps_at, begin):
-    """tf misses its message of 8 s."""
-    run = shifted(0.5, at=jumps_at)
-    frames = poses(np.where(TIME > jumps_at - 0.01, -0.5, 0.0)).take(np.abs(TIME - 8.0) > 0.01)
-    assert [epoch.begin for epoch in epochs(replace(run, frames=frames))][1:] == [
-        pytest.approx(begin)]
 
 
 def test_a_new_frame_is_in_force_from_a_twentieth_of_a_second_before_its_first_message():
