@@ -38,7 +38,7 @@ def numbers_in(value):
 
 
 @given(st.tuples(*[st.floats(-3.0, 3.0) | st.floats()] * 6), st.booleans())
-@settings(max_examples=200)
+@settings(max_examples=100)
 def test_a_message_is_read_as_finite_numbers_or_refused_with_a_reason(numbers, is_heading):
     imu, odometry, mouse, pose = Imu(), Odometry(), MouseController(), Pose()
     for place in odometry.pose.pose, pose:
@@ -122,6 +122,7 @@ class Driven:
 
 
 @given(STEPS)
+@settings(max_examples=30)
 def test_no_number_makes_a_wild_command(steps):
     driven = Driven()
     for what, numbers in steps:

@@ -12,13 +12,11 @@ PERIOD = 0.02
 def test_the_first_step_counts_as_one_period_also_after_a_pause():
     assert all(Pace(2.0).due(now) for now in (0.0, 0.5, 1.5, 100.0))
     pace = Pace(0.02)
-    assert not pace.running
-    assert pace.step(5.0) == 0.02
-    assert pace.running
-    assert pace.step(5.03) == pytest.approx(0.03)
-    pace.pause()
-    assert not pace.running
-    assert pace.step(9.0) == 0.02
+    for begin in 5.0, 9.0:
+        assert not pace.running
+        assert pace.step(begin) == 0.02 and pace.running
+        assert pace.step(begin + 0.03) == pytest.approx(0.03)
+        pace.pause()
 
 
 def test_after_a_late_step_the_next_is_due_half_a_period_later():

@@ -13,7 +13,6 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 BURGER = robot_model('burger')
 ROBOT = SimulatorConfig(imu_offset_deg=-105.5, imu_drift_deg_per_min=1.0, command_latency=0.05)
-STARTS = [0.0, 90.0, 179.0, -179.0]
 
 
 @pytest.mark.parametrize('text, degrees', [
@@ -31,8 +30,8 @@ def test_other_words_are_answered_with_what_is_valid(text):
     assert '\n' not in answer and len(answer) < 200
 
 
-@pytest.mark.parametrize('start', STARTS)
-@pytest.mark.parametrize('degrees', [90.0, -90.0, 180.0, -180.0])
+@pytest.mark.parametrize('start, degrees', [
+    (0.0, 90.0), (90.0, -90.0), (179.0, 180.0), (-179.0, -180.0)])
 @pytest.mark.parametrize('motor_lag', [0.0, 0.05])
 def test_precise_turns_end_where_they_should(start, degrees, motor_lag):
     turn, = turns([degrees], replace(ROBOT, start_yaw_deg=start, motor_lag=motor_lag))
@@ -43,9 +42,9 @@ def test_precise_turns_end_where_they_should(start, degrees, motor_lag):
     assert least < turn.time < (1.6 if motor_lag else 1.3) * least
 
 
-@pytest.mark.parametrize('lag', [0.02, 0.15])
-@pytest.mark.parametrize('mismatch', [-0.06, 0.06])
-@pytest.mark.parametrize('noise, rate', [(0.0, 200.0), (0.05, 118.0)])
+@pytest.mark.parametrize('lag, mismatch, noise, rate', [
+    (0.02, -0.06, 0.0, 200.0), (0.02, 0.06, 0.05, 118.0), (0.15, -0.06, 0.05, 118.0),
+    (0.15, 0.06, 0.0, 200.0)])
 def test_robots_of_any_kind_end_where_they_should(lag, mismatch, noise, rate):
     """Motors, wheels and IMU differ from the default robot's."""
     robot = SimulatorConfig(
@@ -60,7 +59,7 @@ def test_robots_of_any_kind_end_where_they_should(lag, mismatch, noise, rate):
 
 
 @pytest.mark.parametrize('degrees, model, fastest', [
-    *[(degrees, 'burger', 1.5) for degrees in (1.0, -5.0, 30.0, -270.0, 360.0, 720.0, -1.0)],
+    *[(degrees, 'burger', 1.5) for degrees in (1.0, -5.0, 30.0, -270.0, 720.0)],
     (-90.0, 'waffle', 1.82)])
 def test_any_number_of_degrees_within_the_models_limit(degrees, model, fastest):
     turn, = turns([degrees], replace(ROBOT, model=model), TurnConfig(
@@ -69,7 +68,7 @@ def test_any_number_of_degrees_within_the_models_limit(degrees, model, fastest):
 
 
 def test_turns_do_not_add_up_their_errors():
-    # commands that are late by chance, and a wide tolerance: each turn is off by up to a degree
+    """Commands are late by chance, and the tolerance is wide: each turn is off by up to a degree."""
     robot = replace(ROBOT, imu_drift_deg_per_min=0.0, command_latency=0.2, command_jitter=0.05)
     made = turns([90.0] * 8, robot, TurnConfig(tolerance_deg=2.0))
     assert math.degrees(sum(turn.turned for turn in made)) == pytest.approx(720.0, abs=1.0)
@@ -79,18 +78,18 @@ def test_turns_do_not_add_up_their_errors():
 
 @pytest.mark.parametrize('noise, error', [(0.3, 0.6), (1.0, 2.0)])
 def test_turns_by_a_noisy_imu_end_as_near_as_it_lets_know(noise, error):
-    """None of thirty turns is given up; with 0.3 deg each sample alone would miss the tolerance.
+    """None of twelve turns is given up; with 0.3 deg each sample alone would miss the tolerance.
 
-    With 1 deg, 90 % of 1200 such turns are within 1.7 to 1.8 deg; of fifteen it is the second worst.
+    With 1 deg, 90 % of 1200 such turns are within 1.7 to 1.8 deg; here it is the second worst of six.
     """
     robot = replace(ROBOT, imu_noise_deg=noise)
     firsts = []
-    for seed in range(15):
+    for seed in range(6):
         errors = [abs(abs(math.degrees(turn.turned)) - 90.0)
                   for turn in turns([90.0, -90.0], replace(robot, seed=seed), wait=1.0)]
         assert max(errors) <= 2.0 * error
         firsts.append(errors[0])
-    assert sorted(firsts)[13] <= error
+    assert sorted(firsts)[4] <= error
 
 
 def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
@@ -101,8 +100,7 @@ def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
 
 
 def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
-    """A very small precise turn of a robot at rest; and at each step: was it finished?
-    """
+    """A very small precise turn of a robot at rest; and at each step: was it finished?"""
     turn = PreciseTurn(1.5, 45.0, 0.01, Response(0.0, 0.0))
     turn.start(0.0, left)
     return turn, [turn.step(0.0, 0.0, dt, age=age * k, noise=noise).finished for k in range(steps)]
