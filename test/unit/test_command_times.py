@@ -4,7 +4,7 @@ import math
 import pytest
 
 from tb3_labs.control.commands import (
-    CONTRADICTING_DEVIATIONS, CommandHistory, Estimate, Pace, first_order_response)
+    CONTRADICTING_DEVIATIONS, CommandHistory, Estimate, Pace)
 
 PERIOD = 0.02
 
@@ -119,16 +119,6 @@ def test_commands_are_forgotten_but_not_their_travel():
     assert history.travel_under_way(10.0) < 0.1 * 1.5
 
 
-@pytest.mark.parametrize('lag', [0.0, 0.02, 0.1])
-@pytest.mark.parametrize('steps', [1, 7])
-def test_a_motor_follows_exponentially_in_however_many_steps(lag, steps):
-    speed = 0.2
-    for _ in range(steps):
-        speed = first_order_response(speed, -1.0, lag, 0.05 / steps)
-    assert speed == pytest.approx(-1.0 + 1.2 * (math.exp(-0.05 / lag) if lag else 0.0))
-    assert first_order_response(0.2, 1.0, 0.05, 0.0) == 0.2
-
-
 # An estimate: the mean of equal samples, the newest of those that say more ------------------------
 
 def estimate_of(*samples, noise=0.1):
@@ -136,13 +126,6 @@ def estimate_of(*samples, noise=0.1):
     for sample in samples:
         estimate.add(sample, noise)
     return estimate
-
-
-def test_nothing_is_known_before_the_first_sample_and_one_without_noise_is_believed():
-    assert Estimate().uncertainty == math.inf
-    assert estimate_of(7.0).value == 7.0
-    estimate = estimate_of(1.0, 2.0, noise=0.0)
-    assert (estimate.value, estimate.uncertainty) == (2.0, 0.0)
 
 
 def test_of_a_number_that_does_not_change_it_is_the_mean():

@@ -259,12 +259,8 @@ def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep
 
 
 def test_no_turn_without_the_imu():
-    controller = ControllerCore(GivenTurnLaw())
     with pytest.raises(ValueError, match='no imu yet'):
-        controller.request_turn(90.0, 1.0)
-    controller.on_imu(ImuSample(0.0, 0.0, 0.0), 1.0)
-    with pytest.raises(ValueError, match='no imu for 1.0 s'):
-        controller.request_turn(90.0, 2.0)
+        ControllerCore(GivenTurnLaw()).request_turn(90.0, 1.0)
 
 
 @pytest.mark.parametrize('requested, carried, turned, words', [

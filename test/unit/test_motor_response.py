@@ -34,20 +34,17 @@ def response_at(time, command, delay, lag):
 
 
 def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.0,
-               learned=None, gain=1.0, noise=0.0, age=0.0):
-    """The Response after an approach that commands one speed from the start.
-
-    Samples are `age` [s] old; their travel has `noise`, their speed a fifth of it [rad, rad/s].
+               learned=None, gain=1.0, age=0.0):
+    """The Response after an approach that commands one speed from the start, by samples of this age.
     """
-    chance, learned = random.Random(1), learned or Response()
+    learned = learned or Response()
     identification, history = Identification(learned, prompt), CommandHistory(PERIOD)
     identification.begin(begin_speed)
     for tick in range(round(seconds / PERIOD)):
         if tick:
             history.advance(PERIOD)
             travelled, speed = response_at(history.now - age, gain * command, delay, lag)
-            identification.update(history, travelled + chance.gauss(0.0, noise),
-                                  speed + chance.gauss(0.0, 0.2 * noise), 1.0, age)
+            identification.update(history, travelled, speed, 1.0, age)
         history.send(command)
     return identification.estimate, learned
 
@@ -86,14 +83,6 @@ def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(
     assert (at_start.delay, at_start.lag) == pytest.approx((delay, lag), abs=1e-6)
     assert identified(delay, lag, sign, gain=gain, prompt=False, learned=Response(0.0, lag))[
         0].delay == pytest.approx(delay, abs=0.004)
-
-
-@pytest.mark.parametrize('lag', [0.0, 0.02, 0.07, 0.14])
-def test_noise_of_the_samples_averages_out(lag):
-    """The noise is 0.1 deg, as large as the travel in the first sample in motion."""
-    estimate, _ = identified(0.05, lag, noise=math.radians(0.1))
-    assert estimate.lag == pytest.approx(lag, abs=0.006)
-    assert estimate.delay + estimate.lag == pytest.approx(0.05 + lag, abs=0.002)
 
 
 @pytest.mark.parametrize('share, tells', [

@@ -96,15 +96,6 @@ def driving():
     return robot
 
 
-def test_commands_come_at_the_laws_own_rate_also_after_the_sensors_were_silent():
-    robot = driving()
-    robot.odom = False
-    robot.run(1.0)
-    robot.odom = True
-    robot.run(0.2)
-    assert len(robot.run(0.7)) == pytest.approx(21, abs=1)
-
-
 def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     robot = driving()
     reset = robot.reset(Pose2(5.0, -1.0, math.pi / 2.0))
