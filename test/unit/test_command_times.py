@@ -16,7 +16,7 @@ def test_the_first_step_counts_as_one_period_also_after_a_pause():
         assert not pace.running
         assert pace.step(begin) == 0.02 and pace.running
         assert pace.step(begin + 0.03) == pytest.approx(0.03)
-        pace.pause()
+        pace.restart()
 
 
 def test_after_a_late_step_the_next_is_due_half_a_period_later():
@@ -87,7 +87,7 @@ def test_travel_under_way_is_the_sum_of_the_commands_within_the_delay():
     assert history.travel_under_way(0.05) == pytest.approx(0.02 * 0.3 + 0.02 * 0.2 + 0.01 * 0.1)
     assert history.travel_under_way(0.0) == 0.0
     assert history.travel_under_way(10.0) == pytest.approx(0.012)
-    assert history.first == 0.1
+    assert history.oldest_command == 0.1
 
 
 def test_nothing_is_under_way_before_the_first_command():
@@ -107,15 +107,15 @@ def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
 
 def test_all_that_was_commanded_is_counted():
     history = history_of([0.5] * 10, extra=0.9 * PERIOD)
-    assert history.commanded(history.now) == pytest.approx(0.5 * 9.9 * PERIOD)
-    assert history.commanded(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
+    assert history.commanded_travel(history.now) == pytest.approx(0.5 * 9.9 * PERIOD)
+    assert history.commanded_travel(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
     assert history.unchanged_for == pytest.approx(9.9 * PERIOD)
-    assert CommandHistory(PERIOD).commanded(PERIOD) == 0.0
+    assert CommandHistory(PERIOD).commanded_travel(PERIOD) == 0.0
 
 
 def test_commands_are_forgotten_but_not_their_travel():
     history = history_of([0.1] * 500, extra=PERIOD)
-    assert history.commanded(history.now) == pytest.approx(0.1 * 500 * PERIOD)
+    assert history.commanded_travel(history.now) == pytest.approx(0.1 * 500 * PERIOD)
     assert history.travel_under_way(10.0) < 0.1 * 1.5
 
 

@@ -253,8 +253,8 @@ def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep
         if degrees is None:
             repetitions.stop()
         else:
-            found.append(repetitions.count_doubts(Event(degrees, at, 'script', age), is_waking and at == 0.0))
-            assert repetitions.count_doubts(Event(degrees, at, str(at))) == 0    # of another sender
+            found.append(repetitions.doubts_after(Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert repetitions.doubts_after(Event(degrees, at, str(at))) == 0    # of another sender
     assert found == doubts
 
 

@@ -96,7 +96,7 @@ def test_a_precise_turn_brakes_with_a_quarter_of_what_it_speeds_up_with():
     """Each number was chosen by the benchmark of motions."""
     assert turning_approach(acceleration=40.0, tolerance=0.01) == ApproachConfig(
         period=1.0 / 30.0, acceleration=40.0, braking=10.0, gain=24.0, slowest=0.02,
-        close_enough=0.0007, leave_alone=0.005, nudge_time=1.0 / 30.0, speed_is_prompt=True)
+        close_enough=0.0007, nudge_dead_band=0.005, nudge_time=1.0 / 30.0, speed_is_prompt=True)
 
 
 def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):

@@ -1,10 +1,10 @@
 """An approach drives until the remaining way is zero, and comes to rest there in spite of delays.
 
-The *way at rest* is the way that would remain if the robot were commanded to stop now. Each sample
-gives a prediction of the way at rest, by the delay, lag and gain that `motor_response` identifies.
-An `Estimate` filters the noise of the predictions. Between two samples, only the command changes
-the way at rest. A braking profile gives the speed for the way at rest. *Nudges* are short commands
-after the first stop, and correct the last error.
+The *way after a stop* is the way that would remain if the robot were commanded to stop now. Each
+sample predicts this way, by the delay, lag and gain that `motor_response` identifies. An `Estimate`
+filters the noise of the predictions. Between two samples, only the command changes this way. A
+braking profile gives the speed for this way. *Nudges* are short commands after the first stop. They
+correct the last error.
 
 Units: radians or metres for ways, per second for speeds; seconds. Both directions are alike.
 Source: :func:`tb3_labs.control.commands.braking_speed` has the braking profile.
@@ -22,9 +22,8 @@ from tb3_labs.supervision.stale_or_stalled import Settling
 
 #: Two times that differ by less than this belong to the same sample, since times are rounded [s].
 SAME_SAMPLE_TIME = 1e-6
-#: After the first stop the divisor of the gain is larger by this, since the robot may obey a nudge
-#: for two periods.
-NUDGE_CAUTION = 0.5
+#: The divisor of the gain is larger by this for a nudge, which the robot may obey for two periods.
+NUDGE_GAIN_DIVISOR = 0.5
 
 
 @dataclass(frozen=True)
@@ -38,16 +37,15 @@ class ApproachConfig:
     #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that a robot
     #: that is disturbed can follow the profile.
     braking: float
-    #: Near zero the speed is this gain times the way at rest [1/s].
+    #: Near zero the speed is this gain times the way after a stop [1/s].
     gain: float
     #: The lowest speed of a motion. At a lower speed the last way would take too long.
     slowest: float
-    #: The command is a stop if the way at rest is nearer to zero than this. Otherwise the robot
-    #: would drive to and fro about zero at the lowest speed.
+    #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
+    #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: After the first stop, a way at rest that is nearer to zero than this is not corrected. A
-    #: larger `close_enough` takes precedence.
-    leave_alone: float = 0.0
+    #: The same for nudges, if it is larger than `close_enough`.
+    nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
     #: A nudge is held for this long [s], so that a stop does not replace the nudge too early.
@@ -71,9 +69,9 @@ class Approach:
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # time of the latest sample [s]
         #: The way that would remain if the robot were commanded to stop now.
-        self.at_rest = Estimate()
-        self._direction = 0.0     # sign of the latest command that was not zero
-        self._reversals = 0       # number of changes of the direction
+        self.way_after_stop = Estimate()
+        self._direction = 0.0        # the sign is the direction of the latest motion; 0: none yet
+        self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._begin(math.nan, 0.0)
@@ -81,7 +79,7 @@ class Approach:
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way: the goal was moved during the approach."""
         self._start_remaining += by
-        self.at_rest.shift(by, 0.0)
+        self.way_after_stop.shift(by, 0.0)
 
     def only_stops_obeyed(self, age: float) -> bool:
         """Were all commands stops that the robot obeyed in the last `age` [s]?"""
@@ -89,9 +87,9 @@ class Approach:
         return history.only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
-    def cruises(self, fastest: float) -> bool:
-        """Is the command `fastest` now and in the next two periods?"""
-        later = abs(self.at_rest.value) - 2.0 * self._config.period * fastest
+    def keeps_full_speed(self, fastest: float) -> bool:
+        """Is the command `fastest` now, and in the next two periods?"""
+        later = abs(self.way_after_stop.value) - 2.0 * self._config.period * fastest
         return abs(self._history.command) == fastest and (
             braking_speed(later, self._config.braking, self._config.gain) >= fastest)
 
@@ -105,7 +103,7 @@ class Approach:
         self._now += dt
         if self._direction:
             self._advance(speed, dt)
-        else:
+        else:    # this may be the first command to move
             dt = self._config.period
             self._begin(remaining, speed)
         self._identification.update(
@@ -115,11 +113,13 @@ class Approach:
             self._measured_at = self._now - age
             estimate = self._identification.estimate
             under_way = self._history.travel_under_way(estimate.delay + age)
-            self.at_rest.add(
+            self.way_after_stop.add(
                 remaining - self._motor_speed * estimate.lag - estimate.gain * under_way, noise)
-        wanted = self._wanted(fastest)
+        if self._direction and not self._history.command:
+            self._has_stopped = True
+        unlimited = self._unlimited_speed(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
-        self._history.send(clamp(wanted, latest - change, latest + change))
+        self._history.send(clamp(unlimited, latest - change, latest + change))
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> None:
@@ -130,14 +130,13 @@ class Approach:
         self._motor_speed = speed
 
     def _advance(self, speed: float, dt: float) -> None:
-        """Let `dt` [s] pass. The travel commanded in that time reduces the way at rest."""
+        """Let `dt` [s] pass. The travel commanded in that time reduces the way after a stop."""
         history = self._history
-        before = history.commanded(history.begin)
+        before = history.commanded_travel(history.begin)
         history.advance(dt)
-        commanded = history.commanded(history.begin) - before
-        fastest = max(abs(speed), abs(history.command))
-        self.at_rest.shift(-self._identification.estimate.gain * commanded,
-                           TIME_DEVIATION * fastest)
+        commanded = history.commanded_travel(history.begin) - before
+        gain, fastest = self._identification.estimate.gain, max(abs(speed), abs(history.command))
+        self.way_after_stop.shift(-gain * commanded, TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         """Returns the measured speed if it is prompt, otherwise the model's speed."""
@@ -147,27 +146,29 @@ class Approach:
         return first_order_response(
             self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
-    def _wanted(self, fastest: float) -> float:
-        """Returns the speed that is wanted, before the acceleration limits its change."""
-        config = self._config
-        if self._direction and not self._history.command:
-            self._has_stopped = True
-        leave_alone = config.leave_alone if self._has_stopped else 0.0
-        distance = self.at_rest.value
-        near = self.at_rest.uncertainty + max(config.close_enough, leave_alone)
+    def _unlimited_speed(self, fastest: float) -> float:
+        """Returns the speed to command if the acceleration did not limit the change."""
+        config, distance = self._config, self.way_after_stop.value
+        dead_band, gain_divisor = config.close_enough, 1.0 + self._reversals
+        if self._has_stopped:
+            dead_band = max(dead_band, config.nudge_dead_band)
+            gain_divisor += NUDGE_GAIN_DIVISOR
+        near = self.way_after_stop.uncertainty + dead_band
         if distance > near or distance < -max(near, config.backwards_from):
-            # an approach that reverses repeatedly has a wrong model of the robot
-            caution = 1.0 + self._reversals + (NUDGE_CAUTION if self._has_stopped else 0.0)
-            speed = abs(braking_speed(distance, config.braking, config.gain / caution))
+            speed = abs(braking_speed(distance, config.braking, config.gain / gain_divisor))
             speed = clamp(speed, min(config.slowest, fastest), fastest)
-            wanted = math.copysign(speed, distance)
-            if wanted * self._direction < 0.0:
-                self._reversals += 1
-            self._direction = wanted
-            return wanted
+            velocity = math.copysign(speed, distance)
+            self._remember_direction(velocity)
+            return velocity
         if self._has_stopped and self._history.unchanged_for < config.nudge_time:
             return self._history.command
         return 0.0
+
+    def _remember_direction(self, velocity: float) -> None:
+        """Count reversals. An approach that reverses repeatedly has a wrong model of the robot."""
+        if velocity * self._direction < 0.0:
+            self._reversals += 1
+        self._direction = velocity
 
 
 def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
@@ -175,7 +176,7 @@ def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
     period = PreciseTurn.period
     return ApproachConfig(
         period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.02, close_enough=0.0007, leave_alone=0.5 * tolerance, nudge_time=period,
+        slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance, nudge_time=period,
         speed_is_prompt=True)
 
 
@@ -187,6 +188,8 @@ class PreciseTurn:
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
     #: At rest the turn waits for more samples of a noisy IMU, at most this long [s].
     LONGEST_WAIT_AT_REST = 0.6
+    #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
+    KNOWN_WELL_SHARE = 0.35
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
                  response: Response) -> None:
@@ -199,7 +202,7 @@ class PreciseTurn:
 
     def start(self, yaw: float, angle: float) -> None:
         """Turn a robot that stands by `angle`, beginning at `yaw` [rad]."""
-        self._face = yaw + angle    # the heading at the end of the turn [rad]
+        self._goal_yaw = yaw + angle    # the heading at the end of the turn [rad]
         #: The remaining angle, which may be many whole turns [rad].
         self.remaining = angle
         self._time = 0.0    # since the start [s]
@@ -208,14 +211,14 @@ class PreciseTurn:
 
     def extend(self, angle: float) -> None:
         """Move the goal of the turn by `angle` [rad]."""
-        self._face += angle
+        self._goal_yaw += angle
         self.remaining += angle
         self._approach.extend(angle)
 
-    def aim(self, face: float) -> None:
-        """From now on, turn to the heading `face` [rad] the short way round."""
-        self._approach.extend(difference(face, self._face))
-        self._face = face
+    def aim(self, goal_yaw: float) -> None:
+        """From now on, turn to the heading `goal_yaw` [rad] the short way round."""
+        self._approach.extend(difference(goal_yaw, self._goal_yaw))
+        self._goal_yaw = goal_yaw
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
@@ -225,18 +228,18 @@ class PreciseTurn:
         was `dt` [s] ago.
         """
         self._time += dt
-        self.remaining = unwrap(self._face - yaw, self.remaining)
+        self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
         rests = abs(rate) <= REST_ANGULAR and self._approach.only_stops_obeyed(age)
         self._settling.update(rests, self._time - age)
         if rests:
-            self.remaining = self._approach.at_rest.value
+            self.remaining = self._approach.way_after_stop.value
         return LawStep(Twist2(0.0, command), self.remaining,
                        self._settling.rests and self._is_inside_tolerance())
 
     def _is_inside_tolerance(self) -> bool:
-        uncertainty = self._approach.at_rest.uncertainty
-        if uncertainty <= 0.35 * self._tolerance:
+        uncertainty = self._approach.way_after_stop.uncertainty
+        if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.LONGEST_WAIT_AT_REST
                 and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -48,7 +48,7 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float         # the remaining way [m or rad]
     finished: bool           # has the robot reached the goal of the law?
-    cruises: bool = False    # will the command hardly change in the next period?
+    may_skip_next: bool = False    # will the command hardly change in the next period?
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
@@ -80,7 +80,8 @@ class Pace:
 
     def due(self, now: float) -> bool:
         """Is it time for the next step?"""
-        return now >= self._next or now < self._next - 2.0 * self._period
+        clock_went_back = now < self._next - 2.0 * self._period
+        return now >= self._next or clock_went_back
 
     def idle_for(self, now: float) -> float:
         """Returns the time for which no sample needs to be read [s]."""
@@ -103,7 +104,7 @@ class Pace:
         """Keep the present command for another period."""
         self._next += self._period
 
-    def pause(self) -> None:
+    def restart(self) -> None:
         """Treat the next step as the first, since the robot stands or another node drives."""
         self._last = None
 
@@ -125,7 +126,7 @@ class CommandHistory:
         self._earlier_travel = 0.0        # travel commanded before the latest period
 
     @property
-    def first(self) -> float:
+    def oldest_command(self) -> float:
         """The oldest command that is remembered."""
         return self._sent[0][1]
 
@@ -134,19 +135,20 @@ class CommandHistory:
         """Time since the latest change of the command [s]."""
         return self.now - self._same_since
 
-    def commanded(self, until: float) -> float:
+    def commanded_travel(self, until: float) -> float:
         """Returns the travel commanded until `until` [s], a time after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
     def advance(self, dt: float) -> None:
         self.now += dt
+        # the nearest begin of a period, since a step may be a little early or late
         self.begin = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
         """Give a command for the period that begins now."""
         begin = self.begin
-        self._earlier_travel = self.commanded(begin)
+        self._earlier_travel = self.commanded_travel(begin)
         if command != self.command:
             self._same_since = self.now
         self.command = command
@@ -184,8 +186,8 @@ def first_order_response(speed: float, command: float, lag: float, dt: float) ->
 
 
 class Estimate:
-    """An estimate of a number from noisy samples. The estimate of a number that does not change is
-    the mean of all samples. After a change of the number, later samples have more weight."""
+    """A Kalman filter of one number. The estimate of a number that does not change is the mean of
+    all samples. After a change of the number, later samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate; 0 before the first sample.

@@ -24,7 +24,7 @@ class MouseState(NamedTuple):
 
 
 def to_mouse(message) -> MouseState:
-    """Returns the state in a tb3_labs/MouseController; ``ValueError`` if it is not finite."""
+    """Returns the state in a tb3_labs/MouseController. ``ValueError`` if it is not finite."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f'mouse position ({x}, {y}) is not finite')
@@ -32,7 +32,7 @@ def to_mouse(message) -> MouseState:
 
 
 class _MouseSource:
-    """The state of one mouse, found from the messages of this mouse."""
+    """One mouse, by its messages."""
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
@@ -47,13 +47,15 @@ class _MouseSource:
         return self.reported_active and not self.is_lost
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
-        """Take in a message. `rests`: does the message ask for zero?"""
+        """Take in a message. `rests`: does the message ask for a stop?"""
         active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = not self.source.count
         if not (is_first or self.reported_active) and now - self._back_at >= WAKING_TIME:
             self.is_lost = False    # the message before showed that the mouse was not active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
-            self._back_at, self.is_lost = now, self.is_lost or active
+            self._back_at = now
+            if active:
+                self.is_lost = True
         elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
             self._back_at = now
         if message.age is not Age.SAME:
@@ -73,8 +75,8 @@ class Mouse:
     mouse stays inactive until a message shows that it is in the middle of the screen, or
     deactivated. A message that is delayed, or comes soon after a silence, does not show this.
 
-    Several mice may be connected. If a mouse is lost or deactivated, all other mice are lost, too,
-    since a person may have activated them earlier. The active mouse of the latest message drives.
+    Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
+    too, since a person may have activated them earlier. The mouse of the latest message drives.
     """
 
     def __init__(self) -> None:
@@ -90,7 +92,7 @@ class Mouse:
 
     def received(self, message: 'Event[MouseState]') -> bool:
         """Take in a message of a mouse. Returns True if the message deactivates the mouse, which is
-        a stop, also by a lost mouse."""
+        a stop, even if the mouse was lost."""
         (active, x, y), now, sender = message.content, message.at, self._senders[message.sender]
         twist = mouse_twist(x, y)
         was_active, deactivated = sender.active, not active and sender.reported_active
@@ -103,14 +105,14 @@ class Mouse:
         return deactivated
 
     def silence(self, now: float) -> str:
-        """Returns 'no mouse for 0.3 s' if an active mouse is silent, else ''."""
+        """Returns 'no mouse for 0.3 s' if an active mouse is silent, otherwise ''."""
         for sender in self._senders.values():
             if sender.active and not sender.source.is_fresh(now):
                 return sender.source.silence_with_age(now)
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
-        """Treat every mouse but `kept` as lost, since a person may have activated a mouse."""
+        """Treat all mice but `kept` as lost, since a person may have activated them earlier."""
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)
@@ -122,7 +124,7 @@ def mouse_twist(x: float, y: float) -> Twist2:
 
 
 def _speed(position: float) -> float:
-    """Returns 0 in the closed dead zone, otherwise MOUSE_FULL times the position."""
+    """Returns 0 inside the dead zone and on its edge, otherwise MOUSE_FULL times the position."""
     if abs(position) <= MOUSE_DEAD_ZONE:
         return 0.0
     return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -1,4 +1,4 @@
-"""The status of a drive, the text of the status on `goal_state`, and log lines about changes."""
+"""The status of a drive, its text on `goal_state`, and log lines about its changes."""
 import math
 from typing import Callable, NamedTuple, Optional, Tuple
 
@@ -15,13 +15,13 @@ PROGRESS_PERIOD = 1.0
 
 
 class DriveStatus(NamedTuple):
-    """The public status of a drive at one moment; poses in local."""
+    """The public status of a drive at one moment."""
 
     state: GoalState
-    goal: Optional[Pose2]
+    goal: Optional[Pose2]         # in local
     tolerance: float              # largest distance from a goal that is reached [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
-    begun: bool                   # was the robot commanded to move in this drive?
+    begun: bool                   # was a motion commanded in this drive?
     active: bool                  # has the drive not ended yet?
     failure: str                  # the reason why the drive was given up, or ''
     hold_reason: str              # the reason why the robot stands during the drive, or ''
@@ -36,7 +36,7 @@ class DriveStatus(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The text for the topic `goal_state`; '' before the first command to move."""
+        """The text on `goal_state`. It is '' until the drive begins."""
         if self.failure:
             return with_reason(GAVE_UP, self.failure)
         if not self.active:
@@ -60,7 +60,7 @@ class Announcer:
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Log a new status, and once a second the progress of a drive. Returns True if the status
+        """Log a new status, and the progress of a drive once a second. Returns True if the status
         is new. `motion()` returns the robot's present Motion."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._logged:
