@@ -30,7 +30,7 @@ NUDGE_GAIN_DIVISOR = 0.5
 class ApproachConfig:
     """Settings of an approach of one axis, turning or driving. Lengths are [rad] or [m]."""
 
-    #: Each command is obeyed for this long [s].
+    #: The robot obeys each command for this long [s].
     period: float
     #: Bound of the change of the command [1/s^2].
     acceleration: float
@@ -44,7 +44,7 @@ class ApproachConfig:
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: The same for nudges, if it is larger than `close_enough`.
+    #: Nudges use this in place of `close_enough`, if it is larger.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -70,19 +70,19 @@ class Approach:
         self._measured_at = -math.inf       # time of the latest sample [s]
         #: The way that would remain if the robot were commanded to stop now.
         self.way_after_stop = Estimate()
-        self._direction = 0.0        # the sign is the direction of the latest motion; 0: none yet
+        self._direction = 0.0        # has the sign of the latest motion; 0 before the first
         self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
         self._begin(math.nan, 0.0)
 
     def extend(self, by: float) -> None:
-        """Add `by` to the remaining way: the goal was moved during the approach."""
+        """Add `by` to the remaining way, since the goal was moved."""
         self._start_remaining += by
         self.way_after_stop.shift(by, 0.0)
 
     def only_stops_obeyed(self, age: float) -> bool:
-        """Were all commands stops that the robot obeyed in the last `age` [s]?"""
+        """Did the robot obey only stops in the last `age` [s]?"""
         history = self._history
         return history.only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
@@ -103,7 +103,7 @@ class Approach:
         self._now += dt
         if self._direction:
             self._advance(speed, dt)
-        else:    # this may be the first command to move
+        else:    # a motion was not commanded yet
             dt = self._config.period
             self._begin(remaining, speed)
         self._identification.update(

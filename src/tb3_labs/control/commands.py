@@ -66,7 +66,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 class Pace:
-    """Finds when the next step is due: after `period` [s] on average, also after a late step."""
+    """Finds when the next step is due, which is after `period` [s] on average."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -75,7 +75,7 @@ class Pace:
 
     @property
     def running(self) -> bool:
-        """Was a step taken since the last pause?"""
+        """Was a step taken since the last restart?"""
         return self._last is not None
 
     def due(self, now: float) -> bool:
@@ -176,7 +176,7 @@ class CommandHistory:
         return 0.0
 
     def only_stops_since(self, time: float) -> bool:
-        """Were all commands of the periods that begin at `time` or later stops?"""
+        """Was each command a stop, of the periods that begin at `time` or later?"""
         return not any(command for begin, command in self._sent if begin >= time)
 
 
@@ -190,7 +190,7 @@ class Estimate:
     all samples. After a change of the number, later samples have more weight."""
 
     def __init__(self) -> None:
-        #: The estimate; 0 before the first sample.
+        #: The estimate. It is 0 before the first sample.
         self.value = 0.0
         self._variance = math.inf
 
@@ -202,7 +202,7 @@ class Estimate:
     def shift(self, by: float, doubt: float = 0.0) -> None:
         """Add `by` to the number. `doubt` is the standard deviation of `by`."""
         self.value += by
-        self._variance += doubt * doubt    # for a large doubt ** would raise, * gives infinity
+        self._variance += doubt * doubt    # for a large doubt, doubt ** 2 raises OverflowError
 
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.

@@ -46,9 +46,10 @@ class DriveLaw:
     LOOK_AHEAD = 0.20
     #: At full speed every second step is skipped if the robot steers by at most this [rad/s].
     STRAIGHT_RATE = 0.05
-    #: A robot overshoots if it would stop beyond the goal by more than this share of the tolerance,
-    #: and is faster than this [m/s].
-    OVERSHOOT_SHARE, REST_SPEED = 0.3, 0.01
+    #: A robot that would stop beyond the goal by more than this share of the tolerance overshoots,
+    OVERSHOOT_SHARE = 0.3
+    #: unless it is slower than this [m/s].
+    REST_SPEED = 0.01
 
     def __init__(self, config: DriveConfig, model: RobotModel,
                  response: Optional[Response] = None) -> None:
@@ -64,7 +65,7 @@ class DriveLaw:
         self._driving = Approach(driving_approach(config), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Choose the line to the goal, and the direction: forwards or backwards."""
+        """Choose the line to the goal, and whether the robot drives it forwards or backwards."""
         self._line = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)

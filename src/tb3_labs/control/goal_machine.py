@@ -65,7 +65,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot stood. So the next step continues the drive from the robot's present pose."""
+        """Let the next step continue from the robot's present pose, since the robot stood."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:

@@ -60,7 +60,7 @@ MAX_LAG = 0.15
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
-#: The same for a measured speed that is a mean, since a mean does not show the lag [s].
+#: Standard deviation of the lag if the measured speed is a mean, which does not show the lag [s].
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DEVIATION = 0.002
@@ -145,7 +145,7 @@ class Identification:
         #: The estimate of this approach.
         self.estimate = copy(response)
         self._response = response
-        self._initial = copy(response)    # the equations are solved for the difference
+        self._initial = copy(response)    # the equations are solved for the difference from this
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # did the robot stand when the approach began?
         self._start_observed = False     # did a sample show that the robot speeds up?

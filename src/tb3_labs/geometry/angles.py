@@ -20,7 +20,7 @@ MAX_TILT = math.radians(45.0)
 
 
 def clamp(value: float, low: float, high: float) -> float:
-    """Returns `value` clipped to [low, high]; NaN stays NaN."""
+    """Returns `value` clipped to [low, high]. NaN stays NaN."""
     return max(min(value, high), low)    # with this order of arguments NaN stays NaN
 
 

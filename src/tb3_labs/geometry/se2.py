@@ -34,11 +34,11 @@ def rotation_matrix(theta: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pose2:
-    """A place and a heading in the plane: `x`, `y` [m], `yaw` [rad]."""
+    """A place and a heading in the plane."""
 
-    x: float = 0.0
-    y: float = 0.0
-    yaw: float = 0.0
+    x: float = 0.0      # [m]
+    y: float = 0.0      # [m]
+    yaw: float = 0.0    # [rad]
 
     def act(self, points: Union[np.ndarray, Sequence]) -> np.ndarray:
         """Transform `points`, shape (..., 2) [m], from this pose's own frame to its parent."""

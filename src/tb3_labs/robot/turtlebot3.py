@@ -25,10 +25,10 @@ WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
 
 
 class Twist2(NamedTuple):
-    """A planar velocity: forward speed [m/s] and rate of turn [rad/s]."""
+    """A velocity in the plane."""
 
-    linear: float = 0.0
-    angular: float = 0.0
+    linear: float = 0.0     # forward speed [m/s]
+    angular: float = 0.0    # rate of turn, left positive [rad/s]
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class RobotModel:
 
     @property
     def max_wheel_speed(self) -> float:
-        """Fastest speed of a wheel's rim [m/s]; bounds |v| + half_track |w|."""
+        """Fastest speed of a wheel's rim [m/s]. It bounds |v| + half_track |w|."""
         return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
 
 

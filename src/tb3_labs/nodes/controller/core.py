@@ -21,7 +21,7 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: A robot that turns faster than this without a command of this node is driven by another [rad/s].
+#: A robot that turns faster than this without a command is driven by another node [rad/s].
 DRIVEN_RATE = 0.1
 #: Least time between two log lines about refused turns [s].
 REFUSAL_PERIOD = 1.0
@@ -34,7 +34,8 @@ class ControllerCore:
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
         self._timing, self.imu = SampleTiming(), Sensor('imu')
-        self.driver = self._last_driver = Driver.NOBODY    # now, and at the last tick
+        self.driver = Driver.NOBODY
+        self._last_driver = Driver.NOBODY        # at the last tick
         self._law = law
         self._pace = Pace(law.period)
         self._heading = Heading()

@@ -80,8 +80,8 @@ class Mouse:
     """
 
     def __init__(self) -> None:
-        self.source = Freshness('mouse', MOUSE_TIMEOUT)    # any mouse
-        #: The velocity that an active mouse asks for; zero in the middle of the screen.
+        self.source = Freshness('mouse', MOUSE_TIMEOUT)    # all mice together
+        #: The velocity that an active mouse asks for. It is zero in the middle of the screen.
         self.twist = Twist2()
         self._senders: DefaultDict[str, _MouseSource] = defaultdict(_MouseSource)
 

@@ -28,7 +28,7 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT
 
 
 class ControllerNode:
-    """Takes in IMU, keyboard, mouse and requested turns. Turns and drives the robot."""
+    """Turns and drives the robot by IMU, keyboard, mouse and requested turns."""
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
@@ -40,7 +40,7 @@ class ControllerNode:
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # every message is read, so scrolling up stops at once, also before later messages
+        # every message is read, so that scrolling up stops at once, even if later messages wait
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)

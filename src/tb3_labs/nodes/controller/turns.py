@@ -29,7 +29,7 @@ TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """Returns the turn [deg] for a key or a number; ``ValueError`` for another text."""
+    """Returns the turn for a key or a number [deg]. ``ValueError`` for another text."""
     try:
         return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:
@@ -182,7 +182,7 @@ class Repetitions:
         return last.doubts
 
     def stop(self) -> None:
-        """After a stop, ignore repetitions of each request that was repeated before the stop."""
+        """A stop makes each repeated request doubtful, so that its next repetitions are ignored."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 

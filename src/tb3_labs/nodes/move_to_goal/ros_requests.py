@@ -31,7 +31,7 @@ ANSWER_WITHIN = 0.85
 ANSWER_POLL = 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
-#: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
+#: Frames of a goal or a reset that mean ``local``. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
 #: A longer frame name of a sender is cut in the log [characters].
