@@ -76,26 +76,6 @@ def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
     assert commands == pytest.approx([0.24, 0.24, 0.48, 0.72])
 
 
-@pytest.mark.parametrize('late', [0.25, -0.25, 0.4, -0.4])
-def test_each_command_is_obeyed_for_a_period_although_some_come_late_or_early(late):
-    """The firmware reads the latest command once in each of its periods."""
-    approach = make_approach(80.0, Response(delay=3.5 * TICK, lag=0.0), gain=40.0,
-                             close_enough=0.001)
-    remaining, speed, last, arrived = 1.0, 0.0, 0.0, 0.0
-    commands = deque([0.0] * 3)
-    for tick in range(100):
-        # in the middle of a period, and every second one late
-        now = (tick + 0.5 + (late if tick % 2 else 0.0)) * TICK
-        left = remaining - speed * (now - tick * TICK)
-        commands.append(approach.step(left, speed, 1.5, now - last if tick else TICK))
-        remaining, speed, last = remaining - speed * TICK, commands.popleft(), now
-        assert remaining >= -0.001
-        if abs(remaining) > 0.001:
-            arrived = tick * TICK
-    # the way at full speed, three periods under way, and one for braking
-    assert arrived <= 1.0 / 1.5 + 4.0 * TICK
-
-
 @pytest.mark.parametrize('age, rests', [(0.0, True), (0.158, True), (0.162, False), (0.3, False)])
 def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, rests):
     """One command at 0 s, then stops. It is over two periods of 20 ms after a delay of 0.1 s, so a sample at 0.14 s or

@@ -76,19 +76,6 @@ def test_a_command_that_stays_is_prolonged_by_one_period():
     assert not pace.due(5.29) and pace.due(5.31)
 
 
-def test_steps_after_the_first_are_rather_early_than_late():
-    """The clock is read at 200 Hz, not in phase with the steps: they are at most 2 ms late."""
-    pace, begun, taken = Pace(1.0 / 30.0), None, 0
-    for update in range(1000):
-        now = 2.0 + 0.005 * update
-        if pace.due(now):
-            begun = now if begun is None else begun
-            pace.step(now)
-            assert -0.004 < now - begun - taken / 30.0 < 0.002
-            taken += 1
-    assert taken == pytest.approx(150, abs=1)
-
-
 # The travel that is commanded and not yet driven ---------------------------------------------------
 
 def history_of(commands, extra=0.0):
@@ -124,14 +111,6 @@ def test_nothing_is_under_way_before_the_first_command():
                                             (0.07, 0.0)])
 def test_the_command_that_arrives_is_the_one_of_a_delay_ago(delay, command):
     assert history_of([0.1, 0.2, 0.3], extra=PERIOD).arrived(delay) == command
-
-
-def test_all_that_was_commanded_is_counted():
-    history = history_of([0.5] * 10, extra=0.9 * PERIOD)
-    assert history.commanded_travel(history.now) == pytest.approx(0.5 * 9.9 * PERIOD)
-    assert history.commanded_travel(history.begin) == pytest.approx(0.5 * 10.0 * PERIOD)
-    assert history.unchanged_for == pytest.approx(9.9 * PERIOD)
-    assert CommandHistory(PERIOD).commanded_travel(PERIOD) == 0.0
 
 
 def test_commands_are_forgotten_but_not_their_travel():

@@ -11,8 +11,7 @@ from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
-    LEARNING_TIME, LEAST_CRUISE_SHARE, LEAST_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification,
-    Response, identify_at_start)
+    LEAST_CRUISE_SHARE, LEAST_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, Response, identify_at_start)
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -105,12 +104,6 @@ def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(
 def test_what_tells_nothing_teaches_nothing(what):
     _, learned = identified(0.2, 0.1, **what)
     assert (learned.delay, learned.lag) == (Response().delay, Response().lag)
-
-
-def test_learning_ends_before_changes_of_the_gain_add_up():
-    _, long = identified(0.1, 0.05, seconds=LEARNING_TIME + 3.0)
-    _, short = identified(0.1, 0.05, seconds=LEARNING_TIME + 2.0 * PERIOD)
-    assert (long.delay, long.lag) == (short.delay, short.lag)
 
 
 # The node's own turns show how late the samples of a robot are ------------------------------------

@@ -53,18 +53,6 @@ def test_the_handouts_formulas():
     np.testing.assert_allclose(a_T_b.inverse().act(p_a), p_b, atol=1e-12)
 
 
-@pytest.mark.parametrize('shape', [(2,), (0, 2), (3, 4, 2)])
-def test_many_points_are_each_point_for_itself(shape):
-    pose = Pose2(0.3, -0.4, 2.0)
-    points = np.random.default_rng(1).normal(size=shape)
-    before = points.copy()
-    moved = pose.act(points)
-    assert moved.shape == shape
-    np.testing.assert_array_equal(points, before)
-    expected = [(matrix(pose) @ (x, y, 1.0))[:2] for x, y in points.reshape(-1, 2)]
-    np.testing.assert_allclose(moved.reshape(-1, 2), np.reshape(expected, (-1, 2)), atol=1e-12)
-
-
 @pytest.mark.parametrize('x, y, bearing_deg', [
     (1, 0, 0), (1, 1, 45), (0, 1, 90), (-1, 1, 135), (-1, 0, 180), (-1, -1, -135), (0, -1, -90)])
 def test_bearing_and_distance_are_in_the_parent_frame(x, y, bearing_deg):
