@@ -46,7 +46,7 @@ class GoalState(Enum):
 
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
-#: A text on `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words with a
+#: A text on `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words and a
 #: reason.
 WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
 WAITING_FOR_CONTROL = WAITING + ' for control'
@@ -55,11 +55,6 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 def to_go(distance: float, angle_deg: float) -> str:
     """Returns a text about the distance to the goal [m] and the angle to its heading [deg]."""
     return f'{distance:.3f} m to go, {abs(angle_deg):.1f} deg off the final heading'
-
-
-def with_reason(word: str, reason: str) -> str:
-    """Returns the text on `goal_state` for WAITING, STOPPED or GAVE_UP, and a reason."""
-    return f'{word}: {reason}'
 
 
 def sum_of_turns(start: float, face: float, end: float) -> float:

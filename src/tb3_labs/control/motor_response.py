@@ -48,14 +48,10 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
-#: The least sample delay, of the firmware on a fast host [s].
-LEAST_SAMPLE_DELAY = 0.0135
-#: The largest sample delay [s].
-MAX_SAMPLE_DELAY = 0.15
-#: A measured delay is clipped to this [s].
-MAX_DELAY = 0.4
-#: A measured lag is clipped to this [s].
-MAX_LAG = 0.15
+#: A sample delay is clipped to these [s]. The firmware on a fast host has the least.
+LEAST_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
+#: A measured delay and a measured lag are clipped to these [s].
+MAX_DELAY, MAX_LAG = 0.4, 0.15
 #: Standard deviations of the values with which an approach begins.
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]

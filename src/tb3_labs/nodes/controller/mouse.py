@@ -94,7 +94,7 @@ class Mouse:
         """Take in a message of a mouse. Returns True if the message deactivates the mouse, which is
         a stop, even if the mouse was lost."""
         (active, x, y), now, sender = message.content, message.at, self._senders[message.sender]
-        twist = mouse_twist(x, y)
+        twist = Twist2(_speed(y), _speed(-x))
         was_active, deactivated = sender.active, not active and sender.reported_active
         self.source.received(now)
         sender.received(message, not active or twist == Twist2())
@@ -116,11 +116,6 @@ class Mouse:
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)
-
-
-def mouse_twist(x: float, y: float) -> Twist2:
-    """Returns the velocity for a mouse at (x, y)."""
-    return Twist2(_speed(y), _speed(-x))
 
 
 def _speed(position: float) -> float:

@@ -4,8 +4,7 @@ from typing import Callable, NamedTuple, Optional, Tuple
 
 from tb3_labs import handout
 from tb3_labs.control.goal_state import (
-    DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go,
-    with_reason)
+    DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go)
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.supervision.events import LogQueue
@@ -38,14 +37,14 @@ class DriveStatus(NamedTuple):
     def text(self) -> str:
         """The text on `goal_state`. It is '' until the drive begins."""
         if self.failure:
-            return with_reason(GAVE_UP, self.failure)
+            return f'{GAVE_UP}: {self.failure}'
         if not self.active:
             return self.state.name
         if not self.has_control:
             return WAITING_FOR_CONTROL
         if not self.begun:
-            return with_reason(WAITING, self.sensor_problem) if self.sensor_problem else ''
-        return with_reason(STOPPED, self.hold_reason) if self.hold_reason else self.state.name
+            return f'{WAITING}: {self.sensor_problem}' if self.sensor_problem else ''
+        return f'{STOPPED}: {self.hold_reason}' if self.hold_reason else self.state.name
 
 
 class Announcer:
