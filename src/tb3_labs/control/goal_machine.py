@@ -96,17 +96,17 @@ class GoalMachine:
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
             command, remaining, finished, self.may_skip_next = move(motion, goal, dt)
-            if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
-                return Twist2()
             if not finished:
                 self.failure = self._stalls[self.state].update(
                     remaining, motion.linear, motion.angular, dt, command != Twist2())
                 return None if self.failure else command
+            if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
+                return Twist2()
             self._finish_state(motion.pose, goal)
             dt = 0.0
         return None
 
-    def _rests(self, motion: Motion) -> bool:
+    def _has_settled(self, motion: Motion) -> bool:
         """Has the robot settled, and was the latest odometry measured since it came to rest?"""
         since = self._settling.since
         return (self._settling.rests and since is not None

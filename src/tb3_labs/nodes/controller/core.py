@@ -26,7 +26,7 @@ DRIVEN_RATE = 0.1
 #: Least time between two log lines about refused turns [s].
 REFUSAL_PERIOD = 1.0
 #: The result of a turn is logged when the robot turns slower than this [rad/s].
-JUDGING_RATE = 0.01
+RESULT_RATE = 0.01
 
 
 class ControllerCore:
@@ -65,8 +65,8 @@ class ControllerCore:
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.is_checked)
-        if self._turn is not None and rate <= JUDGING_RATE:
-            self._judge_turn(self._turn, now)
+        if self._turn is not None and rate <= RESULT_RATE:
+            self._log_result(self._turn, now)
         elif self._turn is None and rate > DRIVEN_RATE:
             self._error_of_last_turn = 0.0
 
@@ -75,7 +75,7 @@ class ControllerCore:
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
-        self._update(message.at)
+        self._check_sleep_and_mouse(message.at)
         was_active, active = self.mouse.active, message.content.active
         deactivated = self.mouse.received(message)
         if self.mouse.active:
@@ -100,7 +100,7 @@ class ControllerCore:
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests, unless it is a repetition, see
         Repetitions."""
-        self._update(turn.at)
+        self._check_sleep_and_mouse(turn.at)
         doubts = self._repetitions.doubts_after(turn, self._sleep.is_waking)
         if not doubts:
             self._request_or_log(turn, now)
@@ -110,7 +110,7 @@ class ControllerCore:
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
-        self._update(turn.at)
+        self._check_sleep_and_mouse(turn.at)
         self._refused_at = -math.inf
         self._request_or_log(turn, now)
 
@@ -139,7 +139,7 @@ class ControllerCore:
         self._log.add(f'Turning {round(math.degrees(requested), 6):g} degrees')
         self._handle(DriverEvent.TURN_REQUESTED)
 
-    def _update(self, steady_now: float) -> None:
+    def _check_sleep_and_mouse(self, steady_now: float) -> None:
         """Give up a turn during which this process slept. Release a mouse that is lost."""
         self._sleep.update(steady_now)
         if self._sleep.slept_for > RESUME_TIME:
@@ -165,7 +165,7 @@ class ControllerCore:
 
     def tick(self, now: float, steady_now: float) -> Output:
         """Look at both clocks, and decide."""
-        self._update(steady_now)
+        self._check_sleep_and_mouse(steady_now)
         turn_is_due = self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
         command = None
@@ -217,7 +217,7 @@ class ControllerCore:
 
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
-            self._judge_turn(self._turn, now)
+            self._log_result(self._turn, now)
         self._turn = ActiveTurn(angle, self._heading.steady_yaw, self._error_of_last_turn, now)
         self._sensors.request_motion()
         self._sensors.pause()
@@ -261,7 +261,7 @@ class ControllerCore:
         self._handle(DriverEvent.TURN_OVER, problem)
         return None
 
-    def _judge_turn(self, turn: ActiveTurn, now: float) -> None:
+    def _log_result(self, turn: ActiveTurn, now: float) -> None:
         self._log.add(turn.result(now))
         self._error_of_last_turn = turn.remaining_at_end
         self._turn = None

@@ -39,7 +39,7 @@ class _MouseSource:
         #: Was the mouse active in its last message? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
-        self._back_at = -math.inf    # end of the last silence
+        self._silence_ended_at = -math.inf    # end of the last silence [s]
         self._lateness = Lateness()
 
     @property
@@ -50,22 +50,22 @@ class _MouseSource:
         """Take in a message. `rests`: does the message ask for a stop?"""
         active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = not self.source.count
-        if not (is_first or self.reported_active) and now - self._back_at >= WAKING_TIME:
+        if not (is_first or self.reported_active) and now - self._silence_ended_at >= WAKING_TIME:
             self.is_lost = False    # the message before showed that the mouse was not active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
-            self._back_at = now
+            self._silence_ended_at = now
             if active:
                 self.is_lost = True
         elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
-            self._back_at = now
+            self._silence_ended_at = now
         if message.age is not Age.SAME:
             self.source.received(now)
         self.reported_active = active
-        if rests and now - self._back_at >= WAKING_TIME:
+        if rests and now - self._silence_ended_at >= WAKING_TIME:
             self.is_lost = False
 
     def lose(self, now: float) -> None:
-        self.is_lost, self._back_at = True, now
+        self.is_lost, self._silence_ended_at = True, now
 
 
 class Mouse:
@@ -97,7 +97,7 @@ class Mouse:
         twist = Twist2(_speed(y), _speed(-x))
         was_active, deactivated = sender.active, not active and sender.reported_active
         self.source.received(now)
-        sender.received(message, not active or twist == Twist2())
+        sender.received(message, rests=not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
             self.lose(now, kept=sender)
         if sender.active:

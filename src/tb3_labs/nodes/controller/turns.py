@@ -115,13 +115,13 @@ class ActiveTurn:
 
     def result(self, now: float) -> str:
         """Returns a text about the result, for a robot that rests."""
-        error, whole = self.remaining_at_end, self.goal - self._start
+        error, intended = self.remaining_at_end, self.goal - self._start
         side = 'short of' if error * self.requested > 0.0 else 'beyond'
         seconds = now - self._begun_at
-        text = (f'Turned {math.degrees(whole - error):.2f} degrees in {seconds:.1f} s: '
-                f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(whole):.2f}')
+        text = (f'Turned {math.degrees(intended - error):.2f} degrees in {seconds:.1f} s: '
+                f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(intended):.2f}')
         requested = round(math.degrees(self.requested), 2)
-        last_error = math.degrees(whole - self.requested)
+        last_error = math.degrees(intended - self.requested)
         if abs(last_error) >= 0.005:
             text += f' (asked: {requested:g}; left by the turn before: {last_error:+.2f})'
         return text

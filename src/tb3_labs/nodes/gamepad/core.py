@@ -68,7 +68,7 @@ class GamepadCore:
     def on_joy(self, joy: 'Event[PadState]') -> None:
         now, state = joy.at, joy.content
         self._check_clock(now)
-        self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)
+        self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
         self._command_is_due = True
         if state.regain and not before.regain:

@@ -52,10 +52,10 @@ class Announcer:
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._logged: Tuple = ()       # attempt, goal and text of the last log line
-        self._begun = 0                # number of the drive that began last
-        self._begun_at = 0.0           # time at which this drive began [s]
-        self._progress_at = 0.0        # time of the last log line [s]
+        self._logged: Tuple = ()     # attempt, goal and text of the last log line
+        self._begun_attempt = 0      # number of the drive that began last
+        self._begun_at = 0.0         # time at which this drive began [s]
+        self._progress_at = 0.0      # time of the last log line [s]
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
@@ -69,9 +69,9 @@ class Announcer:
                     self._log.add(f'{status.text}: {to_go(*status.remaining(motion()))}')
             return False
         self._logged, self._progress_at = key, now
-        begins = status.begun and status.attempt != self._begun
+        begins = status.begun and status.attempt != self._begun_attempt
         if begins:
-            self._begun, self._begun_at = status.attempt, now
+            self._begun_attempt, self._begun_at = status.attempt, now
         if status.failure:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
         elif not status.active:
