@@ -74,10 +74,9 @@ def bounds_text(item: Field) -> str:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
     kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
         type(item.default)]
-    low, high = (bound if isinstance(bound, int) or bound is None else f'{bound:g}'
-                 for bound in (rule['low'], rule['high']))
-    if high is not None:
-        kind += f' of at most {high}' if low is None else f' from {low} to {high}'
+    low, high = rule['low'], rule['high']
+    if high is not None:    # ten digits are enough for a whole number of 32 bits
+        kind += f' of at most {high:.10g}' if low is None else f' from {low:.10g} to {high:.10g}'
     elif low is not None:
-        kind += f' of at least {low}'
+        kind += f' of at least {low:.10g}'
     return f'{kind} {rule["unit"]}'.rstrip()

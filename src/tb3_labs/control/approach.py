@@ -74,7 +74,7 @@ class Approach:
         self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)
+        self._begin(math.nan, 0.0)    # the first step begins the history again, with its sample
 
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way, since the goal was moved."""
@@ -235,7 +235,7 @@ class PreciseTurn:
         if rests:
             self.remaining = self._approach.way_after_stop.value
         return LawStep(Twist2(0.0, command), self.remaining,
-                       self._settling.rests and self._is_inside_tolerance())
+                       finished=self._settling.rests and self._is_inside_tolerance())
 
     def _is_inside_tolerance(self) -> bool:
         uncertainty = self._approach.way_after_stop.uncertainty

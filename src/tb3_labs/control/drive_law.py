@@ -98,7 +98,8 @@ class DriveLaw:
         if self._is_at_goal:
             return LawStep(Twist2(), remaining=0.0, finished=True)
         turn = self._turn(motion, dt)
-        return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING_ANGLE)
+        return self._step(0.0, turn, turn.remaining,
+                          finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line. The state is finished when a stop would end at the goal.
@@ -116,7 +117,7 @@ class DriveLaw:
         turn = self._turn(motion, dt)
         is_straight = abs(turn.command.angular) <= self.STRAIGHT_RATE
         return self._step(
-            speed, turn, ahead, self._is_at_goal or self._has_arrived(motion.linear),
+            speed, turn, ahead, finished=self._is_at_goal or self._has_arrived(motion.linear),
             may_skip_next=is_straight and self._driving.keeps_full_speed(self._max_linear))
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:

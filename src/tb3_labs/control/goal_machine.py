@@ -98,7 +98,7 @@ class GoalMachine:
             command, remaining, finished, self.may_skip_next = move(motion, goal, dt)
             if not finished:
                 self.failure = self._stalls[self.state].update(
-                    remaining, motion.linear, motion.angular, dt, command != Twist2())
+                    remaining, motion.linear, motion.angular, dt, must_move=command != Twist2())
                 return None if self.failure else command
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
@@ -107,7 +107,8 @@ class GoalMachine:
         return None
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Has the robot settled, and was the latest odometry measured since it came to rest?"""
+        """Has the robot settled, and was the latest odometry measured since it came to rest? The
+        law uses only the IMU for this."""
         since = self._settling.since
         return (self._settling.rests and since is not None
                 and self._time - motion.odometry_age >= since)

@@ -254,7 +254,7 @@ class ControllerCore:
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             problem = turn.stall.update(
-                step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
+                step.remaining, 0.0, heading.rate, dt, must_move=step.command != Twist2())
         if not step.finished and not problem:
             return step.command
         turn.remaining_at_end = step.remaining
