@@ -177,8 +177,6 @@ def test_a_reset_in_a_spin_behind_a_slow_host():
     off = [reset_in_a_spin(SimulatorConfig(seed=seed, **HOSTS['pi']), (1.0, -1.0)[seed % 2],
                            after=Pose2(0.0, 0.0, 2.0)) for seed in range(5)]
     assert math.degrees(statistics.median(off)) <= 1.0 and math.degrees(max(off)) <= 2.5
-    miss_of_goal = 2.0 * math.sin(0.5 * statistics.median(off)) * math.hypot(0.61, 0.61)
-    assert miss_of_goal <= 0.020
 
 
 @pytest.mark.parametrize('goal', [None, Pose2(0.0, 0.0, 2.0)])
