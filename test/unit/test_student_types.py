@@ -8,7 +8,7 @@ from unittest import mock
 
 import genpy
 import pytest
-from sandboxes import ros_alone  # noqa: F401
+from sandboxes import hand_in, ros_alone  # noqa: F401
 from tb3_labs.marking.intake.workspace import build
 from tb3_labs.marking.labs.ros_gamepad import has_covariance, is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -34,12 +34,8 @@ TEXTS = {
 
 def built(tmp_path, texts, remarks):
     """The examples of a package lab2 with these files."""
-    for name, text in texts.items():
-        path = tmp_path / 'lab2' / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return build({'lab2': tmp_path / 'lab2'}, tmp_path / 'python', dict(os.environ), remarks,
-                 NoSandbox())
+    folder = hand_in(tmp_path / 'lab2', texts)
+    return build({'lab2': folder}, tmp_path / 'python', dict(os.environ), remarks, NoSandbox())
 
 
 @pytest.fixture(scope='module')
