@@ -1,7 +1,7 @@
 """Unpacks zip files and lists folders of strangers, within limits.
 
-A zip file may be made to fill the disk. Its paths may lead out of its folder. Therefore
-read_submission.py calls these functions in a process of its own.
+A zip file may be made to fill the disk, and its paths may lead out of its folder. Therefore a
+process with limits runs this code, see read_submission.py.
 """
 import errno
 import hashlib
@@ -29,11 +29,11 @@ DEEPEST = 50
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
     r'[^/]*\.bag)(/|$)', re.IGNORECASE)
-#: Usually a program made these folders. They are read only if the node is in no other folder.
+#: Programs make folders with these names. They are read only if the node is in no other folder.
 GENERATED_FOLDERS = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE)
 #: The endings of a package's own files, which are written first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
-#: After one of these errors the other entries of a zip file can still be read.
+#: An entry of a zip file that is damaged raises one of these errors. The other entries can be read.
 ENTRY_ERRORS = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
 #: These errors do not depend on the name of a file.
 DISK_ERRORS = errno.ENOSPC, errno.EDQUOT, errno.EIO
@@ -93,7 +93,7 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
             if not IGNORED_PATHS.search(name):
                 try:
                     status[here / name] = (here / name).lstat()
-                except OSError:         # a folder may show its names and not its files
+                except OSError:         # the folder cannot be entered
                     refused.append(here / name)
     names_here = Counter((each.st_dev, each.st_ino) for each in status.values())
     files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
@@ -120,8 +120,6 @@ def _linked_files(folder, refused, files):
     return linked
 
 
-# -- unpacking
-
 class UnpackLimits:
     """The number of files and bytes that may still be written for some submissions."""
 
@@ -133,16 +131,15 @@ class UnpackLimits:
 
     def spend(self, size: int) -> bool:
         """Count a file. Returns False if the file exceeds a limit. `size` is in bytes."""
-        most = ''
         if self._files < 1:
             most = f'{self._submissions * MOST_FILES:g} files'
         elif self._bytes < size:
             most = f'{self._submissions * MOST_BYTES / 1e6:g} MB'
-        if most:
-            self.exceeded = f'More than {most}: not all of it was unpacked.'
-            return False
-        self._files, self._bytes = self._files - 1, self._bytes - size
-        return True
+        else:
+            self._files, self._bytes = self._files - 1, self._bytes - size
+            return True
+        self.exceeded = f'More than {most}: not all of it was unpacked.'
+        return False
 
 
 def unpack(path: Path, folder: Path, limits: UnpackLimits,
@@ -237,8 +234,6 @@ def _safe_path(info):
     return '/'.join(parts) + ('/' if path.endswith('/') else '')
 
 
-# -- writing
-
 def write_file(source: IO[bytes], target: Path, is_executable: bool) -> bool:
     """Write a new file, and make its folder. Returns False if no file here can have this name."""
     try:
@@ -268,6 +263,6 @@ def shortened(names: Sequence[str], most: int = 6) -> str:
 
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
-    """Returns a list with a remark that these paths are left out; [] without paths."""
+    """Returns a list: a remark that these paths are left out, if there are any."""
     shown = [printable(path[:LONGEST_SHOWN_PATH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

@@ -1,8 +1,8 @@
 """Finds the file of a submission that is the node of a lab.
 
 A repository of a whole course may have several files with the same name. A file is chosen by its
-package, by what it does, and by its name. A file in a folder of old files is chosen last. If the
-chosen file only defines what another file starts, that other file is the node.
+package, by its signs of the node, and by its name. A file in a folder of old files is chosen last.
+If the chosen file only defines a class, the file that starts the class is the node.
 
 The files are only read.
 """
@@ -36,8 +36,7 @@ class Choice(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A file that may be the node, and its ranks. The candidate whose first ranks are smallest is
-    chosen."""
+    """A file that may be the node. The smallest candidate, compared as a tuple, is chosen."""
 
     aside: bool             # is the file in a folder of old or copied files?
     package: int            # see _package_rank
@@ -86,8 +85,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 
 
 def _starting_program(module, programs, folder):
-    """Returns the first program that imports `module` and starts, or None. Returns None also if
-    `module` starts by itself."""
+    """Returns the first program that imports and starts `module`; None if there is none, or if
+    `module` starts itself."""
     if starts(module.text):
         return None
     path = folder / module.path
@@ -131,8 +130,8 @@ def _is_program(path):
 
 
 def _own_names(package, folder):
-    """Returns ([name in the package.xml, name of the folder], depth of the package below `folder`).
-    Returns ([], 0) if `package` is None."""
+    """Returns (names of the package and its folder, depth of the package below `folder`). Returns
+    ([], 0) if `package` is None."""
     if package is None:
         return [], 0
     places = package.relative_to(folder).parts
@@ -154,8 +153,8 @@ def _candidate(lab, path, package, text, packages, names):
 
 
 def _package_rank(usual, own_names, outer_names):
-    """Returns 0 if the package has the `usual` name, 1 if its name is longer and has the usual one
-    in it, 2 if a folder around the package has such a name, else 3."""
+    """Returns 0 if the package has the `usual` name, 1 if the usual name is a part of its name, 2
+    if a folder around the package has the usual name, else 3."""
     own_names = list(map(_normalized, own_names))
     if _normalized(usual) in own_names:
         return 0
@@ -196,7 +195,7 @@ def _can_be_the_node(candidate, names, name):
 
 
 def _remarks(found, packages, names):
-    """Returns the reason of the choice, if there is another choice or the name is not usual."""
+    """Returns a list: a sentence for the student if the choice was not clear."""
     best, *others = found
     if not others:
         signs = ' and '.join(sign for sign in best.sign_texts if not sign.startswith(USES))

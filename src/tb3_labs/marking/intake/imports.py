@@ -110,7 +110,7 @@ class OwnModules:
         self._node = node
         self._files = {path for path in files_in(folder) if path.suffix == '.py'}
         self._folders = {parent for path in self._files for parent in path.parents}
-        #: module that a setup.py installs -> its package; -> the folder in which the module lies
+        #: module that a setup.py installs -> its package, and -> the folder above the module
         self.package_of: Dict[str, str] = {}
         self._installed: Dict[str, Path] = {}
         for name, package in packages.items():
@@ -216,8 +216,8 @@ def find_needs(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:
 
 
 def _add_second_name(item, packages):
-    """Let a package have a second name, by which a program imports its messages. It must be the
-    only package with messages of these names, and no package may have that name."""
+    """Give a package a second name, by which a program imports its messages, if it is the only
+    package with messages of these names, and the second name is free."""
     kind, *_ = item.module.split('.')[1:2] or ['']
     if kind in COURSE_TYPES and item.package not in packages and not _is_installed(item.package):
         having = {place for place in packages.values()
@@ -235,7 +235,7 @@ def _course_files(item, text):
     kinds = item.module.split('.')[1:2] or item.names
     listed = ' '.join(item.names) + item.module
     if '*' in item.names or set(kinds) == {*item.names} or not item.names:
-        listed = text       # the program names the type where it uses it
+        listed = text       # the program names the type in another line
     return [f'{kind}/{name}.{kind}' for kind in kinds for name in COURSE_TYPES.get(kind, ())
             if name in listed]
 

@@ -24,7 +24,7 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: The size of the largest example [bytes].
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: type of a field that the check may fill in -> its format for struct; of a header only its stamp
+#: type of a field that the check fills in -> format for struct. Only a header's stamp is filled in.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 

@@ -25,11 +25,11 @@ class NodeStart(NamedTuple):
     """Everything that the start of a node needs. mark.py writes it into a file. The check, another
     process, reads the file and starts the node."""
 
-    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED     # the command before the node's own
+    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED     # the first words of its command
     environment: Optional[Dict[str, str]] = None        # None: the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?
-    program: str = ''           # the path of the program; rosrun finds the program if it is ''
+    program: str = ''           # the path of the program; for '' rosrun finds the program
     package: str = ''           # the name of its package
     copy: str = ''              # the folder of the submission
     node_file: str = ''         # the path of the node's file in `copy`

@@ -22,7 +22,7 @@ LARGEST_MANIFEST = 100000
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
-#: The files in a hidden folder, or below a name with one of these words, were put aside.
+#: A file is put aside if a folder above it is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 #: The text of the relay that catkin puts into devel. It runs the node's file in the source folder.
@@ -33,7 +33,7 @@ with open(python_script, 'r') as fh:
                '__name__': __name__, '__package__': None}}
     exec(compile(fh.read(), python_script, 'exec'), context)
 '''
-#: The text of catkin's relay of a folder of modules. It puts the folder above it first on the path.
+#: The text of the relay that catkin makes of a folder of modules. It puts {0} first on the path.
 RELAYED_MODULE = '''import os
 import pkgutil
 import sys
@@ -63,7 +63,7 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
 
 
 def name_in(manifest: Path) -> Tuple[str, str]:
-    """Returns (name, '') of a package.xml; ('', reason) if it has no valid name."""
+    """Returns (the name in a package.xml, ''), or ('', a sentence) if there is no valid name."""
     if not manifest.is_file():
         return '', 'The package has no package.xml: one was made.'
     try:
@@ -111,8 +111,8 @@ def own_name(package: Path) -> str:
 
 
 def gather_definitions(folder: Path) -> None:
-    """Copy each message and service below `folder` into the usual folder of its package, if it is
-    in another one. Without a package, that folder is made beside the file."""
+    """Copy each message and service below `folder` into the usual folder of its package. Without a
+    package the usual folder is made beside the file."""
     for path in files_in(folder):
         kind = path.suffix[1:]
         if (kind in (MESSAGES, SERVICES) and path.parent.name != kind and is_name(path.stem)
@@ -132,7 +132,7 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 
 
 def is_aside(path: str) -> bool:
-    """Was a file put aside? Then a part of its path is hidden, or is called old or a copy."""
+    """Is a file put aside, by a hidden folder or by a name such as old or copy?"""
     return any(map(ASIDE.search, Path(path).parts))
 
 
@@ -153,7 +153,7 @@ def has_relay(source: Path, node: Path) -> bool:
     for call in _calls(source, MAKES_RELAYS):
         if 'GLOBAL' not in call:
             patterns += _patterns(call.partition('DESTINATION')[0])[1:]
-    if '*' in patterns:        # the files are in a variable, so any call may name them
+    if '*' in patterns:        # a variable of CMake has the files, so any call may name them
         for call in _calls(source, '('):
             patterns += _patterns(call)
     path = node.relative_to(source).as_posix()

@@ -1,4 +1,4 @@
-"""Protects the marker from a submission's program, the node, by limits and by bubblewrap's sandbox.
+"""Protects the marker from a submission's node by limits, and by a sandbox of bubblewrap.
 
 The rostest, master, robot, check and node of a submission have a network of their own, which has
 only a loopback. They end together with the marker.
@@ -28,7 +28,7 @@ from tb3_labs.marking.intake.node_start import (
 
 #: Variables that list the folders of workspaces, and of Python's modules.
 PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
-#: A sandbox gets the instructor's variables whose names begin with these words.
+#: A sandbox gets each variable of the instructor whose name begins with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH',
                       'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: Each of OWN_FOLDERS has at most ROOM bytes.
@@ -37,7 +37,7 @@ ROOM = 100 * 10 ** 6
 #: The parts of /etc in a sandbox are for host names, time zone, libraries, fonts and ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
-#: A student's program sees these parts of this package: messages, services, files to find them.
+#: A student's program sees only these parts of this package.
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
 #: The limits of the address space of a process [bytes], and of the number of threads and processes
 #: together. (On 64 cores numpy starts 64 threads, and reserves 3 GB for them.)
@@ -57,8 +57,6 @@ READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
 UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
 
-
-# -- the protections
 
 class NoSandbox:
     """The protection if sandboxes do not work: a program cannot write a large file."""
@@ -82,8 +80,8 @@ class NoSandbox:
 
 
 class OtherUser(NoSandbox):
-    """The protection if root cannot make sandboxes, as in a container. A user who owns nothing runs
-    the program, so it can neither write the marks nor signal the marker."""
+    """The protection if root cannot make sandboxes, as in a container. The program's user owns
+    nothing, so the program can neither write the marks nor signal the marker."""
 
     def __init__(self) -> None:
         self.user = random.choice(USERS)
@@ -108,7 +106,7 @@ class OtherUser(NoSandbox):
 
 
 class Sandbox(NoSandbox):
-    """The protection by a sandbox. One user runs all its commands."""
+    """The protection by a sandbox. All its commands have the same user."""
 
     isolates = True
 

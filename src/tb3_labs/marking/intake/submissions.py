@@ -33,7 +33,7 @@ CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: The names of a student's packages and workspaces, and of the folders in them.
 COURSE_FOLDER = re.compile(
     r'(ice|lab)[ _.-]?\d.*|src|scripts|nodes|msg|srv|launch|build|devel|.*_ws', re.IGNORECASE)
-#: The folder of marks or Linux uses these names, so a student's files must not have them.
+#: A student's files must not have these names, which the folder of marks or Linux uses.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: The longest name [bytes]. Linux allows 255, so an ending can be added.
 LONGEST_NAME = 180
@@ -42,8 +42,6 @@ LARGEST_COPIED = 20000000
 #: A file with one of these endings in the copy is an archive that was not unpacked.
 ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 
-
-# -- names
 
 def file_name(text: str) -> str:
     """Returns a printable name that a file can have. Only unusual names differ from `text`."""
@@ -123,8 +121,6 @@ def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
     return found
 
 
-# -- submissions
-
 class Submission(NamedTuple):
     """The files and folders that one student handed in."""
 
@@ -160,8 +156,8 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def without_wrapping(folder: Path) -> Path:
-    """Returns the only folder in `folder` if its content is folders and zip files of students; else
-    `folder`. Many programs that make zip files put such a folder around all submissions."""
+    """Returns the folder that a zip program put around all submissions. Returns `folder` itself if
+    there is no such folder."""
     inside = list(folder.iterdir())
     is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
         path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
@@ -171,7 +167,7 @@ def without_wrapping(folder: Path) -> Path:
 
 
 def _is_one_submission(folder):
-    """Is the content of a folder the packages of one student, or part of a package or workspace?"""
+    """Does a folder have the packages of one student, or the content of a package or workspace?"""
     return any(not read_name(path.name, path.is_dir()).number and (
         COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name)
         for path in folder.iterdir())
@@ -183,11 +179,11 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path,
                     has_node: Callable[[], bool]) -> Tuple[List[str], List[str]]:
     """Make `folder`, copy the files of a submission into it, and unpack the zip files there.
 
-    Returns (remarks on files that are left out, remarks on archives that are not unpacked). Such an
-    archive may have the node, if ``has_node()`` finds no node in the copy.
+    Returns (remarks on files that are left out, remarks on archives that are not unpacked).
 
-    If ``has_node()`` finds the node beside the zip files, they do not belong to the code, and they
-    are not unpacked. GENERATED_FOLDERS are copied only if the node is nowhere else.
+    ``has_node()`` tries to find the node in the copy. If the node is beside the zip files, they are
+    not unpacked, since they do not belong to the code. GENERATED_FOLDERS are copied only if the
+    node is nowhere else.
     """
     remarks = _copy(handed_in, folder, has_node, GENERATED_FOLDERS)
     if not has_node():

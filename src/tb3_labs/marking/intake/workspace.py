@@ -165,7 +165,7 @@ def _repair(node, remarks, findings, relayed):
 
 def version_errors(printed: str, copy: Path) -> List[str]:
     """Returns sentences for the instructor on printed errors that a node may not have on another
-    machine. Errors in modules of the submission, whose folder is `copy`, are not among them."""
+    machine. Errors of the submission's own modules, which are in `copy`, are left out."""
     return [f'It ended with "{line}". With the versions of another machine, such as Noetic, it may '
             'run.' for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
             if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
@@ -242,7 +242,7 @@ def _examples_of(definitions, environment, sandbox):
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
     """Returns name -> folders of the messages, for all ROS packages of this machine; cached."""
-    # A RosPack changes during a query, so each thread without a result makes its own one.
+    # A RosPack changes during a query, so two threads must not share it.
     ros = rospkg.RosPack()
     folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
     return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}

@@ -1,7 +1,7 @@
 """Finds faults in the text of a node, such as lines without effect and undefined names.
 
-A right node may have such faults, so students read them only if the node loses points. The faults
-of a text that is not valid Python are not found here, since Python itself reports the error.
+A right node may have such faults, so students read them only if the node loses points. A text that
+is not valid Python has no faults here, since Python itself reports the error.
 """
 import ast
 import json
@@ -24,7 +24,7 @@ print(json.dumps([faults(text), assigned(text)]))
 '''
 #: The limits of the results: variables, lines of a variable, faults, characters of a quotation.
 MOST_NAMES, MOST_LINES, MOST_FAULTS, QUOTED = 200, 6, 4, 60
-#: A program that uses one of these names may use other names, which its text does not show.
+#: With these names a program can use a variable without writing the variable's name.
 DYNAMIC_NAMES = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
@@ -95,8 +95,8 @@ def _always_true(tree: ast.Module) -> Iterator[LineFault]:
 
 
 def _misspelt(tree: ast.Module) -> Iterator[LineFault]:
-    """Yields each attribute that is never read, if an attribute with a similar name is read. An
-    attribute with an object that works by itself, as a Subscriber, is not yielded."""
+    """Yields each attribute that is assigned and never read, if an attribute with a similar name is
+    read. Attributes such as a Subscriber, which works unread, are left out."""
     working = {
         id(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
         and isinstance(node.value, ast.Call) and node.value.args
@@ -148,9 +148,8 @@ def _of_pyflakes(tree: ast.Module) -> Iterator[LineFault]:
 
 
 def _unused(tree: ast.Module) -> Iterator[LineFault]:
-    """Yields each function and each class whose name is only in its own text. Functions with a
-    decorator and methods of a class with a base class are not yielded, since others may call them.
-    """
+    """Yields each function and class that the program never uses. Functions with a decorator and
+    methods of a class with a base class are left out, since a library may call them."""
     used = Counter(_names(tree))
     if DYNAMIC_NAMES & set(used):
         return

@@ -22,9 +22,9 @@ LARGEST_TEXT = 200000
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
 #: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
-#: The name of a variable or a function with the mouse's position in pixels, whose y counts down.
+#: A variable or a function with such a name has a position in pixels, in which y counts down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
-#: If an argument of one of these functions grows, the result does not fall.
+#: The results of these functions grow with their arguments.
 GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
 #: These nodes of a syntax tree give y to a variable or a field.
 ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
@@ -80,8 +80,8 @@ def _publishes_mouse(nodes: List[Any]) -> bool:
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Does a function assign its last argument to a field of an orientation? An argument whose name
-    is a component of a quaternion, such as z or q_w, is not an angle."""
+    """Does a function assign an angle, its last argument, to a field of an orientation? An argument
+    with the name of a quaternion's component, such as z or q_w, is not an angle."""
     angle = function.args.args[-1].arg
     if re.fullmatch('(.*q.*)?[xyzw]', angle):
         return False
@@ -93,7 +93,7 @@ def _gives_angle(function: ast.FunctionDef) -> bool:
 
 
 def _dotted_name(node: Any) -> str:
-    """Returns the name of a variable with its dots, and without `.data`; '' for another expression.
+    """Returns the name of a variable with its dots, without `.data`. Returns '' for an expression.
     """
     if isinstance(node, ast.Attribute):
         return _dotted_name(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
@@ -104,9 +104,11 @@ def _last_name(node: Any) -> str:
     return _dotted_name(node).split('.')[-1]
 
 
-def _slopes_sent(nodes: List[ast.AST]) -> List[Slope]:
+def _slopes_sent(nodes: List[Any]) -> List[Slope]:
     """Returns the Slope of each y that a mouse client assigns to a field of a message."""
-    steps = sorted((node for node in nodes if isinstance(node, ASSIGNMENTS)), key=_line_of)
+    steps: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
+    # in Python 3.8 a keyword has no line of its own
+    steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
     for node in steps + steps:      # twice, since the last function may be the mouse's callback
         _follow_assignment(node, slopes)
@@ -116,10 +118,6 @@ def _slopes_sent(nodes: List[ast.AST]) -> List[Slope]:
             if isinstance(getattr(node, 'ctx', None), ast.Load)}
     unread = set(sent) - read       # a client does not read the fields of its message
     return [sent[name] for name in unread or sent]
-
-
-def _line_of(node: Any) -> int:
-    return getattr(node, 'lineno', 0) or int(node.value.lineno)
 
 
 def _follow_assignment(node: Any, slopes: Slopes) -> None:
@@ -145,7 +143,7 @@ def _follow_assignment(node: Any, slopes: Slopes) -> None:
 
 
 def _assign(name: str, slope: Slope, slopes: Slopes) -> None:
-    # a constant, such as the first value, does not change a known slope
+    # a later constant, such as a reset to 0, does not change a known slope
     if slope != 0 or not slopes.get(name):
         slopes[name] = slope
 
@@ -194,8 +192,7 @@ def _slope_of_sum(terms: List[Any], slopes: Slopes) -> Slope:
 
 
 def _sign_of_factor(factor: Any, slopes: Slopes) -> int:
-    """Returns the sign of a factor that does not depend on y. A factor without a minus, such as the
-    size of a screen, is positive."""
+    """Returns -1 if a factor that does not depend on y has a minus in front, else 1."""
     return -1 if isinstance(factor, ast.UnaryOp) and not _slope(factor, slopes) else 1
 
 
