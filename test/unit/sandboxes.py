@@ -17,7 +17,7 @@ def hand_in(folder, files):
     return folder
 
 
-#: Any sandbox needs this of a machine: a namespace in a namespace.
+#: This command makes a namespace in a namespace, which any sandbox needs.
 BARE = ['bwrap', '--unshare-net', '--dev-bind', '/', '/', 'bwrap', '--unshare-pid',
         '--dev-bind', '/', '/', '--proc', '/proc', 'true']
 
@@ -35,7 +35,7 @@ MISSING = _missing()
 
 
 def skip_if_closed(place):
-    """Skip a test in which another account reads this path, if a folder above it is closed, such as /root."""
+    """Skip a test if another account cannot read this path, since a folder above it, such as /root, is closed."""
     for parent in place.parents:
         if not parent.stat().st_mode & 0o001:
             pytest.skip('{} is closed to other accounts'.format(parent))

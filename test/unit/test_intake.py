@@ -60,7 +60,7 @@ def test_every_name_becomes_a_different_one_that_files_and_lines_can_have():
 # -- archives
 
 def zipped(path, files, **changes):
-    """A zip file; `files`: name -> text, or (name, text) of each entry."""
+    """Write a zip file. `files` has name -> text, or the pairs (name, text). Returns the path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(str(path), 'w', zipfile.ZIP_DEFLATED) as archive:
         for name, text in files.items() if isinstance(files, dict) else files:
@@ -75,7 +75,7 @@ def files_below(folder):
 
 
 def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
-    """A link is not unpacked; Windows writes its own separators."""
+    """A link is not unpacked. Windows writes backslashes into a path."""
     path = zipped(tmp_path / 'a.zip', {
         'a/' + NODE: 'x', '__MACOSX/a/._x.py': 'x', 'a/.DS_Store': 'x', 'a/run.bag': 'x',
         'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'},
@@ -98,7 +98,7 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
-    """Sixty zip bombs of 90 kB each, and a sparse file of zeros."""
+    """The submission has sixty zip bombs of 90 kB each, and a sparse file of zeros."""
     monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
     (tmp_path / 'in').mkdir()
@@ -134,7 +134,7 @@ def test_an_entry_that_cannot_be_written_costs_no_other(tmp_path):
 
 
 def test_an_entry_that_is_damaged_packed_otherwise_or_has_a_password_costs_no_other(tmp_path):
-    """A program that makes zip files begins them with the folder /."""
+    """Some programs begin a zip file with the folder /."""
     data = zipped(tmp_path / 'a.zip', {'/': '', 'n.py': 'x', 'a.py': 'a photo'}).read_bytes()
     entry = data.rindex(b'PK\x01\x02')
     for number, (at, byte) in enumerate([(entry + 16, 0), (entry + 10, 97), (entry + 8, 1)]):
@@ -160,7 +160,7 @@ def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):
     (b'', 'it is empty'), (b'PK\x03\x04 cut off', 'its end is missing, as if the upload was cut off'),
     (b'Rar!\x1a', 'it is no zip file, and only zip files are unpacked'), (None, '')])
 def test_a_file_that_is_no_zip_file_in_spite_of_its_name(tmp_path, data, said):
-    """The last file has false sizes."""
+    """The last file is a zip file with false sizes."""
     if data is None:
         data = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000}).read_bytes().replace(
             (5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little'))
@@ -224,7 +224,7 @@ def test_folders_that_are_too_deep_are_left_out(tmp_path):
 
 
 def laid_out(submission, tmp_path):
-    """(the files that a submission consists of, remarks)."""
+    """Copy a submission. Returns (the files of the copy, all remarks)."""
     folder = tmp_path / 'work' / submission.student
     remarks, unread = copy_submission(submission.files, folder, lambda: any(folder.rglob('*.py')))
     return files_below(folder.resolve()), remarks + unread
@@ -258,7 +258,7 @@ PACKAGE = '<package><name>{}</name></package>'
 
 
 @pytest.mark.parametrize('files, students', [
-    # one student's packages, with and without package.xml, zipped; a package; workspaces
+    # the packages of one student, a single package, or a workspace
     (['ann/lab1/package.xml', 'ann/lab2/' + NODE], 'ann'), (['ann/lab1/n.py', 'ann/final/n.py'], 'ann'),
     (['ann/lab1.zip', 'ann/lab2.zip'], 'ann'), (['ann/src/n.py', 'ann/msg/M.msg'], 'ann'),
     (['ann/tools/package.xml tools', 'ann/pictures/a.png'], 'ann'),
@@ -296,7 +296,7 @@ def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
 
 
 def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
-    """A link may lead to another student's work, to all files, or to one without an end."""
+    """A link may lead to another student's work, to the whole disk, or to an endless device."""
     (tmp_path / 'in' / 'ann').mkdir(parents=True)
     for name, target in (('bo', tmp_path / 'in' / 'ann'), ('cy', '/'), ('di.zip', '/dev/zero')):
         (tmp_path / 'in' / name).symlink_to(target)

@@ -23,7 +23,7 @@ LINE = 7
 
 
 def told(line='pass', method='', last='Controller()'):
-    """The faults of a node with these lines, without its import's."""
+    """Returns the faults of the NODE with these lines."""
     text = NODE.format(line, method, last).replace('rospy\n', 'rospy; from sensor_msgs.msg import Imu\n')
     return faults(text.encode())
 

@@ -1,5 +1,5 @@
-"""Submissions with the faults of real ones: which node is found, how it is repaired, what is built;
-resets are filled and read."""
+"""The intake finds the node of a submission with the faults of real ones, repairs it, and builds its
+messages. The requests of its reset services are filled and read."""
 import math
 import os
 import re
@@ -58,7 +58,7 @@ def manifest(name):
 
 
 def prepared(tmp_path, files, lab=TURN):
-    """(how it starts; what was read, with all remarks), in this process; may raise NotJudged."""
+    """Returns (the NodeStart, the ParsedSubmission with all remarks). May raise NotJudged."""
     folder = files if not isinstance(files, dict) else hand_in(tmp_path / 'bob', files)
     reading = _read({str(folder): ''}, str(tmp_path / 'ws' / COPY), lab, '', '')
     return prepare(reading, tmp_path / 'ws', os.environ), reading
@@ -70,7 +70,7 @@ LAB1_MESSAGE = 'Header header\nbool activestatus\nfloat32 xPos\nfloat32 yPos\n'
 
 
 def course(node, **more):
-    """The files of a course's repository; '__' stands for '/' in a name of `more`."""
+    """Returns the files of a course's repository. '__' stands for '/' in a name of `more`."""
     return dict({
         MINE: node, 'lab1/msg/MouseController.msg': LAB1_MESSAGE, 'lab1/package.xml': manifest('lab1'),
         'lab2/package.xml': manifest('lab2'), 'lab3/package.xml': manifest('lab3'),
@@ -101,7 +101,8 @@ del LAWS['lab1/package.xml'], LAWS['lab1/msg/MouseController.msg']
 TWICE = course(NODE.replace('runs', 'src'), **{
     'lab2/scripts/turtlebot_controller.py': NODE.replace('runs', 'scripts')})
 
-#: Modules between the node and lab1's message: a folder beside it; one of a setup.py; one that lies elsewhere.
+#: These modules import lab1's message for the node. They are in a folder beside it, in the package of a setup.py,
+#: and in a folder where Python does not look.
 THROUGH = {path: 'import cv3\nfrom lab1.msg import MouseController\n' + more for path, more in (
     ('lab2/src/utils/mouse.py', 'from . import near\n'), ('lab2/src/lab2/mouse.py', 'from .near import name\n'),
     ('lab2/lib/helper.py', ''))}
@@ -110,17 +111,18 @@ THROUGH.update({'lab2/src/utils/near.py': 'import nothing_here.msg\n',
 
 
 def through(module, path='', **more):
-    """A node that gets lab1's message from a module of its own."""
+    """Returns the files of a node that imports lab1's message from one of these modules."""
     return dict(course(PYTHON + path + 'from {} import MouseController\nprint(MouseController().activestatus)\n'.format(
         module)), **THROUGH, **{'lab2/setup.py': 'setup(packages=["lab2"], package_dir={"": "src"})'})
 
 
 def imported(line, kind='MouseController'):
-    """A file alone that imports a type of the course in this way."""
+    """Returns a single file that imports a type of the course by this line."""
     return {'turtlebot_controller.py': PYTHON + line + '\nprint({}()._md5sum)\n'.format(kind)}
 
 
-#: A message without package.xml: named by CMakeLists.txt, by the import, loose, elsewhere in its package.
+#: A package with a message and no package.xml. CMakeLists.txt or only the import names it. The message is loose,
+#: or in another folder of its package.
 OWN_MESSAGE = PYTHON + 'from lab2.msg import MouseController\nprint(MouseController().activestatus)\n'
 UNNAMED = [{'my work/' + path: text for path, text in files.items()} for files in (
     {'src/turtlebot_controller.py': OWN_MESSAGE, 'msg/MouseController.msg': LAB1_MESSAGE,
@@ -135,7 +137,7 @@ FORMS = ['from lab1.msg import *', 'import lab1.msg\nMouseController = lab1.msg.
          'from lab1 import msg\nMouseController = msg.MouseController',
          'from lab1.msg._MouseController import MouseController']
 
-#: Files that are handed in, the output of the node then, the line for the student or the instructor.
+#: name -> (files of a submission, begin of the node's output, part of a line for the student or the instructor)
 HANDED_IN = {
     'unused modules': (course(UNUSED), "False <module 'math'", 'cv3, nothing_here.msg: imported, but not used'),
     'Windows': (course(GUARDED), 'False\n', 'Windows line endings'),
@@ -189,7 +191,7 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
         assert ready.types['msg']['lab2/MouseController']['sum'] == MouseController._md5sum
 
 
-#: The lines of a package's CMakeLists.txt that decide how catkin starts a node, and finds its modules.
+#: By these lines of a package's CMakeLists.txt catkin decides how it starts a node and finds its modules.
 SETUP, INSTALLS = 'catkin_python_setup()\n', 'catkin_install_python(PROGRAMS {} DESTINATION {})\n'
 BIN = '${CATKIN_PACKAGE_BIN_DESTINATION}'
 NAMED = INSTALLS.format('src/turtlebot_controller.py', BIN)
@@ -197,7 +199,7 @@ LISTED = 'file(GLOB nodes src/*.py) # all\nForeach(node ${nodes})\n' + INSTALLS.
 EACH = INSTALLS.format('"${PROJECT_SOURCE_DIR}/src/${name}.py"', 'lib/lab2')
 BRACKETS = '#[=[\n' + NAMED + ']=] #[[' + NAMED + ']]'
 NOT_NAMED = '# ' + NAMED + INSTALLS.format('src/other.py', BIN) + INSTALLS.format('${others}', BIN)
-#: Its Python modules: messages that the node's folder hides; beside the node; in another package.
+#: The modules of that package. The folder of the node hides the messages; a module is beside the node.
 LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
 
 
@@ -208,11 +210,11 @@ LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
     # catkin's module of a package puts the package's src on the path
     (SETUP + NAMED, 'lab2.msg helper', True), (SETUP + NAMED, 'helper lab2.msg', False),
     (SETUP + NAMED, TOOLS, True),
-    # otherwise the file itself is started, and its folder comes first
+    # without a relay the file itself is started, and its folder comes first
     *[(how, BESIDE, True) for how in ('', BRACKETS, NOT_NAMED, NAMED.replace('PACKAGE', 'GLOBAL'))],
     *[(how, 'lab2.msg', False) for how in ('', SETUP, SETUP + NOT_NAMED)], ('', 'lab2.laws', True)])
 def test_a_node_is_started_as_catkin_starts_it(tmp_path, cmake, imports, starts):
-    """What catkin's own rosrun does with these files was tried with a workspace of 160 such packages."""
+    """The expected results were measured with catkin and rosrun in a workspace of 160 such packages."""
     node = ''.join(map('import {}\n'.format, imports.split())) + 'print("runs")\n'
     ready, reading = prepared(tmp_path, {
         MINE: PYTHON * (not cmake.endswith(NAMED)) + node, 'lab2/src/helper.py': '', 'lab2/src/lab2/__init__.py': '',
@@ -240,7 +242,7 @@ LACKS = MINE + ' imports {}, which neither the submission nor the marking machin
 
 @pytest.mark.parametrize('files, said', [
     (course(PYTHON + 'import apriltag_rosx as tags\nprint(tags)'), LACKS.format('apriltag_rosx')),
-    # its package.xml is there, its message was forgotten
+    # the message of a package was not handed in
     (course(PYTHON + 'from lab2.msg import MouseController\nMouseController()'),
      MINE + ' imports lab2.msg, which the package lab2 that was handed in does not have.'),
     ({'turtlebot_controller.py': 'from lab2.msg import Mouse\nMouse()\n'},
@@ -275,7 +277,7 @@ def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, text, words)
 
 
 def test_a_module_that_needs_much_memory_is_not_broken(tmp_path):
-    """The reading of a submission is limited, and a module takes more than the limit here."""
+    """The reading of a submission has a limit of memory, and the module needs more."""
     (tmp_path / 'large.py').write_text('kept = bytearray(300000000)')
     for limit in ('200000000:', '200000000:200000000'):
         done = subprocess.run(['prlimit', '--as=' + limit, sys.executable, '-c', TRY_IMPORTS, 'large'],
@@ -285,8 +287,8 @@ def test_a_module_that_needs_much_memory_is_not_broken(tmp_path):
 
 
 def test_no_link_is_followed(tmp_path):
-    """A manifest that is a link to a file of the instructor's, modules that are one to a folder.
-    Devices and large files are left out as well."""
+    """The package.xml and the modules are links to the instructor's files. Devices and large files are left out
+    too."""
     home = hand_in(tmp_path / 'home', {'bashrc': 'mine\n', 'ssh/key': 'secret'})
     folder = hand_in(tmp_path / 'bob', {
         'move2goal.py': 'import keys\n' + NODE, 'keys/setup.py': '', 'keys/src/other.py': '',
@@ -328,10 +330,10 @@ def test_a_file_that_is_too_deep_or_too_long_ends_nothing(tmp_path, code, messag
 
 
 def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path, monkeypatch):
-    """To parse this file Python needs 2.7 GB."""
+    """Python needs 2.7 GB to parse this file."""
     monkeypatch.setattr(read_submission, 'MEMORY', 3 * 10 ** 8)
     folder = hand_in(tmp_path / 'eve', {'turtlebot_controller.py': 'import ' + 'a.' * 50000 + 'a\n'})
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss     # of other tests, such as mypy's
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss     # the most of all earlier tests
     try:
         assert read(Submission('eve', {folder: ''}), tmp_path / 'copy', TURN).node == 'turtlebot_controller.py'
     except NotJudged as problem:
@@ -348,7 +350,7 @@ IMU_TOO = MOUSE_ONLY + "\nrospy.Subscriber('imu', Imu, f)"
 
 
 def repository(folder, lab, texts):
-    """A folder of files; each * stands for the lab's usual file."""
+    """Write files. Each * stands for the usual name of the lab's file. Returns the folder."""
     return hand_in(folder, {name.replace('*', lab.files[0]): text for name, text in texts.items()})
 
 
@@ -356,15 +358,15 @@ def repository(folder, lab, texts):
     (TURN, {'lab1/src/*': MOUSE_ONLY, 'lab2/src/*': IMU_TOO, 'lab3/src/*': IMU_TOO}, 'lab2/src/*',
      '3 files can be the node; judged was lab2/src/*, because it is in the package lab2. The others: '
      'lab3/src/*, lab1/src/*.'),
-    # the package goes before the signs; the signs before the name; the name before the folder
+    # the package decides before the signs, the signs before the name, the name before the folder
     (TURN, {'lab1/*': IMU_TOO, 'lab2/src/controller.py': IMU_TOO}, 'lab2/src/controller.py', 'in the package lab2'),
     (TURN, {'lab2/src/*': MOUSE_ONLY, 'lab2/src/first.py': IMU_TOO}, 'lab2/src/first.py', 'it listens to imu.'),
     (TURN, {'lab2/src/*': IMU_TOO, 'lab2/scripts/first.py': IMU_TOO}, 'lab2/src/*', 'the usual name'),
     (TURN, {'lab2/scripts/*': MOUSE_ONLY, 'lab2/src/*': IMU_TOO}, 'lab2/src/*', 'it listens to imu'),
-    # a package that is called nearly so goes before any other, but lab20 is not lab2
+    # a package with lab2 in its name is preferred, but lab20 has another number
     (TURN, {'lab2_final/*': IMU_TOO, 'a/*': IMU_TOO}, 'lab2_final/*', 'in the package lab2'),
     (TURN, {'lab20/*': IMU_TOO, 'a/*': IMU_TOO}, 'a/*', 'it comes first (there is no package lab2)'),
-    # a name with the lab's number, but not the workspace around a package
+    # a name with the lab's number is preferred, but not if only the workspace has it
     *[(TURN, {name + '/*': IMU_TOO, 'a/*': IMU_TOO}, name + '/*', 'in the package lab2') for name in (
         'lab_2', 'lab-02', 'Lab 2', 'my_lab2', 'turtlebot_lab_2b')],
     (TURN, {'lab2/a/*': IMU_TOO, 'lab2/a/package.xml': manifest('lab1'), 'lab2/lab2/*': IMU_TOO,
@@ -374,11 +376,11 @@ def repository(folder, lab, texts):
            "    rospy.Service('/set_pose', S, f)\nrospy.init_node('move_to_goal')"}, 'lab7_tf/v2.py', 'uses Service.'),
     (PAD, {'lab4_gamepad/*': IMU_TOO, 'lab7_tf/*': 'rospy.ServiceProxy(RESET, S)'}, 'lab7_tf/*',
      'it uses ServiceProxy.'),
-    # a helper of lab2 is not the node of lab2; the node's class and name show it, too
+    # a helper of lab2 is not the node of lab2. The node's class and name show it
     (TURN, {'lab1/*': MOUSE_ONLY, 'lab2/helper.py': 'x = 1'}, 'lab1/*', ''),
     (TURN, {'lab2/src/node.py': MOUSE_ONLY}, 'lab2/src/node.py',
      'There is no *; judged was lab2/src/node.py, which has the class Controller and is the node controller.'),
-    # what was put aside comes last
+    # a file that was put aside comes last
     *[(TURN, {aside + '/lab2/*': IMU_TOO, 'lab2/zz/*': IMU_TOO}, 'lab2/zz/*', 'the others were put aside')
       for aside in ('backup', '.git2', 'Copy of lab2', 'lab2_old', '.Trash-1000')],
     # a lab with several usual packages
@@ -414,7 +416,7 @@ CLASS = ("import rospy\nLIMIT = abs(-1)\nclass Controller:\n    def __init__(sel
      'scripts/node.py'),
     ({'lab2/src/lab2/*': CLASS, 'lab2/nodes/node': PYTHON + START.format('lab2')}, 'nodes/node'),
     ({'lab2/src/controller.py': CLASS, 'lab2/src/main.py': START.format('controller')}, 'src/main.py'),
-    # the module starts by itself; no program starts it
+    # the module starts by itself, or no program starts it
     ({'lab2/src/*': CLASS + 'Controller()', 'lab2/src/main.py': START.format('turtlebot_controller')}, 'src/*'),
     ({'lab2/src/*': CLASS, 'lab2/src/main.py': 'from turtlebot_controller import Controller'}, 'src/*'),
     ({'lab2/src/*': CLASS, 'lab2/src/main.py': '# turtlebot_controller\nprint()'}, 'src/*')])
@@ -428,7 +430,7 @@ def test_the_program_that_starts_the_class_is_the_node(tmp_path, texts, starts):
 
 
 def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(tmp_path):
-    """Moodle's files if a student handed in again under another name; and one in no folder."""
+    """Moodle has both files of a student who handed in again under another name. One file is in no folder."""
     files = {'my work.unpacked/lab2/src/*': IMU_TOO, 'work.unpacked/lab2/src/*': IMU_TOO + '\n',
              '*': IMU_TOO, 'src/*': IMU_TOO + ' '}
     folder = repository(tmp_path, TURN, files)
@@ -451,7 +453,7 @@ def test_a_name_that_is_a_modules_but_for_a_letter_is_a_slip(tmp_path, name, nea
 
 
 def test_a_slip_is_no_module_of_the_robot(tmp_path):
-    """It is not stood in for, used or not: the node ends as on any machine, and the line says why."""
+    """The marking does not replace the module, so the node ends as on any machine, and a line says why."""
     for code in ('import maths', 'import maths\nmaths.pi', 'from tiime import sleep'):
         ready, reading = prepared(tmp_path / str(len(code)), course(PYTHON + code))
         assert reading.unused == [] and 'No module named' in subprocess.run(
@@ -542,8 +544,8 @@ def test_an_error_that_another_machine_may_not_have_is_told_to_the_instructor(tm
 # -- the instructor's own workspaces
 
 def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_path, monkeypatch):
-    """One workspace, with this package and a lab2, lies over Noetic; a lab1 over, a lab3 under them;
-    modules and programs of the instructor's come first of all."""
+    """The workspace `one` has this package and a lab2, and lies over Noetic. A workspace with a lab1 lies over
+    `one`, a workspace with a lab3 under it. The instructor's own modules and programs come first."""
     spaces = [str(tmp_path / name) for name in ('over', 'one', 'under', 'noetic')]
     over, one, under, ros = spaces
     for path in ('over/share/lab1/x', 'over/lib/python3/dist-packages/lab1/msg/x', 'over/lib/python3/'
