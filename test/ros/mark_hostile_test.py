@@ -23,6 +23,7 @@ from tb3_labs.marking.intake import sandbox
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
 import sandboxes
+from sandboxes import hand_in
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'scripts' / 'imu_sub.py'
@@ -142,9 +143,10 @@ class HostileTest(unittest.TestCase):
         cls.marks.mkdir(parents=True)
         (cls.home / 'thesis.txt').write_text('years of work')
         misdeeds = MISDEEDS.format(victim=str(cls.marks), secret=SECRET, seconds=SLEEP)
-        cls.hand_in(base / 'submissions' / 'mallory', (START, misdeeds + START), (
-            END, FORK.format(most=MOST_FORKS)))
-        cls.hand_in(base / 'submissions' / 'whale', (START, START + FILL))
+        hand_in(base / 'submissions', {
+            'mallory/imu_sub.py': replaced(
+                NODE, (START, misdeeds + START), (END, FORK.format(most=MOST_FORKS))),
+            'whale/imu_sub.py': replaced(NODE, (START, START + FILL))})
         cls.hand_in_odd(base / 'submissions')
         cls.done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
@@ -160,16 +162,10 @@ class HostileTest(unittest.TestCase):
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}
 
     @classmethod
-    def hand_in(cls, folder, *changes):
-        folder.mkdir(parents=True)
-        (folder / 'imu_sub.py').write_text(replaced(NODE, *changes), encoding='utf-8')
-
-    @classmethod
     def hand_in_odd(cls, folder):
         """Hand in folders with these names, and eve's work, in which everything has such a name."""
         for name in NAMES:
             (folder / ('x' + name)).mkdir(parents=True)
-        eve = folder / 'eve'
         code = replaced(NODE, (START, ODD_DEEDS.format(names=NAMES) + START))
         files = {'odd/srv/{}.srv'.format(name): '---\n' for name in NAMES + ('Good',)}
         files.update({'odd/msg/{}.msg'.format(name): '---\n' for name in NAMES})
@@ -178,9 +174,7 @@ class HostileTest(unittest.TestCase):
         files.update({'odd/package.xml': '<package><name>odd</name></package>',
                       'lab/deep.py': 'x = ' + 'a.' * 50000 + 'a',
                       'lab/$(find rospy) "\n\u202e.py': code})
-        for name, text in files.items():
-            (eve / name).parent.mkdir(parents=True, exist_ok=True)
-            (eve / name).write_text(text, encoding='utf-8', errors='replace')
+        hand_in(folder / 'eve', files)
 
     @classmethod
     def tearDownClass(cls):
@@ -205,7 +199,7 @@ class HostileTest(unittest.TestCase):
         self.assertRegex(self.printed, r'disk: \d+ .*No space left on device')
 
     def test_it_cannot_fork_without_end(self):
-        # the marker saw it first, or Linux did
+        # either the marker or Linux ended it
         self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
             processes.MOST_PROCESSES))
 

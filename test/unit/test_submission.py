@@ -22,7 +22,7 @@ from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import TRY_IMPORTS
-from tb3_labs.marking.intake.packages import is_aside, modules_of
+from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
 from tb3_labs.marking.names import LAB_NODES, is_typo_of
 from tb3_labs.marking.intake.read_submission import _read, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
@@ -491,6 +491,14 @@ def test_package_and_name_overrule(tmp_path):
     assert find_node(folder, TURN, name='mine.py').path == 'lab2/mine.py'
     with pytest.raises(NotJudged, match='There is no mine.py in a package lab1, .* found .*: lab2/mine.py, one/'):
         find_node(folder, TURN, package='lab1', name='mine.py')
+
+
+def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
+    """Without a package.xml it is guessed. The submission itself may have the name of a folder of nodes."""
+    folder = hand_in(tmp_path / 'src', {'lab7/package.xml': manifest('lab7')})
+    for node, package in (('lab7/deep/src/n.py', 'lab7'), ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'),
+                          ('lab2/n.py', 'lab2')):
+        assert source_of(folder / node, folder) == folder / package
 
 
 # -- messages
