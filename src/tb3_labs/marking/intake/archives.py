@@ -75,7 +75,7 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
     IGNORED_PATHS and the `ignored` folders.
 
     Devices, unreadable files and folders that are too deep are refused. A link is refused unless it
-    leads to files that are read. A file with another name outside of `folder`, a hard link, is
+    leads to files that are read. A file with another name (a hard link) outside of `folder` is
     refused too, since it may be another person's file.
     """
     status: Dict[Path, os.stat_result] = {}
@@ -95,6 +95,7 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
                     status[here / name] = (here / name).lstat()
                 except OSError:         # the folder cannot be entered
                     refused.append(here / name)
+    # a file with more names than are found here has another name outside of `folder`
     names_here = Counter((each.st_dev, each.st_ino) for each in status.values())
     files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
              and each.st_nlink <= names_here[each.st_dev, each.st_ino]

@@ -220,10 +220,12 @@ def _add_second_name(item, packages):
     package with messages of these names, and the second name is free."""
     kind, *_ = item.module.split('.')[1:2] or ['']
     if kind in COURSE_TYPES and item.package not in packages and not _is_installed(item.package):
-        having = {place for place in packages.values()
-                  for file in interface_files(place)[kind]
-                  if file.partition('.')[0] in item.names
-                  or not own_name(place) and (not item.names or '*' in item.names)}
+        imports_all = not item.names or '*' in item.names
+        having = set()
+        for package in packages.values():
+            types = {file.partition('.')[0] for file in interface_files(package)[kind]}
+            if types & set(item.names) or types and imports_all and not own_name(package):
+                having.add(package)
         if len(having) == 1:
             packages[item.package] = having.pop()
 
@@ -233,9 +235,9 @@ def _course_files(item, text):
     if not is_name(item.package):
         return []
     kinds = item.module.split('.')[1:2] or item.names
-    listed = ' '.join(item.names) + item.module
-    if '*' in item.names or set(kinds) == {*item.names} or not item.names:
-        listed = text       # the program names the type in another line
+    # not after `import lab1.msg`, `from lab1 import msg` or `from lab1.msg import *`
+    names_its_types = item.names and '*' not in item.names and set(kinds) != {*item.names}
+    listed = ' '.join(item.names) + item.module if names_its_types else text
     return [f'{kind}/{name}.{kind}' for kind in kinds for name in COURSE_TYPES.get(kind, ())
             if name in listed]
 
