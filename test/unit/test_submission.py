@@ -70,12 +70,11 @@ LAB1_MESSAGE = 'Header header\nbool activestatus\nfloat32 xPos\nfloat32 yPos\n'
 
 
 def course(node, **more):
-    """Returns the files of a course's repository. '__' stands for '/' in a name of `more`."""
+    """Returns the files of a course's repository."""
     return dict({
         MINE: node, 'lab1/msg/MouseController.msg': LAB1_MESSAGE, 'lab1/package.xml': manifest('lab1'),
         'lab2/package.xml': manifest('lab2'), 'lab3/package.xml': manifest('lab3'),
-        'lab3/CMakeLists.txt': 'message(FATAL_ERROR "never built")'},
-        **{name.replace('__', '/'): text for name, text in more.items()})
+        'lab3/CMakeLists.txt': 'message(FATAL_ERROR "never built")'}, **more)
 
 
 USES_LAB1 = PYTHON + 'from lab1.msg import MouseController\nprint(MouseController().activestatus)\n'
@@ -110,7 +109,7 @@ THROUGH.update({'lab2/src/utils/near.py': 'import nothing_here.msg\n',
                 'lab2/src/lab2/near.py': 'import cv4\nname = 1\n'})
 
 
-def through(module, path='', **more):
+def through(module, path=''):
     """Returns the files of a node that imports lab1's message from one of these modules."""
     return dict(course(PYTHON + path + 'from {} import MouseController\nprint(MouseController().activestatus)\n'.format(
         module)), **THROUGH, **{'lab2/setup.py': 'setup(packages=["lab2"], package_dir={"": "src"})'})
@@ -147,8 +146,7 @@ HANDED_IN = {
     "the skeleton's message": (BARE, 'False\n', 'The package lab2 was not handed in: the message '
                                'MouseController of the skeleton stands in for its own.'),
     'broken messages': (BROKEN, 'False\n', 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: '
-                        'unknown package [nowhere].'),
-    'a broken service': (BROKEN, 'False\n', 'lab1/S.srv cannot be built: Invalid declaration: no type here.'),
+                        'unknown package [nowhere]. lab1/S.srv cannot be built: Invalid declaration: no type here.'),
     'own modules, and the nearer package': (LAWS, 'lab2 lab2/lab1\n', 'is not executable'),
     'two files of a name': (TWICE, 'scripts\n', 'as likely the node as {}, and they differ'.format(MINE)),
     'a folder of modules': (through('utils.mouse'), 'False\n', 'cv3, nothing_here.msg: imported, but not used'),
