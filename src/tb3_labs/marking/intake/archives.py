@@ -33,7 +33,7 @@ IGNORED_PATHS = re.compile(
 GENERATED_FOLDERS = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE)
 #: The endings of a package's own files, which are written first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
-#: An entry of a zip file that is damaged raises one of these errors. The other entries can be read.
+#: A damaged entry of a zip file raises one of these errors. The other entries can still be read.
 ENTRY_ERRORS = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
 #: These errors do not depend on the name of a file.
 DISK_ERRORS = errno.ENOSPC, errno.EDQUOT, errno.EIO
@@ -264,6 +264,6 @@ def shortened(names: Sequence[str], most: int = 6) -> str:
 
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
-    """Returns a list: a remark that these paths are left out, if there are any."""
+    """Returns one remark that these paths are left out, as a list; [] without paths."""
     shown = [printable(path[:LONGEST_SHOWN_PATH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

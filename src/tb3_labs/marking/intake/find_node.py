@@ -39,7 +39,7 @@ class _Candidate(NamedTuple):
     """A file that may be the node. The smallest candidate, compared as a tuple, is chosen."""
 
     aside: bool             # is the file in a folder of old or copied files?
-    package: int            # see _package_rank
+    package: int            # 0 for the usual package; see _package_rank
     signs: int              # the number of signs of the node that are missing
     name: int               # index in the usual names; len(names) for another name
     folder: int             # index in FOLDERS; len(FOLDERS) for another folder
@@ -85,8 +85,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 
 
 def _starting_program(module, programs, folder):
-    """Returns the first program that imports and starts `module`; None if there is none, or if
-    `module` starts itself."""
+    """Returns the first program that imports and starts `module`, or None. Returns None also if
+    `module` is itself a program that starts."""
     if starts(module.text):
         return None
     path = folder / module.path
@@ -130,8 +130,8 @@ def _is_program(path):
 
 
 def _own_names(package, folder):
-    """Returns (names of the package and its folder, depth of the package below `folder`). Returns
-    ([], 0) if `package` is None."""
+    """Returns ([name in package.xml, name of the folder], the number of folders from `folder` to
+    the package). Returns ([], 0) if `package` is None."""
     if package is None:
         return [], 0
     places = package.relative_to(folder).parts

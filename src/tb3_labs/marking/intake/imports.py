@@ -45,7 +45,7 @@ for name in sys.argv[1:]:
 print()
 print(json.dumps(errors))
 '''
-#: The time of that program [s].
+#: The program TRY_IMPORTS is stopped after this time [s].
 IMPORT_TIME = 20.0
 
 
@@ -58,7 +58,7 @@ class Import(NamedTuple):
     used: bool                  # is an imported name used?
     guarded: bool               # does the program go on if the import fails?
     level: int = 0              # the number of dots in front, as in `from ..laws import name`
-    files: Tuple[Path, ...] = ()    # the submission's files that Python reads for this import
+    files: Tuple[Path, ...] = ()    # the submission's files that this import reads
 
     @property
     def package(self) -> str:
@@ -160,7 +160,7 @@ class OwnModules:
 
 
 def _is_installed(module, *folders):
-    """Can the marking machine's Python import this module, from these folders or its own?"""
+    """Does Python find a module in these folders, or in the marking machine's own folders?"""
     return (module in sys.builtin_module_names
             or PathFinder.find_spec(module, [*folders, *sys.path]) is not None)
 
@@ -243,8 +243,8 @@ def _course_files(item, text):
 
 
 def _needed_packages(own, packages):
-    """Returns the names of the packages whose types or modules are imported, or whose names stand
-    in quotes, as for rospkg. The packages of their messages' fields are added."""
+    """Returns the names of the packages whose types or modules are imported, or whose names are in
+    quotes, as for rospkg. Adds the packages whose types are fields of their messages."""
     names = sorted({item.package for item in own.imports}.union(
         re.findall(r'[\'"](\w+)[\'"]', '\n'.join(own.texts.values()))))
     needed = []

@@ -21,8 +21,9 @@ from tb3_labs.marking.intake.packages import (
 from tb3_labs.marking.intake.submissions import Submission, copy_submission
 from tb3_labs.marking.names import NodeNames
 
-#: The limits of that process: memory [bytes], processor time [s].
+#: The limits of the process that reads a submission: memory [bytes], processor time [s].
 MEMORY, COMPUTING = 10 ** 9, 120
+#: This program calls a function of this file. Its input and its output are JSON.
 PROGRAM = '''import json, sys
 del sys.path[0]
 name, arguments = json.load(sys.stdin)

@@ -39,7 +39,7 @@ RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 LONGEST_NAME = 180
 #: A larger file is not copied, unless it is a zip file [bytes].
 LARGEST_COPIED = 20000000
-#: A file with one of these endings in the copy is an archive that was not unpacked.
+#: The endings of archives. Such a file in the copy was not unpacked.
 ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 
 

@@ -38,7 +38,7 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-#: A program's first line that names a Python begins in this way.
+#: The first line of a program begins in this way if it names a Python.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
@@ -47,11 +47,11 @@ EMPTY_MODULE = '''def __getattr__(name):
 '''
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
-#: The name of the file of a module that it makes.
+#: The name of a file that MAKE_MODULES makes.
 MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
-#: The time of that program [s].
+#: The program MAKE_MODULES is stopped after this time [s].
 BUILD_TIME = 30.0
-#: The command before its text. It limits the memory [bytes] and the processor time [s].
+#: This command runs MAKE_MODULES with limits of memory [bytes] and processor time [s].
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
 #: A node has such an error on a machine with another version of a module, or of Python.
 VERSION_ERROR = re.compile(
