@@ -83,7 +83,7 @@ class Trial:
         """Record the faults and the assigned variables that lint finds in the node's file, unless
         the package has several files of this name."""
         package, name = self._name.split('/')
-        text = NodeStart.from_environment().text
+        text = NodeStart.from_environment().node_file
         files = {Path(text)} if text else {
             path.resolve() for depth in range(DEPTH)
             for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
