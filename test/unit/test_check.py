@@ -34,7 +34,6 @@ MET, MISSED, NOT_OFFERED = Outcome.MET, Outcome.MISSED, Outcome.NOT_OFFERED
      '  NOT OFFERED  0 of 0.5  turns well: it fell; see doc/imu_lab.md, "Lab", step 4'),
     (verdict('turn', MISSED, 0.0, extra=True),
      '  not yet      extra     turns well: it fell; see doc/imu_lab.md, "Lab", step 4'),
-    (verdict('turn', MET, 0.0, extra=True), '  met          extra     turns well'),
     (verdict('turn', MET, 1.0, extra=True), '  met          1 of 1    turns well')])
 def test_a_verdict_is_one_line(made, line):
     assert made.line == line
@@ -86,13 +85,16 @@ def package(tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_the_file_that_rosrun_starts_is_named(package):
+    assert place_of('lab_of_test', 'good.py') == str(package / 'good.py')
+
+
 @pytest.mark.parametrize('name, node, words', [
     ('lab_of_test', 'plain.py', 'plain.py is not executable, so rosrun cannot start it; type: chmod +x {}/plain.py'),
     ('lab_of_test', 'two.py', '2 files two.py of the package lab_of_test: {0}/scripts/two.py, {0}/src/two.py; '),
     ('lab_of_test', 'x', 'there is no x in the package lab_of_test, {}; there are: good.py, plain.py, two.py'),
     ('lab_of_tset', 'good.py', 'there is no package lab_of_tset in this terminal; build')])
 def test_a_node_that_rosrun_cannot_start_is_told(name, node, words, package):
-    assert place_of('lab_of_test', 'good.py') == str(package / 'good.py')
     with pytest.raises(ValueError) as refused:
         place_of(name, node)
     assert words.format(package) in str(refused.value)

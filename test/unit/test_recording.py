@@ -9,19 +9,16 @@ import pytest
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 
-import rospy
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, Joy
-from std_msgs.msg import Header, String
+from sensor_msgs.msg import Joy
+from std_msgs.msg import String
 
+from recorded_trial import BEGIN, true_sensors
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
 from tb3_labs.marking.trial.from_bag import MOST_PRINTED, read_trial
 from tb3_labs.marking.trial import ros_recording
 from tb3_labs.marking.trial.ros_recording import CHUNK_SIZE, PRINTED_A_SECOND, NodeOutput, Recording
-from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
-
-BEGIN = 1.7e9
+from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 
 @pytest.fixture
@@ -33,19 +30,13 @@ def clock(monkeypatch):
 
 
 def robot(recording, at, yaw):
-    """The robot is at (1, 2) then, and says so by all its topics."""
-    header = Header(stamp=rospy.Time.from_sec(at), frame_id='odom')
-    imu, odometry = Imu(header=header, orientation=to_quaternion(yaw)), Odometry(header=header)
-    odometry.pose.pose = to_pose_stamped(Pose2(1.0, 2.0, yaw), 'odom', at).pose
-    recording.add('imu', (Imu._type, serialized(imu), Imu._md5sum, Imu), at)
+    """Record a robot that is at (1, 2). The IMU's sample is serialized, as a Recorder hands it over."""
+    pose, data = Pose2(1.0, 2.0, yaw), BytesIO()
+    odometry, imu = true_sensors(at, pose)
+    imu.serialize(data)
+    recording.add('imu', (imu._type, data.getvalue(), imu._md5sum, type(imu)), at)
     recording.add('odom', odometry, at)
-    recording.add('ground_truth', to_pose_stamped(Pose2(1.0, 2.0, yaw), 'world', at), at)
-
-
-def serialized(message):
-    buffer = BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()
+    recording.add('ground_truth', to_pose_stamped(pose, 'world', at), at)
 
 
 def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
