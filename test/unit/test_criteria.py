@@ -420,7 +420,7 @@ def test_a_drive_without_an_end_says_which_limit_ended_it(way, seconds, words):
 
 def test_what_a_node_does_not_offer_is_not_offered():
     seen = observed('turn', **{'mouse not active': scene()})
-    seen.missing['mouse up'] = 'it does not listen to mouse_info'
+    seen.not_offered['mouse up'] = 'it does not listen to mouse_info'
     judged = {v.criterion.name: v.outcome for v in verdicts('turn', seen, parts=['mouse'])}
     assert judged['mouse_drives'] is Outcome.NOT_OFFERED
     assert set(judged) == {'mouse_drives', 'mouse_dead_zone', 'mouse_off'}

@@ -81,7 +81,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     [run] = seen.processes
     assert run.ready is not None and run.end is None and run.listens == ['/imu']
     assert run.printed == 'Input l or rl\ndone\nand this comes after it'
-    assert not seen.has('r') and seen.missing == {
+    assert not seen.has('r') and seen.not_offered == {
         'mouse up': 'it does not listen to mouse_info'}
     assert (seen.remarks, seen.findings) == (['Once.'], ['For the instructor.'])
     assert [words for _, words in seen.not_finite] == ['nan m/s and 0 rad/s']

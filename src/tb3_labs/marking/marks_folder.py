@@ -34,7 +34,7 @@ TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
 #: The fields of Marks that a record keeps. The bag of the trial does not have these.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
-                   'seconds', 'places')
+                   'seconds', 'path_prefixes')
 #: The folder of this package.
 PACKAGE = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
 #: The program of the simulated robot.
@@ -194,7 +194,7 @@ class MarksFolder:
             try:
                 if record.get('bag') != self._digest(handed_in.student):
                     raise ValueError(f'it is not in {bag} any more')
-                observation = read_trial(bag, handed_in.places)
+                observation = read_trial(bag, handed_in.path_prefixes)
             except ValueError as problem:
                 handed_in.unjudged = f'Its trial cannot be judged: {reason(problem)}.'
         try:

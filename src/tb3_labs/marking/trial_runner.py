@@ -87,7 +87,7 @@ class TrialRunner:
     def _record(self, marks, reading, work, identity):
         """Record the trial of a submission. The Marks get the node's name and remarks."""
         workspace, record = work / 'ws', work / 'trial.bag'
-        marks.places = [f'{workspace}/{place}' for place in (
+        marks.path_prefixes = [f'{workspace}/{place}' for place in (
             f'{COPY}/{reading.package}/', COPY + '/', '')]
         if self.folder.options.sandbox:
             sandbox = Sandbox([workspace, work / 'etc'])

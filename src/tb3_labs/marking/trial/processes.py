@@ -1,4 +1,5 @@
-"""A process and its output, and the limits of resources for the processes of one submission.
+"""Runs a program and reads its output. Kills the programs of a submission that use too much memory,
+disk or processes.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
 size of a folder. Therefore this module adds up memory and sizes.
@@ -13,46 +14,38 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-#: The limits for all programs of a sandbox together.
+#: The limits for the sum of all programs in a sandbox.
 MOST_MEMORY = 2 * 10 ** 9       # [bytes]
-MOST_DISK = 300 * 10 ** 6       # the files in the sandbox's own folders [bytes]
+MOST_DISK = 300 * 10 ** 6       # size of the files in the sandbox's own folders [bytes]
 MOST_PROCESSES = 100
-#: Master, robot and check may use this memory [bytes]. They need about 180 MB, but a node can send
-#: messages until their memory is full.
+#: Master, robot and check may use this memory [bytes]. They need about 180 MB, but a node can fill
+#: their memory by its messages.
 MOST_OTHER_MEMORY = 600 * 10 ** 6
-#: ResourceWatch looks at the limits with this period [s].
+#: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
 
 
 class Program:
-    """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
-    a person had started it.
+    """Runs a command, a list of words, in a process group and a pseudo-terminal of its own, as if a
+    person had started it. Calls ``on_text(text)`` with each part of its output and errors."""
 
-    ``on_text(text)`` is called with each part of the program's output and errors. `ends` are three
-    open files in place of the terminal. This class reads the output from the first one. The second
-    one is the program's input, the third one the program's output.
-    """
-
-    def __init__(self, command, environment, on_text, ends=None):
+    def __init__(self, command, environment, on_text):
         self._on_text = on_text
-        if ends is None:
-            source, theirs = pty.openpty()
-            ends = source, theirs, theirs
-        self._source, typed, printed = ends
+        self._terminal, programs_end = pty.openpty()
         self._process = subprocess.Popen(
-            command, stdin=typed, stdout=printed, stderr=printed,
-            # without PYTHONUNBUFFERED Python keeps back the output to a pipe
+            command, stdin=programs_end, stdout=programs_end, stderr=programs_end,
+            # without PYTHONUNBUFFERED Python would keep back unfinished lines
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
-        os.close(printed)
+        os.close(programs_end)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def _read(self):
         while True:
             try:
-                chunk = os.read(self._source, 65536)
-            except OSError:    # the other side of a pseudo-terminal is closed
+                chunk = os.read(self._terminal, 65536)
+            except OSError:    # the program has closed its end
                 chunk = b''
             self._on_text(chunk.decode(errors='replace').replace('\r\n', '\n'))
             if not chunk:
@@ -71,10 +64,10 @@ class Program:
 
     def type(self, line):
         """Type a line and Enter."""
-        os.write(self._source, line.encode() + b'\n')
+        os.write(self._terminal, line.encode() + b'\n')
 
     def send(self, number):
-        """Send a signal to the whole process group."""
+        """Send the signal `number` to the whole process group."""
         with suppress(ProcessLookupError):      # it has ended already
             os.killpg(self._process.pid, number)
 
@@ -85,12 +78,11 @@ class Program:
 
 
 class ResourceWatch:
-    """Kills the process group of a program that exceeds a limit, until `over` is set."""
+    """Kills a process group that exceeds a limit. Set the event `over` to end the watch."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
-        """`pid` is the leader of the process group, which is the outermost process of a sandbox.
-        `own_folders` are paths in the sandbox. `others` is the parent of master, robot and check.
-        """
+        """`pid` is the first process of the group. It starts the sandbox. `own_folders` are paths
+        in the sandbox. `others` is the parent process of master, robot and check."""
         self._pid, self._own, self._others = pid, own_folders, others
         self.over = threading.Event()
         #: A clause on the exceeded limit; '' if no limit was exceeded.
@@ -122,8 +114,9 @@ class ResourceWatch:
 
 
 def _descendants(pid):
+    """Returns the numbers of all processes below a process. A parent comes before its children."""
     family = [pid]
-    for parent in family:       # the loop adds to the list
+    for parent in family:       # this loop lengthens the list
         with suppress(OSError):     # the process may have ended
             for thread in Path(f'/proc/{parent}/task').iterdir():
                 family += map(int, (thread / 'children').read_text().split())
@@ -131,8 +124,8 @@ def _descendants(pid):
 
 
 def _memory(pid):
-    """Returns the memory of a process [bytes], without the pages of files, but with all pages that
-    it shares."""
+    """Returns the memory of a process [bytes]. Memory that several processes share counts whole for
+    each process. Pages of files do not count."""
     try:
         _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:
@@ -141,8 +134,8 @@ def _memory(pid):
 
 
 def _own_memory(pid):
-    """Returns the memory of a process [bytes], with its part of the shared pages. Slower than
-    `_memory`."""
+    """Returns the memory of a process [bytes]. Memory that several processes share is divided among
+    these processes. This function is slower than `_memory`."""
     try:
         with open(f'/proc/{pid}/smaps_rollup') as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
@@ -151,7 +144,7 @@ def _own_memory(pid):
 
 
 def _disk_used(pid, folder):
-    """Returns the size [bytes] of the files in a folder of the sandbox of a process."""
+    """Returns the size of the files in a folder of a sandbox [bytes]. `pid` is a process in it."""
     try:
         state = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:
