@@ -146,7 +146,7 @@ def verdicts(lab, seen, parts=()):
 def missed_verdicts(lab, seen):
     """The verdicts that are not met: name of the criterion -> Verdict. A criterion that is met has no sentence."""
     judged = verdicts(lab, seen)
-    assert all(isinstance(v.observed, str) and (v.observed == '') is (v.outcome is Outcome.MET)
+    assert all(isinstance(v.reason, str) and (v.reason == '') is (v.outcome is Outcome.MET)
                for v in judged)
     assert {v.outcome for v in judged} <= {Outcome.MET, Outcome.MISSED}
     return {v.criterion.name: v for v in judged if v.outcome is Outcome.MISSED}
@@ -335,14 +335,14 @@ def test_a_node_of_which_nothing_was_seen_misses_all_but_its_start(lab, processe
     judged = verdicts(lab, Observation(lab, 'lab/node.py', processes=processes))
     met = {v.criterion.name for v in judged if v.outcome is Outcome.MET}
     assert met == (set() if misses_start else {'starts'})
-    first, *others = [v.observed for v in judged if v.points == 0.0]
+    first, *others = [v.reason for v in judged if v.points == 0.0]
     assert words in first and set(others) == {NOT_TRIED}
 
 
 def test_the_sentence_says_how_far_the_robot_truly_turned():
     unseen = {'r across 0': scene(moved=True, rested=True)}
     seen = observed('turn', **dict(GOOD['turn'], l=turn(70.0), r=turn(-110.0), **unseen))
-    said = {v.criterion.name: v.observed for v in verdicts('turn', seen)}
+    said = {v.criterion.name: v.reason for v in verdicts('turn', seen)}
     assert '70.0 degrees to the left' in said['left'] and '20.0 degrees short' in said['left']
     assert '110.0 degrees to the right' in said['right']
     assert '20.0 degrees beyond' in said['right'] and '10 are allowed' in said['right']
@@ -444,7 +444,7 @@ def test_a_clean_exit(end, words):
     for parts, number in (first, 1), (again, 2):
         verdict = next(each for each in verdicts('turn', observed('turn', **parts))
                        if each.criterion.name == 'clean_exit')
-        assert words in verdict.observed and bool(verdict.observed) is bool(words)
+        assert words in verdict.reason and bool(verdict.reason) is bool(words)
         assert not words or verdict.moment == SLOT * number
 
 

@@ -162,7 +162,7 @@ class Marks:
         """The reason why the submission has no points, or was not judged; else ''."""
         if self.unjudged or self.points:
             return self.unjudged
-        reasons = [verdict.observed for verdict in self.graded if verdict.observed]
+        reasons = [verdict.reason for verdict in self.graded if verdict.reason]
         return reasons[0] if reasons else ''
 
     @property
@@ -202,7 +202,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
-    verdict_text = ' '.join(each.observed for each in marks.verdicts)
+    verdict_text = ' '.join(each.reason for each in marks.verdicts)
     faults = [] if marks.is_full else faults_in(observation, verdict_text)
     marks.remarks = (faults + marks.remarks + remarks_on(observation, verdict_text)
                      + LABS[lab].remarks(observation, parts))

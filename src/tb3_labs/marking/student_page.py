@@ -153,9 +153,9 @@ def recording_for_timeline(observation: Observation) -> RunData:
 def _verdicts(verdicts, has_timeline, places):
     rows, above = [], set()
     for v in verdicts:
-        shown = replace(v, observed='the same') if v.observed in above else v
+        shown = replace(v, reason='the same') if v.reason in above else v
         sentence = places.linked(shown.sentence)
-        above |= {v.observed} - {'', NOT_TRIED}
+        above |= {v.reason} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
             sentence = Markup(f'{sentence} <a href="#t={v.moment:.1f}">Watch it</a>')
         points = f'{v.points:g} / {v.worth:g}' if v.worth else ''

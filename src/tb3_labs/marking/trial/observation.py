@@ -219,7 +219,7 @@ class Scene(Stimulus):
         """The rows of `commands` that are not zero."""
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
-    def split(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
+    def commands_before_and_after(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
         """Returns the commands in the first `seconds` [s], and the later commands."""
         is_late = self.commands[:, 0] > self.begin + seconds
         return self.commands[~is_late], self.commands[is_late]
