@@ -264,10 +264,11 @@ def test_the_drives_of_a_mark_are_in_their_drive_states():
 
 
 def test_the_table_of_marks():
-    verdicts = [Verdict(Criterion(name, '', name, Place('imu_lab.md', 'Lab'), lambda seen: '', extra=extra), met, '', worth)
-                for name, met, worth, extra in (
-                    ('one', Outcome.MET, 1.5, False), ('two', Outcome.NOT_OFFERED, 2, False), ('more', Outcome.MET, 0.5, True),
-                    ('free', Outcome.MET, 0, True), ('freer', Outcome.MISSED, 0, True))]
+    def verdict(name, outcome, worth, extra=True):
+        place = Place('imu_lab.md', 'Lab')
+        return Verdict(Criterion(name, '', name, place, lambda seen: '', extra=extra), outcome, '', worth)
+    verdicts = [verdict('one', Outcome.MET, 1.5, False), verdict('two', Outcome.NOT_OFFERED, 2, False),
+                verdict('more', Outcome.MET, 0.5), verdict('free', Outcome.MET, 0), verdict('freer', Outcome.MISSED, 0)]
     text = MarksTable().renew([Marks('Bobby', 'lab2/n.py', '17', True, ['Hm.'], verdicts=verdicts)])
     row, = csv.DictReader(io.StringIO(text))
     assert row == {'student': 'Bobby', 'points': '2', 'of': '3.5', 'one': '1.5', 'two': '0',

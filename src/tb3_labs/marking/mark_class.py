@@ -15,7 +15,7 @@ from tb3_labs.marking.intake.sandbox import (
     UNPROTECTED, OtherUser, Sandbox, protection_problem)
 from tb3_labs.marking.intake.submissions import (
     Submission, students_named, submissions_in, without_wrapping)
-from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
+from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
 from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
@@ -33,20 +33,20 @@ def print_problem(words: str) -> None:
 
 
 class MarkedClass:
-    """A class whose submissions are marked."""
+    """Marks the submissions of a class."""
 
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
         """If `retry`, unchanged submissions are tried again, too."""
         self._runner, self._folder, self._retry = runner, runner.folder, retry
-        #: Has a submission no known points?
+        #: Is there a submission without points?
         self._failed = False
-        #: The number of the submissions whose trials were kept.
+        #: How many submissions have not changed since their trial?
         self._unchanged = 0
         self._writing = threading.Lock()
 
     def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
         """Mark the submissions, `jobs` at a time. The marks of a submission are written as soon as
-        its trial has ended. Returns True if a submission was not judged."""
+        its trial has ended. Returns True if a submission has no points."""
         tasks = []
         with ThreadPoolExecutor(jobs) as pool:
             try:
@@ -54,7 +54,7 @@ class MarkedClass:
                     name = f'[{number}/{len(submissions)}] {submission.student}'
                     tasks.append(pool.submit(self._mark, submission, name))
                 while wait(tasks, POLL_PERIOD).not_done:
-                    if self._runner.interrupted.is_set():     # Python lost a signal's exception
+                    if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
                         raise KeyboardInterrupt
             except KeyboardInterrupt:
                 self._failed = True
@@ -75,7 +75,7 @@ class MarkedClass:
 
     def _mark(self, submission, name):
         try:
-            self._try(submission, name)
+            self._try_out(submission, name)
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
@@ -85,8 +85,8 @@ class MarkedClass:
             print_problem(f'{name}: {NOT_JUDGED}: {failure(problem)}')
             self._write(new_marks(submission, unjudged=failure(problem)), '')
 
-    def _try(self, submission, name):
-        """Try a submission, unless it was tried before and has not changed. If the machine held up
+    def _try_out(self, submission, name):
+        """Try a submission, unless it was tried before and has not changed. If the machine delayed
         the robot, the submission is tried a second time."""
         begun = time.monotonic()
         for is_first in (True, False):
@@ -104,30 +104,25 @@ class MarkedClass:
             if is_first:
                 print_line('{}: the machine held the robot up for {:.2f} s; tried again'.format(
                     name, marks.observation.longest_gap))
-        print_line(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
+        print_line(f'{name}: {marks.points_text}, {found.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):
-        """Print the points and return True if the marks of an earlier trial can be kept."""
+        """If the marks of an earlier trial can be kept, print the points and return True."""
         with self._writing:
             marks = self._folder.marks_if_unchanged(submission.student, digest)
             if marks is None:
                 return False
             self._unchanged += 1
             self._failed = self._failed or not marks.is_known
-        print_line(f'{name}: {as_text(marks)}, tried before')
+        print_line(f'{name}: {marks.points_text}, tried before')
         return True
 
     def _write(self, found, digest):
-        """Record a submission with its `digest`, and write its page. Returns the Marks."""
+        """Record a tried submission, and write its page. Returns the Marks with points."""
         with self._writing:
             marks = self._folder.write(found, digest)
             self._failed = self._failed or not marks.is_known
         return marks
-
-
-def as_text(marks: Marks) -> str:
-    """Returns the points as text."""
-    return f'{marks.points:g} of {marks.worth:g} points' if marks.is_known else NOT_JUDGED
 
 
 # -- the command
@@ -135,8 +130,8 @@ def as_text(marks: Marks) -> str:
 def mark_class(arguments, interrupted: threading.Event) -> int:
     """Mark a class by the arguments of mark.py. Returns the exit status.
 
-    Once `interrupted` is set, all trials are ended. The environment of this process is replaced by
-    the environment of a separate ROS.
+    If the event `interrupted` is set, all trials end. This function replaces the environment of the
+    process by the environment of a separate ROS.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         environment = marking_environment(Path(work) / 'ros', os.environ)
@@ -171,8 +166,8 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
 
 
 def _read_option(arguments):
-    """Returns the value of the lab's option. ``ValueError`` if the value is invalid, or if the
-    option belongs to another lab."""
+    """Returns the value of the lab's option; '' if the lab has no option. ``ValueError`` for an
+    invalid value, or for the option of another lab."""
     chosen = ''
     for name, lab in LABS.items():
         value = lab.option and getattr(arguments, lab.option.name)
@@ -185,7 +180,7 @@ def _read_option(arguments):
 
 
 def _submissions(arguments, work):
-    """Returns the Submissions to mark. A class's zip file is unpacked below `work`."""
+    """Returns the Submissions to mark. The zip file of a class is unpacked below `work`."""
     marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
@@ -205,10 +200,8 @@ def _submissions(arguments, work):
 
 
 def _choose_protection(arguments, work):
-    """Returns True if the programs of the submissions run in sandboxes.
-
-    Raises ``ValueError`` if the arguments ask for a protection that does not work here.
-    """
+    """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if the
+    arguments ask for a protection that does not work on this computer."""
     is_needed = arguments.container or not arguments.unprotected
     problem = protection_problem(Sandbox([])) if is_needed else ''
     if problem and arguments.container:
@@ -221,7 +214,7 @@ def _choose_protection(arguments, work):
                          f'{UNPROTECTED}')
     else:
         return True
-    work.chmod(0o711)       # an OtherUser reads the prefix of ROS in this folder
+    work.chmod(0o711)       # OtherUser must read the prefix of ROS in this folder
     if os.geteuid() == 0:
         problem = protection_problem(OtherUser())
         if problem:
