@@ -150,7 +150,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
                     rescores=arguments.points is not None)
                 failed = MarkedClass(TrialRunner(folder, interrupted),
                                      bool(arguments.only)).mark_all(found, arguments.jobs)
-                with ThreadPoolExecutor(1) as pool:     # an interruption waits for the end
+                with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread
                     page, notes = pool.submit(
                         folder.write_overview, unprotected=not is_sandbox).result()
         except (OSError, ValueError, NotJudged) as problem:

@@ -113,7 +113,7 @@ class Marks:
 
     @property
     def is_known(self) -> bool:
-        """Are there points? A submission that was not judged has no points, instead of 0 points."""
+        """Are the points known? A submission that was not judged has unknown points."""
         return not self.unjudged or self.decided is not None
 
     @property
@@ -182,7 +182,7 @@ class Marks:
 
     @property
     def worth(self) -> float:
-        """Full marks: the points of all criteria of the handout."""
+        """Full marks, which are the points of all criteria of the handout."""
         return sum(verdict.worth for verdict in self.graded)
 
     @property

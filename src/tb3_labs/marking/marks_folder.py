@@ -82,7 +82,7 @@ class MarksFolder:
         return self.logs / (student + BAG)
 
     def _digest(self, student: str) -> str:
-        """Returns a hash of a student's bag; '' if the bag is missing."""
+        """Returns a hash of a student's bag; '' without a bag."""
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
@@ -209,7 +209,6 @@ class MarksFolder:
         return marks
 
     def _marks_and_page(self, handed_in, observation):
-        """Returns (Marks, the student's page)."""
         marks = marks_after_trial(handed_in, observation, self.lab, self.worth, self.parts)
         marks.decision = self._decisions.get(safe(marks.student))
         return marks, student_page(marks, LABS[self.lab].title)

@@ -17,7 +17,7 @@ from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
 #: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
 Reason = str
-#: The Reason why a stimulus was not tried is given once. Later verdicts have this Reason.
+#: The Reason of a criterion that was not tried, if an earlier verdict has named the cause.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -126,10 +126,9 @@ def _quoted_once(reason: Reason, quoted: Set[str]) -> Reason:
 
 # ----- criteria of several labs: start and Ctrl+C -----
 
-#: The fact of a Ctrl+C with the time until the node ended [s]. It is None if the node was killed.
-EXIT_SECONDS = 'took'
-#: The fact of a Ctrl+C with the signal that ended the node. It is 0 if the node ended by itself.
-EXIT_SIGNAL = 'signal'
+#: Keys of the facts of a Ctrl+C.
+EXIT_SECONDS = 'took'       # how long the node took to end [s]; None if it was killed
+EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
 #: A node must subscribe to its topic within this time after its start [s].
 START_TIME = 15.0
 #: A node must end within this time after Ctrl+C [s]. rospy itself needs up to 2 s.
@@ -164,7 +163,7 @@ def _clean_exit(observation: Observation) -> Reason:
         if errors:
             last = f': {errors[-1]!r}' if errors[-1] else ''
             return 'it ended with a traceback' + last
-        if scene.facts[EXIT_SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM
+        if scene.facts[EXIT_SIGNAL] not in (0, 2, 15):       # no signal, SIGINT, SIGTERM
             return f'it was ended by signal {scene.facts[EXIT_SIGNAL]}'
     return ''
 
@@ -209,7 +208,7 @@ def not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
     """Returns the criterion beyond the handout that the node stops the robot after the device
-    `what` fell silent, which is the stimulus `stimulus`."""
+    `what` fell silent. In the stimulus `stimulus` the device falls silent."""
     def judge_stop(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:

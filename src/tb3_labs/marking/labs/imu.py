@@ -22,7 +22,7 @@ HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 VALID_HEADING_DEG = 57.0
 #: The marker sends these samples for this time [s].
 VALID_TIME = 0.9
-#: The fact of a stimulus with the IMU's heading while the robot stands [deg].
+#: Key of a fact of a stimulus, the IMU's heading while the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
 #: A printed heading may differ from the IMU's heading by this [deg].

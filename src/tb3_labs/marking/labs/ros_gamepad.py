@@ -93,7 +93,7 @@ def buttons(trial):
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(lab.RESET_BUTTON) as stimulus:
-                for names in ((SET_POSE,), RESET_NAMES):    # first the right name alone
+                for names in ((SET_POSE,), RESET_NAMES):    # at first, only the right name is there
                     if calls:
                         break
                     services.offer(names)

@@ -241,7 +241,7 @@ def offset(trial):
     trial.node.stop()
     board = rospy.Publisher(ROBOT_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not trial.robot.turn_to(100.0):     # [deg], the angle between both zeros after the reset
+    if not trial.robot.turn_to(100.0):     # the reset makes this difference to the IMU [deg]
         trial.not_offered([lab.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()

@@ -34,7 +34,7 @@ TURN_REST_TIME = 0.4
 def exercise(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node can change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # later, a node may change it
     node.start()
     for name, degrees in imu_lab.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)
@@ -158,7 +158,7 @@ def turns(trial):
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
-    _begin_at(trial, 40.0)      # [deg], where a right node ends the last turn
+    _begin_at(trial, 40.0)      # a right node ends the last turn at this heading [deg]
     trial.observe(turn_lab.NONSENSE, turn_lab.ANSWER_TIME,
                   lambda: trial.node.type(turn_lab.TYPED_NONSENSE))
 
@@ -174,7 +174,6 @@ def _begin_at(trial, heading):
 
 
 def _try_turn(trial, name, typed, facts=(), seconds=turn_lab.TURN_TIME):
-    """Type the letter `typed`, and record the turn as the stimulus `name` with the `facts`."""
     trial.motion(name, lambda: trial.node.type(typed), turn_lab.TURN_REACTION, TURN_REST_TIME,
                  seconds, facts)
 

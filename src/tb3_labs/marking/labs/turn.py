@@ -56,7 +56,7 @@ TYPED_NONSENSE = 'x'        # the invalid input
 COAST_DEG = 1.0
 #: A turn begins within this time after its letter was typed [s].
 TURN_REACTION = 3.0
-#: A turn ends within this time after its begin [s].
+#: A turn lasts at most this time [s].
 TURN_TIME = 8.0
 #: A turn beside an active mouse may take this time [s]. The turn is slow if the node sends a zero
 #: for each message of the mouse.

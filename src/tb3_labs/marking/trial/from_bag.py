@@ -14,7 +14,7 @@ from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, State
 
 #: The call of a reset, and the node's printed line on this reset, are at most this far apart [s].
 SAME_RESET = 1.0
-#: A long output is cut: only its first characters and its last characters are read, each this many.
+#: Of the output of a process, only the first and the last characters are kept, each this many.
 MOST_PRINTED = 20000
 #: A terminal's code for a colour.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
@@ -105,7 +105,7 @@ def _add_output(observation: Observation, text: str, lines: int) -> None:
 
 
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
-    """Add an event of a trial to the Observation of the trial."""
+    """Add an event of a trial to the Observation."""
     if kind in ('trial', 'program'):
         vars(observation).update(facts)
     elif kind == 'begin':

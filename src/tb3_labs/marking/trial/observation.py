@@ -69,7 +69,7 @@ class Stimulus:
 
 @dataclass
 class NodeProcess:
-    """A process of the node, from the start to the end of the process."""
+    """A process of the node. A trial starts the node several times."""
 
     begin: float
     ready: Optional[float] = None   # the time of the subscription to the needed topic, or None
@@ -91,12 +91,12 @@ class NodeProcess:
 
 @dataclass
 class Observation:
-    """The trial of one node: its recording, and its events."""
+    """The recording and the events of the trial of one node."""
 
     lab: str
     node: str                   # package/file
     recording: RunData = NO_RECORDING
-    #: (name, time of the begin [s]) of each tried part of the lab.
+    #: (name, start time [s]) of each tried part of the lab.
     parts: List[Tuple[str, float]] = field(default_factory=list)
     stimuli: List[Stimulus] = field(default_factory=list)
     processes: List[NodeProcess] = field(default_factory=list)
@@ -119,8 +119,8 @@ class Observation:
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     calls: List[List[Any]] = field(default_factory=list)
-    #: The moment of the verdict in the timeline [s]. Each call of `scene` sets it to the time at
-    #: which the stimulus began; None without a stimulus.
+    #: The moment of the present verdict in the timeline [s]. Each call of `scene` sets it to the
+    #: time at which the stimulus began, or to None without a stimulus.
     moment: Optional[float] = None
 
     @property

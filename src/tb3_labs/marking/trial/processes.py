@@ -94,7 +94,7 @@ class ResourceWatch:
             self.exceeded = self._exceeded_limit()
             if self.exceeded:
                 with suppress(ProcessLookupError):      # it has ended already
-                    os.killpg(self._pid, signal.SIGKILL)    # which ends the sandbox
+                    os.killpg(self._pid, signal.SIGKILL)    # this ends the whole sandbox
                 return
 
     def _exceeded_limit(self):

@@ -226,7 +226,7 @@ def _line_of(piece, file):
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file] or [
         frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
     if not own:
-        if "'NoneType' object is not callable" in piece:    # the subscriber got self.f(), a None
+        if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
             return ' (was a callback given as self.f(), not as self.f?)'
         return ''
     _, line, function = own[-1]

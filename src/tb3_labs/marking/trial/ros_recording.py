@@ -44,7 +44,7 @@ TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variabl
 ROBOT_NODE = 'turtlebot3'
 #: The most messages of each kind in a bag.
 MOST_COMMANDS = 40000
-MOST_MESSAGES = 100000      # of each other topic
+MOST_MESSAGES = 100000      # messages of each other topic
 MOST_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MOST_LINES = 1000           # lines of the log
 MOST_EVENTS = 5000          # events of all kinds
@@ -136,8 +136,8 @@ class NodeOutput:
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. Soon after another part, it waits for the next part or for
-        `flush`."""
+        """Record a part of the output. A part that comes soon after another part is recorded later,
+        with the next part or by `flush`."""
         with self._guard:
             self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
@@ -194,7 +194,7 @@ class Recorder:
                 (CTRL_RELINQ, Bool, Bool)):
             rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
         rospy.Subscriber('/rosout', Log, guarded(self._on_log))
-        if not wait_until(lambda: self._truth, 60.0):     # also on a busy computer
+        if not wait_until(lambda: self._truth, 60.0):     # a busy computer needs long
             raise RuntimeError('the simulated robot does not run')
 
     def _read_truth(self, path):
@@ -218,7 +218,7 @@ class Recorder:
         at = self.now
         linear, angular = message.linear.x, message.angular.z
         if connection_of(message)['process'] == rospy.get_node_uri():
-            return      # a command of the marker
+            return      # the marker itself sent this command
         if not (math.isfinite(linear) and math.isfinite(angular)):
             if self._is_within(NOT_FINITE, MOST_NOT_FINITE):
                 self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')

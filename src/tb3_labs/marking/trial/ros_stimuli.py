@@ -60,14 +60,14 @@ class Robot:
         robot does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
-            speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s], by the error in [rad]
+            speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s]
             return (0.0, math.copysign(speed, error)) if abs(error) > 0.01 else None
         self._move(command, 8.0)
         return wait_until(self._recorder.rests, STOP_REST_TIME)
 
     def leave_origin(self):
         """Drive the robot away from the odometry's origin, where a wrong frame may look right."""
-        self._move(lambda: (0.2, 0.0), 2.5)     # 0.2 m/s for 2.5 s
+        self._move(lambda: (0.2, 0.0), 2.5)
 
     def change(self, **settings):
         """Change settings of the robot."""

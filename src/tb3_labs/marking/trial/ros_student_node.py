@@ -78,7 +78,7 @@ class StudentNode:
         self._recording.event('start', needed=needed[0].strip('/'))
         self._output = NodeOutput(self._recording)
         environment = dict(self._prepared.environment or watched(os.environ))
-        environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # of this trial
+        environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # the master of this trial
         self._process = Program([*self._prepared.prefix, *self._command, *arguments], environment,
                                 self._output.add)
         if self._prepared.program:        # mark.py has prepared a submission

@@ -208,7 +208,7 @@ def record_trial(lab, package, executable, parts, path, option, print_line):
                 trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
-                with suppress(NotOffered, NotTried):    # they end the part
+                with suppress(NotOffered, NotTried):    # these exceptions end a part
                     act(trial)
     except Exception as problem:
         # the node must lose no points by an error of the marker
