@@ -150,10 +150,12 @@ class Check(unittest.TestCase):
 
 def checks_of(marks, strict):
     """Returns a Check for each criterion, and a Check for the total."""
-    checks = [Check('test_' + verdict.criterion.label,
-                    '' if verdict.outcome is Outcome.MET else verdict.line.strip())
-              for verdict in marks.verdicts
-              if strict or not verdict.criterion.extra or verdict.outcome is Outcome.MET]
+    checks = []
+    for verdict in marks.verdicts:
+        is_met = verdict.outcome is Outcome.MET
+        if is_met or strict or not verdict.criterion.extra:
+            checks.append(Check('test_' + verdict.criterion.label,
+                                '' if is_met else verdict.line.strip()))
     return checks + [Check('test_total', '' if marks.is_full else marks.points_text)]
 
 

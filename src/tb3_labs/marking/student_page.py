@@ -202,15 +202,20 @@ def results(marks: Marks) -> Dict[str, Any]:
         'output_format': 'html',
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
-        'tests': [{
-            'name': f'Beyond the handout: {verdict.criterion.meaning}' if verdict.criterion.extra
-            else verdict.criterion.meaning,
-            'number': str(number),
-            'score': verdict.points,
-            'max_score': 0.0 if verdict.criterion.extra else verdict.worth,
-            'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
-            'output': verdict.sentence,
-            'visibility': VISIBILITY,
-        } for number, verdict in enumerate(marks.graded + marks.extra, 1) if marks.is_known],
+        'tests': [_test(number, verdict) for number, verdict in enumerate(
+            marks.graded + marks.extra, 1) if marks.is_known],
         'extra_data': {'student': marks.student},
+    }
+
+
+def _test(number, verdict):
+    is_extra, meaning = verdict.criterion.extra, verdict.criterion.meaning
+    return {
+        'name': f'Beyond the handout: {meaning}' if is_extra else meaning,
+        'number': str(number),
+        'score': verdict.points,
+        'max_score': 0.0 if is_extra else verdict.worth,
+        'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
+        'output': verdict.sentence,
+        'visibility': VISIBILITY,
     }

@@ -211,10 +211,13 @@ def sign_of_up(observation: Observation) -> float:
     """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0. It is 1.0 if
     the direction of y is known from the submission's mouse client. Otherwise it is the sign of the
     first speed that the node commanded for such a mouse."""
-    speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if observation.has(name)
-              for speed in observation.scene(name, may_die=True).moving[:, LINEAR] if speed]
-    if not observation.mouse_up and speeds and speeds[0] < 0.0:
-        return -1.0
+    if observation.mouse_up:
+        return 1.0
+    for name in filter(observation.has, (MOUSE_UP, AFTER_TURN, IN_TURN)):
+        speeds = observation.scene(name, may_die=True).moving[:, LINEAR]
+        if speeds.any():
+            first_speed = speeds[speeds != 0.0][0]
+            return 1.0 if first_speed > 0.0 else -1.0
     return 1.0
 
 

@@ -74,8 +74,10 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
             resets.append([at, *pose])
     goals = [[each.begin, *each.facts[GOAL_POSE]] for each in observation.stimuli
              if GOAL_POSE in each.facts]
-    letters = [row for each in observation.stimuli if REQUESTED_DEG in each.facts
-               for row in ([each.begin, np.sign(each.facts[REQUESTED_DEG])], [each.end, 0.0])]
+    letters = []
+    for each in observation.stimuli:
+        if REQUESTED_DEG in each.facts:
+            letters += [[each.begin, np.sign(each.facts[REQUESTED_DEG])], [each.end, 0.0]]
     return replace(
         recording, variables=recording.variables.take(known),
         resets=samples_from_rows(Poses, sorted(resets)),

@@ -83,9 +83,12 @@ class Trial:
         package has several files of this name, no file is read."""
         package, name = self._name.split('/')
         text = NodeStart.from_environment().text
-        files = {Path(text)} if text else {
-            path.resolve() for depth in range(DEEPEST + 1)
-            for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
+        if text:
+            files = {Path(text)}
+        else:
+            folder = Path(rospkg.RosPack().get_path(package))
+            files = {path.resolve() for depth in range(DEEPEST + 1)
+                     for path in folder.glob('*/' * depth + name)}
         faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
         for fault in faults:
             self.recording.event('fault', text=fault)

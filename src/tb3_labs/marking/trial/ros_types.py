@@ -37,8 +37,8 @@ class Types:
 
     def service(self, kind: str) -> Any:
         """Returns the class of a service type; None for an unknown type."""
-        example = self._services.get(kind)
-        return _class_in_a_package(kind, 'srv') or example and self.by_sum().get(example['sum'])
+        known, example = _class_in_a_package(kind, 'srv'), self._services.get(kind)
+        return known or (self.by_sum().get(example['sum']) if example else None)
 
     def by_sum(self) -> Dict[str, Any]:
         """Returns checksum -> class for all known services."""
