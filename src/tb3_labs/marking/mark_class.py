@@ -28,7 +28,6 @@ def print_line(line: str) -> None:
 
 
 def print_problem(words: str) -> None:
-    """Print an error."""
     sys.stderr.write(f'mark.py: {printable(words)}\n')
 
 
@@ -102,8 +101,8 @@ class MarkedClass:
             if not marks.delayed:
                 break
             if is_first:
-                print_line('{}: the machine held the robot up for {:.2f} s; tried again'.format(
-                    name, marks.observation.longest_gap))
+                print_line(f'{name}: the machine held the robot up for '
+                           f'{marks.observation.longest_gap:.2f} s; tried again')
         print_line(f'{name}: {marks.points_text}, {found.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):

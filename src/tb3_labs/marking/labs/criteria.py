@@ -253,8 +253,8 @@ def steers(observation: Observation, name: str, linear: Bounds = STANDING,
         asked.append('{:.2f} to {:.2f} rad/s'.format(*angular))
     if STANDING in (linear, angular):
         asked.append('nothing else')
-    return 'with the {} it commanded {:.2f} m/s and {:.2f} rad/s, where {} were asked for'.format(
-        name, linear_speed, angular_speed, ' and '.join(asked))
+    return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '
+            f"where {' and '.join(asked)} were asked for")
 
 
 def scaled(bounds: Bounds, factor: float) -> Bounds:

@@ -10,9 +10,9 @@ import yaml
 from tb3_labs.handout import (
     CTRL_RELINQ, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Criterion,
-    Reason, ends_cleanly, not_stopped, scaled, starts, steers,
-    stops_robot, stops_when_lost, within)
+    ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
+    Criterion, Reason, ends_cleanly, not_stopped, scaled, starts, steers, stops_robot,
+    stops_when_lost, within)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
@@ -62,9 +62,6 @@ STICK_TIME = 0.8
 PUBLISH_TIME = 1.0
 #: After Y, the node calls the reset, or prints an error, within this time [s].
 RESET_TIME = 2.5
-#: The limits of the sticks, in words.
-STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed; half way, ' \
-    'beside the other stick, {:g} to {:g} of full'
 #: The default of the lab's option `pad`.
 HANDOUT_PAD = 'handout'
 #: The step of the sheet with the usual mistakes of a reset.
@@ -207,14 +204,18 @@ def _calls_once(observation: Observation) -> Reason:
     return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
+def _stick_limits(bounds: Bounds, unit: str) -> str:
+    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(STICK_TIME)}, and at most '
+            f'{OTHER_SPEED:g} of the other speed; half way, beside the other stick, '
+            f'{HALF_SHARE[0]:g} to {HALF_SHARE[1]:g} of full')
+
+
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, starts, limits=IN_TIME),
-    Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        MAX_LINEAR_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
-            *FULL_SPEED, 'm/s', STICK_TIME, OTHER_SPEED, *HALF_SHARE)),
-    Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        MAX_ANGULAR_SPEED), BY_THUMB, _turns, limits=STICK_LIMITS.format(
-            *FULL_TURN, 'rad/s', STICK_TIME, OTHER_SPEED, *HALF_SHARE)),
+    Criterion('drives', STICKS, f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} '
+              'm/s', BY_THUMB, _drives, limits=_stick_limits(FULL_SPEED, 'm/s')),
+    Criterion('turns', STICKS, f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} '
+              'rad/s', BY_THUMB, _turns, limits=_stick_limits(FULL_TURN, 'rad/s')),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB,
               _stops_when_let_go,
               limits='zero velocity ' + STOPS_AT_ONCE),

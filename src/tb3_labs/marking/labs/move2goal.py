@@ -14,7 +14,7 @@ from tb3_labs.handout import (
     MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
-    ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost)
+    ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost, within)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
@@ -71,11 +71,10 @@ DRIVE_TIME = 50.0
 FARTHEST = 3.0
 #: Words for the requirement on the heading, and for the limits of place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
-PLACE_LIMITS = 'within {:g} m, and {:g} for stopping; begun within {:g} s, over within {:g} s, ' \
-    'never {:g} m away'.format(
-        DISTANCE_TOLERANCE, COAST_DISTANCE, REACTION_TIME, DRIVE_TIME, FARTHEST)
-HEADING_LIMITS = 'within {:g} rad ({:.1f} degrees), and {:g} degrees for stopping'.format(
-    ANGLE_TOLERANCE, TOLERANCE_DEG, COAST_DEG)
+PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
+    f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
+HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and ' \
+    f'{COAST_DEG:g} degrees for stopping'
 
 ANALYSIS = Place(TRANSFORMATION_SHEET, '6. Analysis')
 #: The step of the sheet with the usual mistakes of a drive after a reset.
@@ -244,18 +243,18 @@ CRITERIA = [
               partial(_ends_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', FOUR_STATES,
-              _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its '
-              'arrival on'.format(SILENT_AFTER)),
-    Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
-        MAX_LINEAR_SPEED, MAX_ANGULAR_SPEED), FOUR_STATES, _within_limits,
+              _silent_at_goal, limits='a zero velocity, then nothing from '
+              f'{SILENT_AFTER:g} s after its arrival on'),
+    Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
+              f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
-    Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
-        SET_POSE), THE_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
-              'degrees within {:g} s'.format(ANSWER_TIME, LEAST_TURN, TURN_TIME_IN_DRIVE)),
+    Criterion('resets', RESET, f'a service /{SET_POSE} resets the local frame, also in a drive',
+              THE_RESET, _resets, limits=f'answers {within(ANSWER_TIME)}; in a drive it turns by '
+              f'{LEAST_TURN:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              THE_RESET, _says_reset, limits=f'within {PRINT_TIME:g} s after the answer'),
-    Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
-              'reset'.format(ANGLE_BEFORE_RESET), SECOND_DRIVE_STEP,
+              THE_RESET, _says_reset, limits=within(PRINT_TIME) + ' after the answer'),
+    Criterion('second_place', RESET, 'does the same task after a turn by '
+              f'{ANGLE_BEFORE_RESET:g} degrees and a reset', SECOND_DRIVE_STEP,
               lambda observation: (
                   _accepts_reset(observation) or _ends_at_place(observation, SECOND_DRIVE)),
               limits='as goal_place'),
@@ -268,8 +267,8 @@ CRITERIA = [
     ends_cleanly(CONTROL, FOUR_STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
-    Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
-        EXACT_DISTANCE, EXACT_DEG), ANALYSIS, _arrives_exactly, extra=True, also=DRIVE),
+    Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
+              f'{EXACT_DEG:g} degree', ANALYSIS, _arrives_exactly, extra=True, also=DRIVE),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
               BEYOND, lambda observation: (_accepts_reset(observation, RESET_ELSEWHERE)
                                            or _arrives(observation, DECLARED_DRIVE)), extra=True,

@@ -115,11 +115,9 @@ class Control:
         self.take()     # a node may ignore a True that comes first, since it may be old
 
     def give(self):
-        """Give control to the node."""
         self._control.publish(Bool(True))
 
     def take(self):
-        """Take control away from the node."""
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):

@@ -10,9 +10,9 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT_KEY, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT_KEY,
     TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOP_TIME,
-    STOPS_AT_ONCE, Criterion, Reason, ends_cleanly, not_stopped, prints, scaled, starts, steers,
-    stops_robot, stops_when_lost, within)
+    ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
+    Criterion, Reason, ends_cleanly, not_stopped, prints, scaled, starts, steers, stops_robot,
+    stops_when_lost, within)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
@@ -90,11 +90,11 @@ MOUSE_TIME = 0.8
 #: After the marker moved the mouse in a turn, the mouse drives the robot within this time [s].
 MOUSE_REACTION = 4.0
 #: Words for the limits of the mouse and of the turns.
-MOUSE_LIMITS = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both ' \
-    '{:.2f} to {:.2f} at ({:g}, {:g})'.format(
-        MOUSE_TIME, *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED, *MOUSE_PLACES[HALF_WAY])
-TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
-    '{:g} s, by a zero velocity'.format(HDG_TOL, COAST_DEG, TURN_REACTION, TURN_TIME)
+MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
+    '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,
+                                    *MOUSE_PLACES[HALF_WAY])
+TURN_LIMITS = f'within {HDG_TOL:g} degrees, and {COAST_DEG:g} for stopping; begun ' \
+    f'{within(TURN_REACTION)}, over {within(TURN_TIME)}, by a zero velocity'
 ON_A_CARPET = f'as left, also if the wheels slip by {CARPET_SLIP:.0%}'
 
 
@@ -242,8 +242,8 @@ def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> Lis
                for name in (LEFT_KEY, NONSENSE) if observation.has(name)]
     remarks = []
     if len(printed) == 2 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
-        remarks.append('After "{}" it printed its prompt alone, and no error. See {}.'.format(
-            TYPED_NONSENSE, RIGHT_STEP))
+        remarks.append(f'After "{TYPED_NONSENSE}" it printed its prompt alone, and no error. See '
+                       f'{RIGHT_STEP}.')
     if sign_of_up(observation) < 0.0:
         remarks.append(NO_MOUSE_CLIENT)
     if observation.mouse_up < 0:
@@ -264,22 +264,21 @@ CRITERIA = [
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW_STEP,
               _on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', RIGHT_STEP, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
-              'the robot rests'.format(ANSWER_TIME, MOST_LEGIBLE_LINES)),
-    Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(MOUSE_FULL), MOUSE_STEP, _mouse_drives, limits=MOUSE_LIMITS),
-    Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
-        MOUSE_DEAD_ZONE), MOUSE_STEP, _has_dead_zone,
-              limits='zero velocity at ({:g}, {:g}) within {:g} s'.format(
-                  *MOUSE_PLACES[NEAR_MIDDLE], STOP_TIME)),
+              'ones', RIGHT_STEP, _answers_nonsense, limits=f'{within(ANSWER_TIME)}, in at most '
+              f'{MOST_LEGIBLE_LINES} lines; the robot rests'),
+    Criterion('mouse_drives', MOUSE, f'mouse up drives forward, left turns left, {MOUSE_FULL:g} at '
+              'the edge', MOUSE_STEP, _mouse_drives, limits=MOUSE_LIMITS),
+    Criterion('mouse_dead_zone', MOUSE, f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves '
+              'nothing', MOUSE_STEP, _has_dead_zone,
+              limits=f'zero velocity at {MOUSE_PLACES[NEAR_MIDDLE]} {STOPS_AT_ONCE}'),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               MOUSE_STEP, _stops_when_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               MOUSE_STEP, partial(makes_turn, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
-              limits=f'as left, over within {BESIDE_MOUSE_TIME:g} s'),
+              limits='as left, over ' + within(BESIDE_MOUSE_TIME)),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', MOUSE_STEP,
               _drives_after_turn,
-              limits=f'more than {EDGE_SPEED[0]:.2f} m/s within {MOUSE_TIME:g} s'),
+              limits=f'more than {EDGE_SPEED[0]:.2f} m/s {within(MOUSE_TIME)}'),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
               MOUSE_STEP, _drives_in_turn, limits=within(MOUSE_REACTION)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', CTRL_C_STEP,

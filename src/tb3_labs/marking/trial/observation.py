@@ -125,7 +125,6 @@ class Observation:
 
     @property
     def file(self) -> str:
-        """The name of the node's file."""
         return self.node.rpartition('/')[2]
 
     @property

@@ -54,7 +54,6 @@ class Program:
 
     @property
     def pid(self):
-        """The process ID."""
         return self._process.pid
 
     @property
@@ -63,7 +62,6 @@ class Program:
         return self._process.poll()
 
     def type(self, line):
-        """Type a line and Enter."""
         os.write(self._terminal, line.encode() + b'\n')
 
     def send(self, number):
@@ -106,8 +104,8 @@ class ResourceWatch:
             return f'more than {MOST_MEMORY / 1e9:g} GB of memory'
         others = {self._others, *_descendants(self._others)} - {self._pid, *processes}
         if sum(map(_memory, others)) > MOST_OTHER_MEMORY:
-            return 'more than {:g} MB of the memory of master, robot and check'.format(
-                MOST_OTHER_MEMORY / 1e6)
+            return (f'more than {MOST_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '
+                    'check')
         if processes and sum(_disk_used(processes[-1], own) for own in self._own) > MOST_DISK:
             return f'files of more than {MOST_DISK / 1e6:g} MB'
         return ''

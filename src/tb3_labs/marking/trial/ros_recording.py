@@ -256,7 +256,6 @@ class Recorder:
 
     @property
     def now(self):
-        """The time of ROS [s]."""
         return ros_time()
 
     @property

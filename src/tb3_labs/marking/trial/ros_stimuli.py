@@ -70,7 +70,6 @@ class Robot:
         self._move(lambda: (0.2, 0.0), 2.5)
 
     def change(self, **settings):
-        """Change settings of the robot."""
         if self._settings:
             self._settings.update(settings)
         self._service(encode_config(settings))

@@ -52,7 +52,6 @@ class StudentNode:
 
     @property
     def alive(self):
-        """Does the node run?"""
         return self._process is not None and self._process.status is None
 
     @property
@@ -134,7 +133,6 @@ class StudentNode:
         return wait_until(lambda: not self.alive, seconds)
 
     def type(self, line):
-        """Type a line and Enter."""
         with suppress(OSError):     # the node has ended
             self._process.type(line)
 
@@ -144,7 +142,6 @@ class StudentNode:
         return self._output.last
 
     def flush(self):
-        """Record the output so far."""
         if self._output is not None:
             self._output.flush()
 

@@ -101,7 +101,6 @@ class Trial:
         raise NotOffered(reason)
 
     def remark(self, sentences):
-        """Record sentences for the student."""
         for sentence in sentences:
             self.recording.event('remark', text=sentence)
 
