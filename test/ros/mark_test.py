@@ -34,18 +34,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 import sandboxes
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-#: A machine that cannot make sandboxes marks without them; on any other machine they must work.
+#: A machine that cannot make sandboxes marks without them. On other machines sandboxes must work.
 UNPROTECTED = ['--unprotected'] * bool(sandboxes.MISSING)
-#: No other program sleeps for this time [s], nor does this test in another checkout.
+#: No other program sleeps for this time [s]. In another checkout, this test has another number.
 SLEEP = str(900000 + os.getpid())
-#: At Ctrl+C it hangs, and leaves a process.
+#: Lines of a node that hangs at Ctrl+C, and leaves a process behind.
 HANG = """        import subprocess
         import time
         subprocess.Popen(['sleep', '{}'], start_new_session=True)
         while True:
             time.sleep(1.0)
 """.format(SLEEP)
-#: More lines at a time than a person can read; they come within a second also on a slow machine.
+#: Lines of a node that prints more than a person can read, within a second even on a slow machine.
 FLOOD = """        def flood():
             import time
             while True:
@@ -67,10 +67,10 @@ class Case(NamedTuple):
     lost: Optional[set]         # None: all criteria
 
 
-#: A student's name that comes as a zip file of a learning platform, and a name that comes from Windows.
+#: The names of a student who hands in a zip file, and of a student who works on Windows.
 ZIPPED, WINDOWS = 'no wrap', 'careless'
-#: (lab, its parts, options of mark.py ...) -> submissions. A submission has several mistakes if they lose
-#: different criteria, since each submission costs a robot and a master.
+#: (lab, its parts, options of mark.py ...) -> submissions. A submission may have several mistakes, since each
+#: submission needs a robot and a master.
 XBOX, HEADING = ('gamepad', 'buttons,no service', '--pad', 'xbox'), ('imu', 'heading', '--jobs', '2')
 CASES = {
     XBOX: [
@@ -93,8 +93,8 @@ CASES = {
 
 
 def hand_in(folder, case):
-    """Write a student's repository: the packages of all labs, as skeleton.py writes them, with the
-    nodes filled. The files have no exec bits, and one has Windows line endings."""
+    """Write a student's repository. It has the packages of all labs, as skeleton.py writes them, with
+    plain nodes. The nodes are not executable, and one has Windows line endings."""
     repository = folder / case.student
     repository.mkdir(parents=True)
     for name, lab in LAB_NODES.items():
@@ -114,7 +114,7 @@ def hand_in(folder, case):
 
 
 def changed(code, changes):
-    """A node with these replacements; each text to replace is there once."""
+    """Returns the code with replacements. Each text to replace is there once."""
     for old, new in changes:
         assert code.count(old) == 1, old
         code = code.replace(old, new)
@@ -122,12 +122,12 @@ def changed(code, changes):
 
 
 class MarkTest(unittest.TestCase):
-    """mark.py runs once for each lab and parts of it; the tests read its files."""
+    """mark.py runs once for each key of CASES. The tests read the files that it wrote."""
     IS_NODE = False
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
+        cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # a path may have blanks
         os.chmod(cls.folder.name, 0o711)    # without sandboxes root's programs are another user
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
@@ -140,7 +140,7 @@ class MarkTest(unittest.TestCase):
 
     @classmethod
     def run_mark(cls, key):
-        """Mark these submissions; (folder of the marks, output, exit status)."""
+        """Mark the submissions of a key. Returns (folder of the marks, output, exit status)."""
         lab, parts, *own = key
         base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
@@ -176,7 +176,7 @@ class MarkTest(unittest.TestCase):
     def words_of(self, key, student):
         page = (self.runs[key][0] / (student + '.html')).read_text(encoding='utf-8')
         self.assertIn('id="timeline"', page)
-        self.assertNotIn(str(self.temporary), page)     # a place on this machine
+        self.assertNotIn(str(self.temporary), page)
         return ' '.join(html.unescape(re.sub('<[^>]*>', ' ', page)).split())
 
     def test_what_was_seen_is_told(self):
@@ -201,7 +201,7 @@ class MarkTest(unittest.TestCase):
         self.assertNotIn('sleep ' + SLEEP, lines)
 
     def left(self, folder):
-        """The files in a folder for temporary ones, and the processes that use it."""
+        """Returns the files in a folder for temporary files, and the processes that use the folder."""
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
         return os.listdir(str(folder)) + [line for line in lines.splitlines() if str(folder) in line]
 
@@ -210,7 +210,7 @@ class MarkTest(unittest.TestCase):
             folder = Path(tempfile.mkdtemp(dir=self.folder.name))
             folder.chmod(0o711)
             theirs, terminal = pty.openpty()
-            marking = subprocess.Popen(     # setsid: the terminal is its own
+            marking = subprocess.Popen(     # setsid makes the terminal mark.py's own
                 ['setsid', '--ctty', path_of('mark.py'), str(Path(self.folder.name) / ' '.join(
                     HEADING) / 'submissions'), '--lab', 'imu', '-o', str(folder) + '_marks',
                  *UNPROTECTED],
@@ -219,12 +219,12 @@ class MarkTest(unittest.TestCase):
             os.close(terminal)
             self.assertTrue(wait_until(
                 lambda: any('check_lab.py' in line for line in self.left(folder)), 30.0), number)
-            if number == signal.SIGTERM:        # after SIGHUP, which a closed terminal sends
+            if number == signal.SIGTERM:        # the closed terminal sends SIGHUP first
                 self.assertNotIn(b'Traceback', os.read(theirs, 100000))
                 os.close(theirs)
             marking.send_signal(number)
             marking.wait(30.0)
-            if number == signal.SIGKILL:        # the files are the parent's
+            if number == signal.SIGKILL:        # nobody is left to remove the files
                 os.close(theirs)
                 self.assertTrue(wait_until(lambda: not [
                     line for line in self.left(folder) if ' ' in line], 10.0), self.left(folder))

@@ -1,4 +1,4 @@
-"""The words of a check: of a node that cannot be started, and of the criteria."""
+"""The words of a check on the criteria, and on a node that cannot be started."""
 import io
 import pathlib
 import sys
@@ -49,7 +49,7 @@ def test_what_could_not_be_tried_is_one_line():
 
 
 def results(marks, strict):
-    """{name: text of the failure, or None} in the file that rostest reads; the count of failures."""
+    """Returns test -> text of its failure, or None, from the file that rostest reads."""
     file = io.StringIO()
     runner = rosunit.xmlrunner.XMLTestRunner(file)
     runner.run(unittest.TestSuite(checks_of(marks, strict)))
@@ -62,7 +62,8 @@ def test_rostest_gets_a_sentence_for_each_criterion_that_is_not_met_and_the_tota
         verdict('turn', MET), verdict('drive', MISSED, 3.0), verdict('rest', NOT_OFFERED, 0.0, extra=True),
         verdict('end', MET, 1.0, extra=True)])
     told = results(marks, strict=False)
-    assert list(told) == ['test_turn', 'test_drive', 'test_extra_end', 'test_total']    # no extra is said to pass
+    # a missed criterion beyond the handout is no test
+    assert list(told) == ['test_turn', 'test_drive', 'test_extra_end', 'test_total']
     assert told['test_turn'] is told['test_extra_end'] is None
     assert told['test_drive'].strip() == (
         'NOT MET      0 of 3    drives well: it fell; see doc/imu_lab.md, "Lab", step 4')
@@ -74,7 +75,7 @@ def test_rostest_gets_a_sentence_for_each_criterion_that_is_not_met_and_the_tota
 
 @pytest.fixture
 def package(tmp_path, monkeypatch):
-    """A package with one node that can be started, and one that cannot."""
+    """A package with one node that rosrun can start, and others that it cannot start."""
     (tmp_path / 'package.xml').write_text('<package><name>lab_of_test</name></package>')
     for name, mode in (('good.py', 0o755), ('plain.py', 0o644), ('src/two.py', 0o755),
                        ('scripts/two.py', 0o755)):

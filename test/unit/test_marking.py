@@ -1,4 +1,4 @@
-"""Verdicts on observations that are made up, so the true events are known."""
+"""Marks, pages and tables of observations that are made up, so that the true events are known."""
 import csv
 import io
 import math
@@ -36,25 +36,25 @@ TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='
 
 
 def stimulus(name, begin=0.0, end=2.0, **more):
-    """Something that was done, for two seconds."""
+    """A stimulus that lasts for two seconds."""
     return Stimulus(name, begin, end, **more)
 
 
 def recording(commands=(), truth=()):
-    """The run with these rows: time, linear, angular; time, x, y, yaw."""
+    """The recording of `commands` (time, linear, angular) and of true poses (time, x, y, yaw)."""
     time, linear, angular = np.array(commands, dtype=float).reshape(-1, 3).T
     at, *true = np.array(truth, dtype=float).reshape(-1, 4).T
     return made(commands=Commands(time, time, linear, angular), ground_truth=Poses(at, at, *true))
 
 
 def observation(lab='turn', commands=(), truth=(), **parts):
-    """The observation of a node that ran all the time."""
+    """The Observation of a node that ran all the time."""
     return Observation(lab, 'lab2/node.py', recording(commands, truth),
                        processes=[NodeProcess(0.0, ready=0.5)], **parts)
 
 
 def turned(degrees):
-    """A robot that turned by so much after l, from 3 rad on, within two seconds."""
+    """After the letter l, the robot turned by `degrees` within two seconds. It began at 3 rad."""
     angle = math.radians(degrees)
     return observation(
         stimuli=[stimulus('l', facts={'moved': True, 'rested': True})],
@@ -134,7 +134,7 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
 @pytest.mark.parametrize('was_moving, waits, took', [
     (False, True, True), (False, False, False), (True, True, False)])
 def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, took):
-    """Python 3.13 does not end while input() waits. A node that was turning did not wait."""
+    """Python 3.13 does not end while input() waits. A node that turned the robot did not wait for a letter."""
     node = SimpleNamespace(alive=True, interrupt=lambda limit: False, record_state=lambda: None,
                            flush=lambda: None, status=0, stop=lambda: None)
     node.type = lambda line: setattr(node, 'alive', not (waits and line == ''))
@@ -183,7 +183,7 @@ def handed_in(student, **more):
 
 
 def marks_of(student, seen):
-    """The Marks by the bag of an Observation."""
+    """The Marks from the bag of an Observation."""
     with tempfile.TemporaryDirectory() as folder:
         write_trial(folder + '/trial.bag', seen)
         return marks_after_trial(handed_in(student), read_trial(folder + '/trial.bag'), 'turn',
@@ -191,7 +191,7 @@ def marks_of(student, seen):
 
 
 class Strict(HTMLParser):
-    """A page whose elements must be closed: its words and tags."""
+    """Reads the words and the tags of a page. Each element must be closed."""
 
     def __init__(self, text):
         super().__init__()
@@ -212,7 +212,7 @@ class Strict(HTMLParser):
 
 
 def test_a_criterion_that_is_not_met_leads_to_its_moment():
-    """The robot turned by 81 degrees in a stimulus that began at 0.4 s."""
+    """The stimulus of a turn that was too small began at 0.4 s."""
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
@@ -278,7 +278,7 @@ def test_the_table_of_marks():
 
 
 def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
-    """A link that fails costs nothing, and the instructor reads why."""
+    """If the code of a link raises an exception, the student loses nothing, and the instructor reads why."""
     monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
     seen = turned(45.0)
     given = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))

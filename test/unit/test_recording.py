@@ -1,4 +1,4 @@
-"""The bag of a trial: it holds what was done and seen, and writers never wait for it."""
+"""The bag of a trial has what was done and seen. Who records never waits for the disk."""
 import errno
 import math
 import random
@@ -23,7 +23,7 @@ from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 @pytest.fixture
 def clock(monkeypatch):
-    """The time of ROS [s], which the test sets: clock[0]."""
+    """The time of ROS [s]. The test sets clock[0]."""
     now = [BEGIN]
     monkeypatch.setattr(ros_recording, 'ros_time', lambda: now[0])
     return now
@@ -60,7 +60,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
             recording.event('end', facts={'moved': True, 'rested': False}, died=False)
             output.add('and this comes after it')
             output.flush()
-            recording.event('begin', name='r')      # it has no end: the trial was interrupted
+            recording.event('begin', name='r')      # the trial is interrupted in this stimulus
     recording.event('odd', text='nan m/s and 0 rad/s')
     recording.event('not offered', names=['mouse up'], reason='it does not listen to mouse_info')
     for _ in range(2):
@@ -73,7 +73,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert scene.end - scene.begin == pytest.approx(17 * step, abs=1e-3)
     assert (scene.printed, scene.lines) == ('l\ndone\n', 2)
     assert scene.facts == {'moved': True, 'rested': False}
-    assert scene.turned_deg == pytest.approx(85.0, abs=5.1)     # the samples within it
+    assert scene.turned_deg == pytest.approx(85.0, abs=5.1)     # a step of 5 degrees may be outside
     assert scene.commands[:, 1:].tolist() == [[0.1, 1.5]] * len(scene.commands)
     assert len(scene.commands) in (16, 17, 18)
     whole = seen.truth[-1][3] - seen.truth[0][3]
@@ -87,7 +87,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert [words for _, words in seen.not_finite] == ['nan m/s and 0 rad/s']
     marks = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
     assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.worth
-    with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:     # others can read it, too
+    with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
         assert bag.get_type_and_topic_info().topics['/ground_truth'].message_count == 41
 
 
@@ -101,7 +101,7 @@ def test_who_records_does_not_wait_for_the_disk(tmp_path, monkeypatch):
     recording = Recording(tmp_path / 'trial.bag')
     for k in range(100):
         recording.event('remark', text=str(k))
-    assert not is_free.is_set()     # all were taken meanwhile
+    assert not is_free.is_set()     # nobody has waited for the disk
     is_free.set()
     recording.close()
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
@@ -155,7 +155,7 @@ def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
 
 
 def test_a_recording_that_a_full_disk_cut_off_is_none(tmp_path, monkeypatch):
-    """Its first part alone would have cost the node points."""
+    """The first part of a trial alone would cost the node points."""
     write = rosbag.Bag.write
 
     def full(bag, topic, *arguments, **options):
