@@ -95,15 +95,15 @@ class MarkedClass:
                     if not self._retry and self._is_kept(submission, reading.digest, name):
                         return
                     print_line(name + ' ...')
-                found = self._runner.try_out(submission, reading, Path(work))
-            found.seconds = time.monotonic() - begun
-            marks = self._write(found, reading.digest)
+                tried = self._runner.try_out(submission, reading, Path(work))
+            tried.seconds = time.monotonic() - begun
+            marks = self._write(tried, reading.digest)
             if not marks.delayed:
                 break
             if is_first:
                 print_line(f'{name}: the machine held the robot up for '
                            f'{marks.observation.longest_gap:.2f} s; tried again')
-        print_line(f'{name}: {marks.points_text}, {found.seconds:.0f} s')
+        print_line(f'{name}: {marks.points_text}, {tried.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):
         """If the marks of an earlier trial can be kept, print the points and return True."""
@@ -116,10 +116,10 @@ class MarkedClass:
         print_line(f'{name}: {marks.points_text}, tried before')
         return True
 
-    def _write(self, found, digest):
+    def _write(self, tried, digest):
         """Record a tried submission, and write its page. Returns the Marks with points."""
         with self._writing:
-            marks = self._folder.write(found, digest)
+            marks = self._folder.write(tried, digest)
             self._failed = self._failed or not marks.is_known
         return marks
 
@@ -140,7 +140,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
             parts = LABS[arguments.lab].read_parts(arguments.parts)
             worth = points_of(arguments.lab, read_points(arguments.points))
             option = _read_option(arguments)
-            found = _submissions(arguments, Path(work))
+            submissions = _submissions(arguments, Path(work))
             is_sandbox = _choose_protection(arguments, Path(work))
             with locked(arguments.folder):
                 folder = MarksFolder(
@@ -148,7 +148,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
                     Options(arguments.package, arguments.type, option, is_sandbox),
                     rescores=arguments.points is not None)
                 failed = MarkedClass(TrialRunner(folder, interrupted),
-                                     bool(arguments.only)).mark_all(found, arguments.jobs)
+                                     bool(arguments.only)).mark_all(submissions, arguments.jobs)
                 with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread
                     page, notes = pool.submit(
                         folder.write_overview, unprotected=not is_sandbox).result()
@@ -191,11 +191,11 @@ def _submissions(arguments, work):
         for remark in unpack_class(source, work / 'all'):
             print_problem(remark)
         source = without_wrapping(work / 'all')
-    found = submissions_in(source, print_problem)
+    submissions = submissions_in(source, print_problem)
     if arguments.only:
-        names = students_named([submission.student for submission in found], arguments.only)
-        found = [submission for submission in found if submission.student in names]
-    return found
+        names = students_named([each.student for each in submissions], arguments.only)
+        submissions = [each for each in submissions if each.student in names]
+    return submissions
 
 
 def _choose_protection(arguments, work):

@@ -61,17 +61,17 @@ class MarksTable:
         `written` has the cells that the marker wrote: student -> column -> text. The columns are
         DECISION_COLUMNS. Raises ``ValueError`` with student and cell if points are invalid.
         """
-        found: Dict[str, Decision] = {}
+        decisions: Dict[str, Decision] = {}
         for row in self._rows:
             student = row[self._student]
             cells, before = dict(zip(self._heads, row)), written.get(student, {})
             edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
             column = POINTS if POINTS in edited and DECIDED not in edited else DECIDED
             reason = REMARKS if REMARKS in edited and REASON not in edited else REASON
-            if (cells.get(column) or cells.get(reason)) and student not in found:
-                found[student] = Decision(_decided_points(student, column, cells.get(column, '')),
-                                          cells.get(reason, ''))
-        return found
+            if (cells.get(column) or cells.get(reason)) and student not in decisions:
+                points = _decided_points(student, column, cells.get(column, ''))
+                decisions[student] = Decision(points, cells.get(reason, ''))
+        return decisions
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added stay. The

@@ -69,10 +69,10 @@ class ResetCaller:
                         if any(word in last for word in RESET_WORDS))
         usual = [name for wanted in RESET_NAMES for name in likely if last_names[name] == wanted]
         #: The name of the reset service; '' if the node offers no reset service.
-        self.found = (usual + likely + [''])[0]
+        self.name = (usual + likely + [''])[0]
         #: The name of the reset service if it is wrong; '' if it is SET_POSE.
-        self.wrong_name = '' if rospy.resolve_name(SET_POSE) in last_names else self.found
-        self._kind = graph.service(self.found) if self.found else None
+        self.wrong_name = '' if rospy.resolve_name(SET_POSE) in last_names else self.name
+        self._kind = graph.service(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
 
@@ -80,20 +80,20 @@ class ResetCaller:
         """Call the reset service with a Pose2, and record the call. Returns the reason why the call
         failed; '' for a success."""
         problem = self._problem_of_call(pose)[:LONGEST]
-        self._recording.event('call', service=self.found, pose=[pose.x, pose.y, pose.yaw],
+        self._recording.event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                               problem=problem)
         return problem
 
     def _problem_of_call(self, pose):
         if self._kind is None:
-            return f'the type of {self.found} cannot be loaded'
+            return f'the type of {self.name} cannot be loaded'
         request = self._kind._request_class()
         fill_pose(request, pose)
         answers = []
 
         def call():
             try:
-                response = rospy.ServiceProxy(self.found, self._kind)(request)
+                response = rospy.ServiceProxy(self.name, self._kind)(request)
                 refused = getattr(response, 'success', True) is False
                 answers.append(f"it was refused: {getattr(response, 'message', '')}"[:200]
                                if refused else '')
@@ -101,7 +101,7 @@ class ResetCaller:
                 answers.append(str(problem)[:200])
         threading.Thread(target=call, daemon=True).start()
         if not wait_until(lambda: answers, lab.ANSWER_TIME):
-            return f'{self.found} did not answer within {lab.ANSWER_TIME:g} s'
+            return f'{self.name} did not answer within {lab.ANSWER_TIME:g} s'
         return answers[0]
 
 
@@ -155,7 +155,7 @@ class Control:
 def reset_to_origin(trial):
     """Reset the node's frame, so that the robot is at (0, 0, 0). Returns False after a failure."""
     caller = ResetCaller(trial)
-    return bool(caller.found) and not caller.call(Pose2())
+    return bool(caller.name) and not caller.call(Pose2())
 
 
 def drive(trial):
@@ -177,7 +177,7 @@ def reset(trial):
     time.sleep(0.3)
     trial.robot.turn_to(trial.recorder.heading_deg + lab.ANGLE_BEFORE_RESET)
     caller = ResetCaller(trial)
-    if not caller.found:
+    if not caller.name:
         trial.not_offered([lab.RESET_TO_ORIGIN, lab.SECOND_DRIVE], OFFERS_NO_RESET)
     if _reset(trial, lab.RESET_TO_ORIGIN, caller):
         control.drive(lab.SECOND_DRIVE)
@@ -227,7 +227,7 @@ def declared(trial):
     caller = ResetCaller(trial)
     if not caller.takes_pose:
         trial.not_offered([lab.RESET_ELSEWHERE, lab.DECLARED_DRIVE],
-                          'its reset takes no pose' if caller.found else OFFERS_NO_RESET)
+                          'its reset takes no pose' if caller.name else OFFERS_NO_RESET)
     if _reset(trial, lab.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(lab.DECLARED_DRIVE, DECLARED_POSE)
 

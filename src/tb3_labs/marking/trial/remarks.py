@@ -206,7 +206,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     The line is a line of the node's `file`, if the file is given. An unreadable exception is ''.
     The exceptions that rospy raises while a node ends are left out.
     """
-    found = []
+    errors = []
     pieces = printed.split(TRACEBACK)
     if len(pieces) == 1:
         pieces = SYNTAX_ERROR.split(printed)
@@ -216,8 +216,8 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         if CAUSE_OF_NEXT.search(piece):
             continue
         if not any(words in (error or piece) for words in (CLOSED_TOPIC, CLOSED_IN_PUBLISH)):
-            found.append(error[:LONGEST_ERROR] + _line_of(piece, file) if error else '')
-    return found
+            errors.append(error[:LONGEST_ERROR] + _line_of(piece, file) if error else '')
+    return errors
 
 
 def _line_of(piece, file):

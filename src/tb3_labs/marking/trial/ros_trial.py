@@ -70,13 +70,15 @@ class Trial:
         """Returns the findings of source_analysis.text_of in the submission. If mark.py has
         prepared no submission, the node's package and `packages` are read. A mouse client in the
         node's own package goes before other mouse clients."""
-        known = rospkg.RosPack()
-        own, *others = [
-            [known.get_path(name)] if name != OWN_PACKAGE and name in known.list() else []
-            for name in dict.fromkeys((self._name.split('/')[0], *packages))]
+        known, own_package = rospkg.RosPack(), self._name.split('/')[0]
+
+        def folders(names):
+            return [known.get_path(name) for name in names
+                    if name != OWN_PACKAGE and name in known.list()]
+        own, others = folders([own_package]), folders(set(packages) - {own_package})
         copy = NodeStart.from_environment().copy
-        found = text_of([copy] if copy else sum(others, own))
-        return dict(found, up=text_of(own)['up'] or found['up'])
+        findings = text_of([copy] if copy else own + others)
+        return dict(findings, up=text_of(own)['up'] or findings['up'])
 
     def record_faults(self):
         """Record the faults and the assigned variables that lint finds in the node's file. If the

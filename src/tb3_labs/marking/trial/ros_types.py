@@ -42,15 +42,16 @@ class Types:
 
     def by_sum(self) -> Dict[str, Any]:
         """Returns checksum -> class for all known services."""
-        found = {example['sum']: SimpleNamespace(
+        classes = {example['sum']: SimpleNamespace(
             _type=kind, _md5sum=example['sum'],
             _request_class=_example_class(kind, example['sum'], example['request']),
             _response_class=_example_class(kind, example['sum'], example['response']))
             for kind, example in self._services.items()}
         for package in KNOWN_SERVICES:
-            found.update({kind._md5sum: kind for kind in vars(importlib.import_module(
-                package + '.srv')).values() if hasattr(kind, '_request_class')})
-        return found
+            services = vars(importlib.import_module(package + '.srv')).values()
+            classes.update({kind._md5sum: kind for kind in services
+                            if hasattr(kind, '_request_class')})
+        return classes
 
 
 class Example(genpy.Message):
