@@ -29,23 +29,28 @@ class Program:
     """Runs a command, a list of words, in a process group and a pseudo-terminal of its own, as if a
     person had started it. Calls ``on_text(text)`` with each part of its output and errors."""
 
-    def __init__(self, command, environment, on_text):
+    def __init__(self, command, environment, on_text, files=None):
+        """`files` are three open files in place of the terminal. This class reads the first file.
+        The program has the second file as its input, and the third file as its output."""
         self._on_text = on_text
-        self._terminal, programs_end = pty.openpty()
+        if files is None:
+            ours, theirs = pty.openpty()
+            files = ours, theirs, theirs
+        self._source, typed, printed = files
         self._process = subprocess.Popen(
-            command, stdin=programs_end, stdout=programs_end, stderr=programs_end,
-            # without PYTHONUNBUFFERED Python would keep back unfinished lines
+            command, stdin=typed, stdout=printed, stderr=printed,
+            # without PYTHONUNBUFFERED Python would keep back the output to a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
-        os.close(programs_end)
+        os.close(printed)
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def _read(self):
         while True:
             try:
-                chunk = os.read(self._terminal, 65536)
-            except OSError:    # the program has closed its end
+                chunk = os.read(self._source, 65536)
+            except OSError:    # the program has closed the terminal
                 chunk = b''
             self._on_text(chunk.decode(errors='replace').replace('\r\n', '\n'))
             if not chunk:
@@ -62,7 +67,7 @@ class Program:
         return self._process.poll()
 
     def type(self, line):
-        os.write(self._terminal, line.encode() + b'\n')
+        os.write(self._source, line.encode() + b'\n')
 
     def send(self, number):
         """Send the signal `number` to the whole process group."""
