@@ -1,6 +1,4 @@
 """The runner of a core: commands leave in the order of the decisions, even if other parts wait."""
-import ast
-import pathlib
 import threading
 
 from tb3_labs.robot.turtlebot3 import Twist2
@@ -53,14 +51,3 @@ def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
     assert told == []
     go_on.set()
     assert carried.wait(20.0) and told == lines
-
-
-def test_a_time_is_read_while_the_lock_is_held():
-    """The second of two resets had the older stamp: its time was read before it had waited for the lock."""
-    early = []
-    for path in pathlib.Path(core_runner.__file__).parents[1].rglob('*.py'):
-        for call in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
-            if isinstance(call, ast.Call) and getattr(call.func, 'attr', '') in ('take_in', 'ask'):
-                early += ['{}:{}'.format(path.name, call.lineno) for given in call.args
-                          if isinstance(given, ast.Call) and getattr(given.func, 'id', '').endswith('_time')]
-    assert early == []
