@@ -101,8 +101,10 @@ def test_a_signal_that_a_library_swallows_ends_the_wait():
 
 @pytest.mark.parametrize('name', ['roslaunch', 'another'])
 def test_only_a_roslaunch_is_ended(tmp_path, monkeypatch, name):
-    (tmp_path / name).write_text('read; exit 0')
-    parent = subprocess.Popen(['bash', str(tmp_path / name)], stdin=subprocess.PIPE)
+    (tmp_path / name).write_text('echo; read; exit 0')
+    parent = subprocess.Popen(['bash', str(tmp_path / name)], stdin=subprocess.PIPE,
+                              stdout=subprocess.PIPE)
+    parent.stdout.readline()    # now the kernel knows its command line
     monkeypatch.setattr(os, 'getppid', lambda: parent.pid)
     end_roslaunch()
     parent.communicate()
