@@ -22,7 +22,7 @@ if [ "${1:-}" = --suite ]; then
       or shows_each_moment or imports_only_go_down or private_parts
       or each_figure_has_a_name or the_page_the_pictures or movements_by_hand or noise_fit_a_page or is_read_late
       or follows_or_as_one or follows_its_quantity or by_the_axis_that_it_follows or of_another_name
-      or whichever_message or mouses_place or statistics_are_switched or recorded_by_relative_names)'
+      or whichever_message or replaces_mouse or statistics_are_switched or recorded_by_relative_names)'
 fi
 
 leave_out() {
