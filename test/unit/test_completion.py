@@ -1,5 +1,4 @@
-"""A person's bash: the set-up's last line; after `source scripts/setup.sh` roscd, and completion by
-the Tab key."""
+"""After `source scripts/setup.sh` a person's bash has roscd, and completes words by the Tab key."""
 import os
 import pathlib
 import pty
@@ -9,7 +8,7 @@ import pytest
 from pages import ROOT, SCRIPTS
 
 SETUP = SCRIPTS / 'setup.sh'
-#: bash does this for the Tab key: the words of the line, and the function that `complete -p` names.
+#: The Tab key does this: it sets the words of the line, and calls the function that `complete -p` names.
 TAB = '''
 tab() {
   COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMP_LINE="$*" COMPREPLY=()
@@ -24,7 +23,7 @@ def printed(tmp_path_factory):
     if not (ROOT / 'build' / '.ws' / 'build.stamp').exists():
         pytest.skip('scripts/setup.sh has not set this repository up')
     home = tmp_path_factory.mktemp('home')
-    # Noetic's hook sources rosbash again each time; on Debian the line in the middle does.
+    # Noetic's hook sources rosbash each time. On Debian the second command does.
     script = 'source {0}; for file in {1}; do [ ! -r $file ] || source $file; done; source {0}\n{2}\n'.format(
         SETUP, '/usr/share/bash-completion/completions/rosbash /etc/bash_completion.d/rosbash', TAB) + '''
 tab rosrun tb3_l; tab rosrun tb3_labs sk; tab rosrun tb3_labs unknown
@@ -38,13 +37,10 @@ roscd tb3_labs && pwd -P | sed 's/^/at: /'
     return done.stdout.splitlines()
 
 
-def test_programs_launch_files_and_tests_are_completed(printed):
+def test_programs_launch_files_and_tests_are_completed_and_roscd_leads_to_the_package(printed):
     tests = sorted(path.name for path in (ROOT / 'launch' / 'checks').glob('check_*.test'))
     assert printed[:5] == ['rosrun: tb3_labs', 'rosrun: skeleton.py', 'rosrun: ',
                            'roslaunch: fake_robot.launch', 'rostest: ' + ' '.join(tests)]
-
-
-def test_roscd_leads_to_the_package(printed):
     assert printed[5].startswith('roscd: tb3_labs')
     assert (pathlib.Path(printed[6].split(': ')[1]) / 'package.xml').samefile(ROOT / 'package.xml')
 
