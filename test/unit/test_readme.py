@@ -1,4 +1,4 @@
-"""The README and doc/: each file and program that they name exists, and has the arguments that they use."""
+"""The files and programs that the README and doc/ name exist, and have the arguments that the pages use."""
 import fnmatch
 import re
 import xml.etree.ElementTree as ET
@@ -33,7 +33,7 @@ def test_paths_in_backticks_exist(page):
         for word in re.split(r'[\s,;()\'"]+', code):
             word = PLACEHOLDER.sub('*', word[2:] if word.startswith('./') else word).strip('/')
             if 'build/' in word or ':' in word or word == '*':
-                continue        # made by the set-up, or a path of another machine
+                continue        # a file that the set-up makes, or a path of another computer
             whole = word.split('/')[0] in FOLDERS and '/' in word
             if whole or (OWN_FILE.fullmatch(word) and word not in OTHERS):
                 assert any(fnmatch.fnmatch(path, word) or not whole and path.endswith('/' + word)
