@@ -34,7 +34,7 @@ from tb3_labs.control.goal_state import GoalState, is_over
 from tb3_labs.nodes.demonstration import DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.node import end, guarded, run
+from tb3_labs.ros.node import begin_shutdown, guarded, run
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
@@ -118,7 +118,7 @@ class Demo:
         if good and 'TB3_LABS_DEMO' in os.environ:
             Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
         if not self._config.stay:
-            end('' if good else problem)
+            begin_shutdown('' if good else problem)
             return
         if not good:
             rospy.logwarn(problem)

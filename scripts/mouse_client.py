@@ -19,7 +19,7 @@ import rospy
 from std_msgs.msg import Bool
 
 from tb3_labs.msg import MouseController
-from tb3_labs.ros.node import end, guarded, run
+from tb3_labs.ros.node import begin_shutdown, guarded, run
 
 #: Time between two messages while the mouse is active [s].
 SEND_PERIOD = 1.0 / 30.0
@@ -40,7 +40,7 @@ class MouseNode:
             self._pointer = Pointer(self._on_scroll, self._on_move)
         except ValueError as problem:    # only this node ends, without a failure
             rospy.logwarn(str(problem))
-            end()
+            begin_shutdown()
             return
         rospy.on_shutdown(self._close)
         rospy.loginfo('Scroll down to drive by the mouse, scroll up to stop')
@@ -61,7 +61,7 @@ class MouseNode:
             try:
                 position = self._pointer.position()
             except ValueError as problem:
-                end(str(problem))
+                begin_shutdown(str(problem))
                 return
             with self._lock:
                 if not self._closed:

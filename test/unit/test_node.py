@@ -25,7 +25,7 @@ from rospy.topics import _PublisherImpl
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.node import Interrupted, catch_signals, end_roslaunch, pause
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, find_late_publishers, ignore_own_messages, write_at_once)
+    find_late_publishers, ignore_own_messages, serve_connections_in_threads, write_at_once)
 
 
 class Child:
@@ -210,7 +210,7 @@ def test_a_list_without_a_publisher_does_not_remove_a_waiting_publisher():
 def test_a_connection_of_a_program_that_is_not_a_node_delays_no_other():
     """A browser, a scanner of ports, or a master that calls an earlier node makes such a connection."""
     server = TCPServer(lambda connection, _: connection.sendall(connection.recv(100)))
-    answer_side_by_side(server)
+    serve_connections_in_threads(server)
     connect = partial(socket.create_connection, ('localhost', server.port))
     silent = [connect(0.9) for _ in range(20)]    # the server accepts nothing yet, and all fit
     request = connect(10.0)
