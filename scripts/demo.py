@@ -125,8 +125,8 @@ class Demo:
         print(WHAT_NEXT)
 
     def _drive(self, after_reset):
-        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. If late
-        sensors on a busy computer end the drive before the robot moves, the drive begins again."""
+        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. On a
+        busy computer late sensors may end a drive before the robot moves. Then it begins again."""
         after_reset = after_reset or self._await('has_control')[1]
         _, world_T_local = self._await('ground_truth', rospy.get_time())
         for attempt in range(MOST_ATTEMPTS):

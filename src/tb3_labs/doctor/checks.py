@@ -1,4 +1,4 @@
-"""The doctor's examinations, in order. Each line is yielded as soon as it is known."""
+"""The doctor's examinations, in order. A line is yielded as soon as it is known."""
 import os
 import time
 from dataclasses import replace
@@ -24,8 +24,8 @@ def examine(namespace):
     graph = RobotGraph(namespace, state or ([], [], []),
                        state and Peer(master.uri).ask('getTopicTypes') or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
-    yield judge_nat(nat_kind(), here.lan_address, not here.master_here or any(
-        not is_own(peer.address) for peer in robot.values() if peer.address))
+    robot_elsewhere = any(not is_own(peer.address) for peer in robot.values() if peer.address)
+    yield judge_nat(nat_kind(), here.lan_address, not here.master_here or robot_elsewhere)
     yield judge_master(master)
     if state is None:
         return
@@ -35,7 +35,7 @@ def examine(namespace):
         yield judge_nodes(robot)
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
-        return    # no node of the robot answers
+        return
     yield from _check_return_path(here, graph, alive, drivers)
     if not python.remedy:
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
@@ -45,7 +45,7 @@ def examine(namespace):
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the lines on the message type of cmd_vel, and on the way from the robot to this
+    """Yields the lines on the type of the commands, and on the way from the robot to this
     computer. `alive` is {node: Peer} of the robot's nodes that answer. `drivers` is {node: Peer} of
     the nodes that publish cmd_vel."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
@@ -61,8 +61,9 @@ def _check_return_path(here, graph, alive, drivers):
         yield judge_types(topic, robot_node, received, other_types)
     own_drivers = {}
     for node, peer in drivers.items():
-        may_be_own = is_own(peer.address) and not peer.problem or peer.problem == 'unresolved'
-        if may_be_own and node not in graph.robot_nodes and node not in other_types:
+        is_here = is_own(peer.address) and not peer.problem
+        may_be_here = is_here or peer.problem == 'unresolved'
+        if may_be_here and node not in graph.robot_nodes and node not in other_types:
             own_drivers[node] = peer.uri
     if own_drivers:
         time.sleep(1.0)    # the robot needs this time to connect to a new driver
@@ -76,8 +77,8 @@ def _check_return_path(here, graph, alive, drivers):
 
 
 def _type_of(topic, peer, question):
-    """Returns the type of a node's topic; '' if it is unknown. `question` is the call that lists
-    the node's topics."""
+    """Returns the type of a topic of the node `peer`; '' if the type is unknown. The node answers
+    the XML-RPC call `question` by the list of its topics."""
     for name, kind in peer.ask(question) or ():
         if name == topic:
             return str(kind)
