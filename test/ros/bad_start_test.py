@@ -11,7 +11,7 @@ from node_case import STARTING, NodeCase, TestProgram
 class BadStartTest(NodeCase):
 
     def test_a_bad_parameter_is_one_fatal_line_and_nothing_moves(self):
-        """Each node; test/unit/test_config.py has every kind of value."""
+        """test/unit/test_config.py has every kind of value."""
         cases = [(node, parameter, words) for node, parameter, *words in (
             ('move2goal_tf.py', '_model:=vacuum', 'vacuum', 'burger, waffle, waffle_pi'),
             ('move2goal_tf.py', '_model:=[1]', '[1]', 'burger, waffle, waffle_pi'),
@@ -30,13 +30,13 @@ class BadStartTest(NodeCase):
                 self.assertIn(word, lines[0])
         self.assertEqual(self.observer.all('cmd_vel'), [])
 
-    def test_a_node_without_a_robot_says_what_it_waits_for(self):
+    def test_a_node_without_a_robot_logs_the_missing_topics(self):
         both = '/nowhere/imu and /nowhere/odom'
         nodes = [(self.start(executable, '__ns:=nowhere'), topics) for executable, topics in (
             ('move2goal_tf.py', both), ('turtlebot_controller.py', '/nowhere/imu'))]
         for node, topics in nodes:
             node.wait_for('Waiting for {}: is the robot running?'.format(topics))
-        for node, _ in nodes:    # one by rospy alone takes longer to end than to start
+        for node, _ in nodes:    # a node by rospy alone takes longer to end than to start
             pid = node.pid
             started = cpu_time(pid)
             node.send(signal.SIGINT)
@@ -51,7 +51,7 @@ class BadStartTest(NodeCase):
             'send_goal: /nowhere/move2goal does not answer: is move_to_goal running?'])
 
     def test_what_a_node_refuses_ends_its_launch(self):
-        """With a master of its own: none is left. demo.test tries the robot."""
+        """The launch has its own master, which also ends. demo.test tries the robot."""
         uri = 'http://localhost:{}'.format(free_port())
         launch = TestProgram(['roslaunch', '--disable-title', 'tb3_labs', 'turn.launch', 'set:={max_ang: 2}'],
                              environment={'ROS_MASTER_URI': uri, 'DISPLAY': ''})

@@ -20,7 +20,7 @@ PAUSED = 2.6
 
 
 class ObedientRobot:
-    """A robot that obeys at once, and its clock; all in wall time of this test."""
+    """A robot that obeys at once, and publishes /clock, at the pace of the wall clock."""
 
     def __init__(self):
         self.clock = rospy.Publisher('/clock', Clock, queue_size=10)
@@ -108,7 +108,7 @@ class ClockTest(NodeCase):
         self.assertEqual(node.end(), 0)
 
     def assert_no_commands(self, seconds):
-        """By the wall clock, since ROS time may stand still."""
+        """No command is sent for this time of the wall clock, since ROS time may stand still."""
         since = time.monotonic() + 0.1
         self.observer.wait_until(lambda: time.monotonic() > since + seconds)
         self.assertEqual(self.commands(since), [])

@@ -20,16 +20,15 @@ from node_case import TestProgram
 from rosunit_internals import needs_setup
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
-#: A row of its table: the true error, and whether that is good.
+#: A row of the table about a good drive, with the true errors [mm], [deg].
 ROW = re.compile(r'^drive \d .*?([\d.]+) mm ([\d.]+) deg .* ok$', re.MULTILINE)
-#: The report's only origin is the first local_pose after a reset, whose heading is as noisy as the
-#: reset's own: together 0.007 deg, 0.1 mm across after 0.86 m. The limits are five times that, in
-#: mm and deg.
+#: The report takes its origin from the first local_pose after a reset. Its heading is as noisy as that
+#: of the reset: together 0.007 deg, or 0.1 mm after 0.86 m. The limits are five times as large [mm], [deg].
 MOST_DIFFERENCE = 0.5, 0.05
 
 
 def demo(*arguments, **options):
-    """demo.sh with a master of its own: (Program, address of the master)."""
+    """Start demo.sh with a new master. Returns (TestProgram, address of the master)."""
     uri = 'http://localhost:{}'.format(free_port())
     environment = dict(options.pop('environment', {}), ROS_MASTER_URI=uri)
     return TestProgram(list(options.pop('prefix', ())) + [SCRIPT, *arguments],
@@ -37,7 +36,7 @@ def demo(*arguments, **options):
 
 
 def left_behind(uri):
-    """The commands of the processes that were started with this master."""
+    """Returns the command lines of the processes that were started with this master."""
     found = []
     for process in processes_with(uri):
         with contextlib.suppress(OSError):    # it has ended
@@ -67,7 +66,7 @@ class DemoTest(unittest.TestCase):
                 self.assertLess(abs(value - expected), most)    # NaN is not less
 
     def test_ctrl_c_ends_the_script_at_once_without_a_word(self):
-        """A Ctrl+C while its programs start, which print tracebacks then."""
+        """Ctrl+C while programs start would make them print tracebacks."""
         for after in (0.3, 1.0, 2.0):
             run, uri = demo('web:=false', 'stay:=true', terminal=True)
             self.addCleanup(run.kill)

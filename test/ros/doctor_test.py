@@ -1,6 +1,7 @@
-"""doctor.py with real faults: it names each of them, in time, and leaves nothing behind.
+"""doctor.py reports each of many real faults in time, and leaves nothing behind.
 
-All patients are examined at the same time; each test then reads what the doctor printed of one.
+All patients (robots or computers with faults) are examined at the same time. Then each test reads
+the lines about some patients.
 """
 import contextlib
 import os
@@ -22,14 +23,13 @@ from node_case import STARTING, NodeCase, NodeProgram, TestProgram, path_of
 from tb3_labs.ros.clocks import wait_until
 from two_hosts import PREFIX, TwoHosts
 
-#: The simulated robot, with less to send.
+#: The simulated robot, with fewer messages.
 ROBOT = 'fake_turtlebot3.py', '_imu_rate:=50'
-#: With a network that holds messages.
+#: The robot's network delays messages.
 HOLDING = '_stalls_per_min:=120', '_longest_stall:=1.2'
-#: A clock that is ahead by this much [s].
+#: The stamps of a patient are ahead by this time [s].
 AHEAD = 3.0
-#: A computer on which much is wrong, in a network of its own: WSL's kernel behind NAT, a master far
-#: away.
+#: Makes a computer with many faults, in a separate network: WSL's kernel behind NAT, an unknown master.
 BAD_COMPUTER = '''
 ip link set lo up; ip link add lan type veth peer name far; ip link set far up
 ip addr add 172.20.0.5/20 dev lan; ip link set lan up
@@ -37,7 +37,7 @@ ip route add default via 172.20.0.1
 echo Linux version 5.15 microsoft-standard-WSL2 > {0}/version
 mount --bind {0}/version /proc/version; exec "$@"
 '''
-#: (patient, subject of the line, verdict, words in it).
+#: (patient, subject of the line, verdict, words in the line)
 FOUND = (
     ('no master', 'Master', 'FAULT', 'refuses.*start roscore'),
     ('no master', 'Python', 'FAULT', 'cannot import .*source scripts/setup.sh'),
@@ -71,10 +71,10 @@ FOUND_ON_HOSTS = (
 
 
 class Doctors:
-    """The doctors that were called. `ended` is {patient: (exit status, output, seconds)}.
+    """Calls a doctor for each patient. `ended` is {patient: (exit status, output, seconds)}.
 
-    The seconds count from the first line: what was before is the start of Python and the import of
-    the packages, which takes long on a busy machine. Its delays are not the doctor's time.
+    The seconds are those from the first line to the end, without delays of the computer. The start
+    of Python takes long on a busy computer.
     """
 
     def __init__(self, hiccups):
@@ -97,7 +97,7 @@ class Doctors:
         return status, program.text, time.time() - begun - self._hiccups.since(begun)
 
     def wait(self):
-        """Wait for all."""
+        """Wait for the end of all doctors."""
         self.ended = {patient: watch.result() for patient, watch in self._called.items()}
 
 
@@ -113,14 +113,14 @@ class DoctorTest(NodeCase):
         if not cls.missing:
             cls.hosts = TwoHosts()
             cls.addClassCleanup(cls.hosts.remove)
-            # first of all: meanwhile this process has the environment of another host
+            # this changes the environment of this process for a while, so it comes first
             cls._start_hosts()
         cls._start_patients()
         cls._call_doctors()
 
     @classmethod
     def keep(cls, program):
-        """Kill the program in the end."""
+        """Kill the program after the last test."""
         cls.addClassCleanup(program.kill)
         return program
 
@@ -157,8 +157,8 @@ class DoctorTest(NodeCase):
 
     @classmethod
     def _start_hosts(cls):
-        """Two robots on one host; a driver of each on the other, one of them under a name that the
-        robot cannot resolve. The master is on the laptop."""
+        """Start two robots on one host, and their drivers on the laptop, where the master is. One driver
+        advertises a name that the robot cannot resolve."""
         with cls.hosts.on('laptop'):
             cls.keep(TestProgram(['rosmaster', '--core', '-p', '11311']))
         with cls.hosts.on('robot'):
@@ -211,11 +211,11 @@ class DoctorTest(NodeCase):
         node = '/doctor_{}_'.format(interrupted.pid)
         cls.wait_for(lambda: any(each.startswith(node) for topic, nodes in cls.state()[1]
                                  for each in nodes if topic == '/robot3/cmd_vel'))
-        time.sleep(0.2)    # that is its last topic: from then on it listens
+        time.sleep(0.2)    # cmd_vel is the doctor's last topic, so now it listens
         interrupted.send(signal.SIGINT)
         cls.doctors.wait()
         cls.after = cls.state()
-        # those whose time counts; this one is in a terminal that was not set up
+        # the time of these doctors is limited; the first runs in a terminal that was not set up
         call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1',
                                        'PYTHONPATH': '/nowhere'})
         if cls.hosts:
@@ -228,12 +228,12 @@ class DoctorTest(NodeCase):
 
     @classmethod
     def on(cls, host, **environment):
-        """The options of a program that runs on a host, with its environment."""
+        """Returns options of a program, by which it runs on this host."""
         return {'prefix': ['nsenter', '--net=/run/netns/' + PREFIX + host],
                 'environment': dict(cls.hosts.environment(host), **environment)}
 
     def read(self, patient):
-        """({subject: line}, status, seconds) of a patient."""
+        """Returns ({subject: line}, exit status, seconds) of a patient."""
         status, output, seconds = self.doctors.ended[patient]
         print('{} ({:.1f} s, status {}):\n{}'.format(patient, seconds, status, output))
         self.assertNotIn('Traceback', output)
@@ -243,7 +243,7 @@ class DoctorTest(NodeCase):
         return lines, status, seconds
 
     def check(self, found):
-        """Each line on a subject has this verdict, and these words."""
+        """Each line of `found` has its verdict and its words."""
         wrong = []
         for patient, subject, verdict, words in found:
             lines, status, _ = self.read(patient)
@@ -260,7 +260,7 @@ class DoctorTest(NodeCase):
             'Python', 'Address', 'NAT', 'Master', 'Robot', 'Nodes', 'Way',
             'Drivers', 'imu', 'odom', 'joint_states', 'Clock', 'Gyro', 'Drift', 'Way back'])
         self.assertIn('agrees with the wheels', lines['Gyro'])
-        # a busy machine holds messages up
+        # a busy computer delays messages
         self.assertEqual([line for subject, line in lines.items() if not line.startswith('ok') and (
             subject not in ('imu', 'odom', 'joint_states', 'Clock'))], [])
         self.assertLess(seconds, 12.0)
