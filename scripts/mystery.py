@@ -67,8 +67,10 @@ def _answer(words):
 
 def _description(name, fault):
     value = f'  value [{fault.unit}], right within {fault.tolerance:g}: {fault.value}.'
-    return '\n'.join([name] + [line for text in (value, '  ' + fault.symptom)
-                               for line in textwrap.wrap(text, 100, subsequent_indent='  ')])
+    lines = [name]
+    for text in (value, '  ' + fault.symptom):
+        lines += textwrap.wrap(text, 100, subsequent_indent='  ')
+    return '\n'.join(lines)
 
 
 if __name__ == '__main__':

@@ -54,8 +54,8 @@ FOUND = (
     ('ahead', 'Gyro', 'warning', 'cannot be compared'),
     ('ahead', 'Hearers', 'warning',
      '/ahead/lab1 listens to /ahead/imu_data, .* published by /doctor'),
-    ('ahead', 'Senders', 'warning', '/lab2 publishes /ahead/turtle1/cmd_vel, which nobody hears; '
-     '/ahead/cmd_vel is heard by /doctor'),
+    ('ahead', 'Senders', 'warning', '/ahead/lab1 publishes /ahead/turtle1/cmd_vel, which nobody '
+     'hears; /ahead/cmd_vel is heard by /doctor'),
     ('silent', 'Nodes', 'FAULT', '/silent/core .* does not answer'))
 FOUND_ON_HOSTS = (
     ('laptop', 'imu', '(warning|FAULT)', 'silent for [0-9.]+ s: .*rostopic delay /robot1/imu'),
@@ -136,13 +136,12 @@ class DoctorTest(NodeCase):
             ('/ahead/imu', Imu), ('/ahead/odom', Odometry), ('/robot3/cmd_vel', Twist),
             ('/robot2/imu', Imu))]
         rospy.Subscriber('/ahead/cmd_vel', Twist, lambda message: None)
-        cls.keep(NodeProgram('imu_sub.py', 'imu:=imu_data', '__name:=lab1', '__ns:=/ahead'))
-        cls.keep(TestProgram(['rostopic', 'pub', '-r', '5', '__name:=lab2', '/ahead/turtle1/cmd_vel',
-                              'geometry_msgs/Twist', '{}']))
+        cls.keep(NodeProgram('plain_turtlebot_controller.py', 'imu:=imu_data',
+                             'cmd_vel:=turtle1/cmd_vel', '__name:=lab1', '__ns:=/ahead'))
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         cls.register_silent()
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel',
-                               '/robot2/odom', '/robot2/cmd_vel', '/ahead/turtle1/cmd_vel', '/ahead/heading')
+                               '/robot2/odom', '/robot2/cmd_vel', '/ahead/turtle1/cmd_vel')
         time.sleep(1.0)    # robots connect to their drivers
 
     @classmethod

@@ -156,21 +156,17 @@ def test_a_fault_of_a_workspace_is_one_line(tmp_path):
     assert words[0].split(':')[:3] == [str(poor), str(other), str(DEVEL)]
 
 
+@pytest.mark.skipif(not os.path.realpath('/bin/sh').endswith('dash'), reason='sh is not dash')
 @pytest.mark.parametrize('call', ['. {}', 'sh {}'])
 def test_another_shell_is_refused_in_one_line(tmp_path, call):
     """dash cannot read the rest of the file. A bash with the name sh can."""
-    if not os.path.realpath('/bin/sh').endswith('dash'):
-        pytest.skip('sh is not dash')
     words, errors = shell(tmp_path, 'sh -c "{}"; echo $?'.format(call.format(SETUP)))
     assert (words, errors) == (['1'], 'tb3_labs: scripts/setup.sh needs bash; start one first\n')
 
 
-def test_an_option_that_is_wrong_is_one_line(tmp_path):
-    words, errors = shell(tmp_path, 'cd; {} --hlp || echo $?'.format(SETUP))
+def test_a_wrong_option_and_a_path_that_catkin_does_not_accept_are_one_line(tmp_path):
+    words, errors = shell(tmp_path, '{} --hlp || echo $?'.format(SETUP))
     assert words == ['2'] and 'unknown option --hlp' in errors and errors.count('\n') == 1
-
-
-def test_a_path_that_catkin_does_not_take_is_refused_with_what_to_do(tmp_path):
     place = tmp_path / 'my labs' / 'scripts'
     shutil.copytree(str(REPOSITORY / 'scripts'), str(place))
     words, errors = shell(tmp_path, '"{}/setup.sh"'.format(place))
@@ -184,15 +180,11 @@ def room():
     if os.getuid() != 0 or not shutil.which('setpriv'):
         pytest.skip('only root can be another account')
     with tempfile.TemporaryDirectory() as folder:
-        place = pathlib.Path(folder)
+        place, home = pathlib.Path(folder), pathlib.Path(folder, 'home')
         place.chmod(0o755)
         skip_if_closed(place)
-        for name in ('scripts/setup.sh', 'scripts/setup'):
-            (place / 'room' / name).parent.mkdir(parents=True, exist_ok=True)
-            copy = shutil.copytree if (REPOSITORY / name).is_dir() else shutil.copy
-            copy(str(REPOSITORY / name), str(place / 'room' / name))
+        shutil.copytree(str(REPOSITORY / 'scripts'), str(place / 'room' / 'scripts'))
         (place / 'room' / 'build' / '.ws').mkdir(parents=True)
-        home = place / 'home'
         home.mkdir()
         os.chown(str(home), NOBODY, NOBODY)
         yield place / 'room', home
@@ -203,19 +195,11 @@ AS_NOBODY = ('setpriv', '--reuid', str(NOBODY), '--regid', str(NOBODY), '--clear
 
 def test_an_account_that_does_not_own_the_installation_has_logs_at_home(room):
     place, home = room
-    built = place / 'build' / '.ws'
-    words, errors = shell(home, 'CATKIN_ENV_HOOK_WORKSPACE={}/devel; source {}/scripts/setup/terminal.bash; '
-                          'echo $ROS_HOME $ROS_LOG_DIR $HYPOTHESIS_STORAGE_DIRECTORY'.format(
-                              built, place), *AS_NOBODY)
-    assert (words, errors) == ([str(home / '.ros' / name) for name in ('', 'log', 'hypothesis')], '')
-
-
-def test_an_account_that_does_not_own_the_installation_learns_who_can_repair_it(room):
-    place, home = room
-    words, errors = shell(home, 'source {}/scripts/setup.sh; echo $?'.format(place), *AS_NOBODY)
-    assert words == ['1']
-    assert errors.count('\n') == 1
-    assert 'tb3_labs: root, whose installation this is, must run ' in errors
+    words, errors = shell(home, 'CATKIN_ENV_HOOK_WORKSPACE={0}/build/.ws/devel; source {0}/scripts/setup/'
+                          'terminal.bash; echo $ROS_HOME $ROS_LOG_DIR $HYPOTHESIS_STORAGE_DIRECTORY; '
+                          'source {0}/scripts/setup.sh; echo $?'.format(place), *AS_NOBODY)
+    assert words == [str(home / '.ros' / name) for name in ('', 'log', 'hypothesis')] + ['1']
+    assert errors.startswith('tb3_labs: root, whose installation this is, must run ') and errors.count('\n') == 1
 
 
 #: Sources the part of the set-up that knows packages, with the variables of scripts/setup.sh.

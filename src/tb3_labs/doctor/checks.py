@@ -21,8 +21,8 @@ def examine(namespace):
         return
     here = address_here(master.address)
     yield judge_address(here)
-    graph = RobotGraph(namespace, state or ([], [], []),
-                       state and Peer(master.uri).ask('getTopicTypes') or [])
+    types = Peer(master.uri).ask('getTopicTypes') if state else None
+    graph = RobotGraph(namespace, state or ([], [], []), types or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
     robot_elsewhere = any(not is_own(peer.address) for peer in robot.values() if peer.address)
     yield judge_nat(nat_kind(), here.lan_address, not here.master_here or robot_elsewhere)

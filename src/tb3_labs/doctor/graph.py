@@ -212,7 +212,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
     a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if a node
     publishes the right name, the wrong name of another node must have SURE_LIKENESS."""
-    for subject, words, users, partners, names in (
+    for subject, text, users, partners, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, LAB_TOPICS),
             ('Senders', '{} publishes {}, which nobody hears; {} is heard by {}',
@@ -228,8 +228,9 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                     continue
                 # a node that also uses the right name is not mistaken
                 if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
+                    # a node of the robot is named, rather than a recorder
                     partner = min(partners[right], key=lambda each: each not in graph.robot_nodes)
-                    findings.append(words.format(node, topic, right, partner))
+                    findings.append(text.format(node, topic, right, partner))
         if findings:
             yield warning(subject, '; '.join(findings[:MOST_NAMED_NODES]),
                           'mend the name in its code, or by <remap> in its launch file')

@@ -74,8 +74,8 @@ def value_of(text, kind):
         value = text if kind is str else yaml.safe_load(text)
     except (yaml.YAMLError, ValueError):    # Python raises ValueError for 5000 digits
         return text
-    can_be_sent = type(value) in (bool, float) or type(value) is int and abs(value) < 2 ** 31
-    return value if can_be_sent else text
+    is_small_integer = type(value) is int and abs(value) < 2 ** 31
+    return value if type(value) in (bool, float) or is_small_integer else text
 
 
 def carry_out(command, node='', name='', text=None):
