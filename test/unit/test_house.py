@@ -43,10 +43,6 @@ ROSPY_PARTS = {'impl', 'core', 'rostime', 'get_stats'}
 
 @lru_cache(maxsize=None)
 def tree_of(path):
-    """Noetic has Python 3.8. A newer Python accepts some syntax that 3.8 refuses, so test/oldest.sh
-    runs this, too. vermin (PyPI) finds uses of a newer standard library:
-    vermin -t=3.8- --violations --eval-annotations --feature union-types src scripts test doc
-    """
     return ast.parse(path.read_text(encoding='utf-8'), str(path), feature_version=(3, 8))
 
 
@@ -192,6 +188,14 @@ def test_a_line_of_a_test_has_at_most_120_characters():
     """wrong_nodes.py has a table of whole lines of nodes."""
     assert [(path.name, line) for path in (ROOT / 'test').rglob('*.py') if path.name != 'wrong_nodes.py'
             for line in path.read_text(encoding='utf-8').splitlines() if len(line) > 120] == []
+
+
+def test_all_files_are_python38():
+    """Noetic has Python 3.8. A newer Python accepts some syntax that 3.8 refuses, so test/oldest.sh
+    runs this, too, and imports the unit tests. vermin (PyPI) finds uses of a newer standard library:
+    vermin -t=3.8- --violations --eval-annotations --feature union-types src scripts test doc
+    """
+    assert len([tree_of(path) for path in OWN_FILES if 'unit' not in path.parts]) > 100
 
 
 def test_no_program_starts_a_python_that_looks_into_the_current_folder():
