@@ -2,6 +2,7 @@
 import io
 import math
 import random
+import socket
 import threading
 import time
 from types import SimpleNamespace
@@ -290,6 +291,13 @@ def test_the_nodes_of_a_right_graph_have_no_wrong_names():
 def test_a_peer_without_an_answer_has_a_problem(uri, problem):
     peer = Peer(uri)
     assert peer.ask('getPid') is None and peer.problem == problem
+
+
+def test_a_peer_that_never_answers_is_silent(monkeypatch):
+    monkeypatch.setattr('tb3_labs.doctor.graph.ANSWER_TIMEOUT', 0.1)
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        peer = Peer('http://localhost:{}'.format(server.getsockname()[1]))
+        assert peer.ask('getPid') is None and peer.problem == 'silent'
 
 
 def test_the_nodes_around_a_robot():

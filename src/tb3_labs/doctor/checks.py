@@ -25,7 +25,8 @@ def examine(namespace):
     graph = RobotGraph(namespace, state or ([], [], []), types or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
     robot_elsewhere = any(not is_own(peer.address) for peer in robot.values() if peer.address)
-    yield judge_nat(nat_kind(), here.lan_address, not here.master_here or robot_elsewhere)
+    yield judge_nat(nat_kind(), here.lan_address,
+                    others_elsewhere=robot_elsewhere or not here.master_here)
     yield judge_master(master)
     if state is None:
         return
@@ -41,7 +42,7 @@ def examine(namespace):
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
         yield from examine_messages(
             graph, here.outgoing_address, min(peer.round_trip for peer in alive.values()),
-            not Peer(master.uri).ask('getParam', '/use_sim_time'))
+            is_wall_time=not Peer(master.uri).ask('getParam', '/use_sim_time'))
 
 
 def _check_return_path(here, graph, alive, drivers):
@@ -73,7 +74,7 @@ def _check_return_path(here, graph, alive, drivers):
         connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
         yield judge_return_path(own_drivers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
-                                not is_own(address))
+                                robot_elsewhere=not is_own(address))
 
 
 def _type_of(topic, peer, question):

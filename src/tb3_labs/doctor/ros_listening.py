@@ -68,7 +68,7 @@ def examine_messages(graph, address, round_trip, is_wall_time):
     if delays and is_wall_time:
         yield judge_clock(min(delays), round_trip)
     cause, _, remedy = watch.problem().partition(': ')
-    yield judge_gyro(cause, remedy, watch.has_compared)
+    yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
     drift = drift_of([sample[:2] for sample in samples if isinstance(sample, ImuSample)],
                      [sample[1:] for sample in wheels])
     if drift is not None and watch.has_compared and not watch.problem():
