@@ -45,16 +45,16 @@ def test_programs_launch_files_and_tests_are_completed_and_roscd_leads_to_the_pa
     assert (pathlib.Path(printed[6].split(': ')[1]) / 'package.xml').samefile(ROOT / 'package.xml')
 
 
-@pytest.mark.parametrize('command, said', [
+@pytest.mark.parametrize('command, line', [
     ('bash {0}', 'tb3_labs: all is set up. In each terminal, type: source {0}'),
-    ('source {0}', '')])    # a script; a person's terminal says that it is ready
-def test_the_set_up_ends_with_the_line_to_type(printed, tmp_path, command, said):
+    ('source {0}', '')])    # bash -c is not interactive; a person's terminal prints that it is ready
+def test_the_set_up_ends_with_the_line_to_type(printed, tmp_path, command, line):
     ours, theirs = pty.openpty()
     try:
         subprocess.run(['bash', '-c', command.format(SETUP)], timeout=600.0, stdin=theirs, stdout=theirs,
                        env={'PATH': '/usr/bin:/bin', 'HOME': str(tmp_path)}, check=True)
         os.write(theirs, b'.')
-        assert os.read(ours, 4096).decode().split('\r\n')[0].strip('.') == said.format(SETUP)
+        assert os.read(ours, 4096).decode().split('\r\n')[0].strip('.') == line.format(SETUP)
     finally:
         os.close(ours)
         os.close(theirs)

@@ -49,7 +49,7 @@ def test_jitter_is_exponential_on_top_of_the_delay():
     assert extra[len(extra) // 2] == pytest.approx(0.01 * math.log(2.0), rel=0.03)
 
 
-def test_what_is_under_way_when_the_cut_comes_is_held_up_and_afterwards_takes_its_time():
+def test_a_cut_delays_the_messages_under_way_until_its_end():
     link = link_of(SimulatorConfig(sensor_latency=0.5))
     link.send(['arrives', 'held'], [0.0, 0.25])
     link.configure(SimulatorConfig(sensor_latency=0.5, network_cut=True), 0.625)

@@ -230,14 +230,14 @@ def test_a_noetic_beside_the_system_is_found(tmp_path, name):
     assert found == ('ros-noetic-tf' in words) == ('python3-rospy' not in words)
 
 
-@pytest.mark.parametrize('system, said', [
+@pytest.mark.parametrize('system, problem', [
     ('debian:13', ''), ('debian:11', ''), ('ubuntu:22.04', ''),
     ('ubuntu:20.04', 'ROS Noetic is missing'), ('ubuntu:24.04', 'docker build'),
     ('debian:10', 'it takes Debian 13, 12 and 11'), ('unknown', 'docker build')])
-def test_a_system_without_ros_1_is_refused_in_one_line(tmp_path, system, said):
-    words, errors = packages(tmp_path, 'refuse_system; echo taken', system)
-    assert words == ([] if said else ['taken'])
-    assert said in errors and errors.count('\n') == bool(said)
+def test_a_system_without_ros_1_is_refused_in_one_line(tmp_path, system, problem):
+    words, errors = packages(tmp_path, 'refuse_system; echo accepted', system)
+    assert words == ([] if problem else ['accepted'])
+    assert problem in errors and errors.count('\n') == bool(problem)
 
 
 #: An apt with the answer of apt-get 2.6 and 3.0 to `update`. It reports each installation.
