@@ -74,7 +74,7 @@ class Demo:
         self._received = {}     # {topic: [(time of arrival [s], value)]}
         self._granted = False   # does move_to_goal have control from this node?
         self._control_taken = False
-        # not latched, since a latched permission may be an old one
+        # not latched, since a latched permission may be old
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
         self._store('goal_state', String, lambda message: message.data)
         self._store('has_control', Bool, lambda message: message.data)

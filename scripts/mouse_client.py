@@ -33,7 +33,7 @@ class MouseNode:
         self._send_now = threading.Event()
         self._lock = threading.Lock()    # guards _closed and the publisher
         self._closed = False             # was the last message published?
-        # latched, so that a controller that starts learns at once whether the mouse is active
+        # latched, so a controller that starts later gets the state of the mouse at once
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
         try:

@@ -126,5 +126,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    # run_tool() drops the error of a closed terminal, which would hide the Interrupted
+    # without run_tool() the error of a closed terminal would hide the Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

@@ -47,25 +47,25 @@ def left_behind(uri):
 @needs_setup
 class DemoTest(unittest.TestCase):
 
-    def test_both_drives_are_good_and_the_report_says_the_same(self):
+    def test_both_drives_are_good_and_the_report_agrees(self):
         with tempfile.TemporaryDirectory(prefix='demo_test_') as folder:
             run, uri = demo('use_sim_time:=true', 'record:=true', 'robot_set:={imu_rate: 60}',
                             prefix=['sh', '-c', 'cd {} && exec "$0" "$@"'.format(folder)])
             self.addCleanup(run.kill)
             self.assertEqual(run.wait(300.0), 0, run.text)
             self.assertEqual(left_behind(uri), [])
-            told = [[float(number) for number in row] for row in ROW.findall(run.text)]
+            table = [[float(number) for number in row] for row in ROW.findall(run.text)]
             path, = pathlib.Path(folder).glob('run_*.bag')
             recorded = read_run(str(path))
         reported = drives(recorded, robot_model('burger'))
-        self.assertEqual((len(told), len(epochs(recorded))), (2, 2), run.text)
+        self.assertEqual((len(table), len(epochs(recorded))), (2, 2), run.text)
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
-        for drive, printed in zip(reported, told):
+        for drive, printed in zip(reported, table):
             true = 1000.0 * drive.true[0], abs(math.degrees(drive.true[1]))
             for value, expected, most in zip(true, printed, MOST_DIFFERENCE):
                 self.assertLess(abs(value - expected), most)    # NaN is not less
 
-    def test_ctrl_c_ends_the_script_at_once_without_a_word(self):
+    def test_ctrl_c_ends_the_script_at_once_without_a_line(self):
         """Ctrl+C while programs start would make them print tracebacks."""
         for after in (0.3, 1.0, 2.0):
             run, uri = demo('web:=false', 'stay:=true', terminal=True)
@@ -76,13 +76,15 @@ class DemoTest(unittest.TestCase):
             self.assertEqual([line for line in run.lines if line.strip() and '[INFO]' not in line], [])
             self.assertEqual(left_behind(uri), [])
 
-    def test_what_is_refused_ends_it(self):
-        for argument, line in (('stya:=true', 'is stay:= meant?'),
-                               ('robot_set:={slp: 1}', '/turtlebot3/slp is unknown; is slip meant')):
-            run, uri = demo('web:=false', argument)
+    def test_an_unknown_argument_or_parameter_ends_the_demonstration(self):
+        cases = [('stya:=true', 'is stay:= meant?'),
+                 ('robot_set:={slp: 1}', '/turtlebot3/slp is unknown; is slip meant')]
+        runs = [demo('web:=false', argument) for argument, _ in cases]
+        for run, _ in runs:
             self.addCleanup(run.kill)
+        for (run, uri), (_, words) in zip(runs, cases):
             self.assertEqual(run.wait(200.0), 1, run.text)
-            said, = [each for each in run.lines if 'FATAL' in each or 'tb3_labs: ' in each]
-            self.assertIn(line, said)
+            line, = [each for each in run.lines if 'FATAL' in each or 'tb3_labs: ' in each]
+            self.assertIn(words, line)
             self.assertNotIn('RLException', run.text)
             self.assertEqual(left_behind(uri), [])
