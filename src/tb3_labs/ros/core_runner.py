@@ -100,7 +100,8 @@ class CoreRunner:
         while True:
             output = self._waiting.get()
             for line in output.log_lines:
-                (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
+                log = rospy.logwarn if line.warning else rospy.loginfo
+                log('%s', line.text)
             self._carry_out(output)
 
 
@@ -232,7 +233,6 @@ class Diagnostics:
 
 
 def values_of(topic, source, now):
-    """Returns the age of the Freshness `source`, and the number of invalid messages on `topic`, for
-    Diagnostics. Example: {'imu age [s]': '0.004', 'imu dropped': 0}."""
+    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} of the Freshness `source` on `topic`."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
             source.name + ' dropped': INVALID_COUNTS[topic]}
