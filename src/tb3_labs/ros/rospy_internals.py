@@ -41,12 +41,12 @@ def note_connections():
     """
     validate = TCPROSTransport._validate_header
 
-    def noted(self, header):
+    def validate_and_note(self, header):
         header.update(connected_at=time.clock_gettime(time.CLOCK_BOOTTIME),
                       process=self.endpoint_id)
         validate(self, header)
 
-    TCPROSTransport._validate_header = noted
+    TCPROSTransport._validate_header = validate_and_note
 
 
 def log_without_the_master():
