@@ -8,7 +8,7 @@ platform. MARKS is a folder that gets marks.csv, overview.html, and for each stu
 results.json. A marked submission is not tried again until it changes. The instructors' page on
 marking has more.
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 import signal
 import threading

@@ -33,7 +33,7 @@ from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, re
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.marking.intake.node_start import NodeStart
-from tb3_labs.ros.node import end, leave
+from tb3_labs.ros.node import begin_shutdown, exit_process
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: The option by which rostest names the file for the results.
@@ -203,5 +203,5 @@ def main():
 
 if __name__ == '__main__':
     status = main()
-    end()
-    leave(status)
+    begin_shutdown()
+    exit_process(status)

@@ -19,7 +19,7 @@ from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
-from tb3_labs.ros.node import end, end_roslaunch, guarded
+from tb3_labs.ros.node import begin_shutdown, end_roslaunch, guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
@@ -65,7 +65,7 @@ class ControllerNode:
     def _on_line(self, line):
         if line.lower() == 'q':
             end_roslaunch()
-            end()
+            begin_shutdown()
             return
         try:
             degrees = degrees_of(line.lower())
