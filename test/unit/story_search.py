@@ -43,8 +43,9 @@ class Cast(NamedTuple):
 
 #: Waits after which no story ends: longer ones include their moments.
 NOT_LAST = (1.95, 20.2)
-#: After the first event, and after one of so many later, it is tried whether a person who asks again is obeyed.
-LISTENED = 100
+#: After one of so many transitions, it is tried whether a person who asks again is obeyed. This is also tried after
+#: each first event of short stories, which have all events.
+LISTENED = 150
 
 GAVE = ('A of pad 0',)
 CASTS = {
@@ -101,7 +102,7 @@ def search(cast, seconds=math.inf, depth=99):
                 found.drives += after.drives
                 if found.depth < depth:
                     frontier.append((story + (words,), pickle.dumps(after, -1)))
-                if not story or found.transitions % LISTENED == 0:
+                if not story and depth <= 2 or found.transitions % LISTENED == 0:
                     listens(after)
             except Wrong as wrong:
                 found.story, found.reason = story + (words,), str(wrong)

@@ -89,17 +89,15 @@ def test_nothing_is_interpolated_over_a_dropout(gap, known):
 
 def test_a_track_forgets_what_is_old():
     track = straight_track(*(k / 10 for k in range(100)))
-    assert track.at(9.9 - SAMPLE_MEMORY - 0.11) is None
-    assert track.at(9.9 - SAMPLE_MEMORY + 0.11) == pytest.approx(10.0 * (9.9 - SAMPLE_MEMORY + 0.11))
+    oldest = 9.9 - SAMPLE_MEMORY
+    assert track.at(oldest - 0.11) is None
+    assert track.at(oldest + 0.11) == pytest.approx(10.0 * (oldest + 0.11))
 
 
 # Pairs: order of arrival --------------------------------------------------------------------------
 
-LATE = [0.0, 0.004, 0.02, 0.05, 0.1, 0.25]
-
-
-@pytest.mark.parametrize('imu_late, odometry_late', [(late, 0.0) for late in LATE] + [
-    (0.0, late) for late in LATE])
+@pytest.mark.parametrize('imu_late, odometry_late', [
+    (0.0, 0.0), (0.02, 0.0), (0.25, 0.0), (0.0, 0.004), (0.0, 0.1), (0.0, 0.25)])
 def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
     """One source may be several samples ahead of the other, all the time."""
     messages = SPINNING.messages(0.0, 3.0, imu_delay=lambda: imu_late,
@@ -112,11 +110,8 @@ def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
 
 
 def test_of_several_that_wait_the_newest_is_taken():
-    history = TimedPart(SampleBuffer())
-    for time in (0.0, 0.1, 0.2, 0.3):
-        history.add(SPINNING.imu(time), time)
-    for time in (0.1, 0.2):
-        history.add(SPINNING.odometry(time), time)
+    history = filled([(time, SPINNING.imu(time)) for time in (0.0, 0.1, 0.2, 0.3)]
+                     + [(time, SPINNING.odometry(time)) for time in (0.1, 0.2)])
     assert history.pop_pair()[0] == SPINNING.odometry(0.2)
     assert history.pop_pair() is None
 
@@ -127,7 +122,7 @@ def without_imu(silent, end=8.0):
             if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent)]
 
 
-@pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
+@pytest.mark.parametrize('silent', [0.2, 0.9])
 def test_the_odometry_bridges_a_gap_of_the_imu(silent):
     """If IMU samples come together, a node reads only the latest."""
     assert_right(pairs_of(TimedPart(SampleBuffer()), without_imu(silent)), SPINNING)
@@ -150,7 +145,7 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
 
 # Stamps that cannot be used -----------------------------------------------------------------------
 
-@pytest.mark.parametrize('useless', [0.0, -1.0, 1234.5])
+@pytest.mark.parametrize('useless', [0.0, 1234.5])
 @pytest.mark.parametrize('whose', [ImuSample, OdometrySample, object])
 def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, whose):
     history = filled(
@@ -167,8 +162,8 @@ def test_the_receivers_clock_goes_back_where_stamps_are_zero():
     assert_instant(instant_at(history, 2.5), turned, 2.5, ahead=0.0)
 
 
-@pytest.mark.parametrize('imu_late', [0.0, 0.02])
-@pytest.mark.parametrize('step', [5.0, -5.0, 1.5, -1.5, -0.2, 0.5, 3600.0])
+@pytest.mark.parametrize('step, imu_late', [
+    (5.0, 0.0), (1.5, 0.02), (-1.5, 0.0), (-0.2, 0.0), (-0.2, 0.02), (0.5, 0.0), (3600.0, 0.0)])
 def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     robot = replace(SPINNING, clock_ahead=10000.0)
     messages = restamped(robot.messages(0.0, 6.0, imu_delay=lambda: imu_late),
@@ -184,7 +179,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     assert_instant(instant_at(history, now), robot, now, robot.clock_ahead + step, imu_late + 1e-6)
 
 
-@pytest.mark.parametrize('stall', [0.9, 1.2, 1.6, 4.0, 10.0])
+@pytest.mark.parametrize('stall', [0.9, 1.6, 4.0])
 def test_late_messages_are_no_new_clock(stall):
     end = 2.1 + stall
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
@@ -198,8 +193,8 @@ def test_late_messages_are_no_new_clock(stall):
 def test_two_clocks_that_disagree_are_no_use(apart):
     """Odometry stamped by another machine: both sensors have only the arrival in common."""
     history = filled(
-        (arrival, sample._replace(stamp=sample.stamp + (
-            10.0 if isinstance(sample, ImuSample) else 10.0 + apart)))
+        (arrival, sample if isinstance(sample, ImuSample)
+         else sample._replace(stamp=sample.stamp + apart))
         for arrival, sample in SPINNING.messages(0.0, 4.0))
     assert not history.clock.uses_stamps
     assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
@@ -207,21 +202,10 @@ def test_two_clocks_that_disagree_are_no_use(apart):
 
 # The least delay ----------------------------------------------------------------------------------
 
-def test_the_least_delay_is_forgotten_after_some_seconds():
-    """The sender's clock is set back by 20 ms: all its messages seem to be late by that."""
-    timing = SampleTiming()
-    for k in range(2000):
-        arrival = 0.01 * k
-        stamp = 100.0 + arrival - (0.02 if arrival >= 5.0 else 0.0)
-        timing.on_imu(ImuSample(stamp, 0.0, 0.0), arrival)
-    assert timing.clock.stamp_of(20.0) == pytest.approx(119.98)
-    assert timing.clock.epoch == 0
-
-
 def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     """The clock of a Pi runs fast and is corrected: no instant is lost, or wrong by more than the correction."""
     history = TimedPart(SampleBuffer())
-    for arrival, sample in restamped(SPINNING.messages(0.0, 20.0),
+    for arrival, sample in restamped(SPINNING.messages(0.0, 4.0),
                                      lambda arrival, stamp: stamp + 0.01 * (arrival % 1.0)):
         history.add(sample, arrival)
         now = arrival - 0.06
@@ -231,21 +215,16 @@ def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     assert history.clock.epoch == 0 and history.clock.uses_stamps
 
 
-def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
+@pytest.mark.parametrize('stamps, believed', [
+    # a stamp is heard four times in a row
+    ([7.0] * 3 + [8.0] * 4, 6),
+    # the stamps go back by less than a step, and then run at a tenth of the rate
+    ([100.0 + 0.01 * k for k in range(100)] + [100.91 + 0.001 * k for k in range(60)], 151)])
+def test_stamps_that_stand_or_do_not_catch_up_are_no_clock(stamps, believed):
     timing = SampleTiming()
-    for k, (stamp, believed) in enumerate([(7.0, True)] * 3 + [(8.0, True)] * 3 + [(8.0, False)]):
+    for k, stamp in enumerate(stamps):
         timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
-        assert timing.clock.uses_stamps is believed
-
-
-def test_stamps_that_do_not_catch_up_are_no_clock():
-    """The stamps go back by less than a step, and then run at a tenth of the rate."""
-    timing = SampleTiming()
-    for k in range(160):
-        arrival = 0.01 * k
-        stamp = 100.0 + arrival if k < 100 else 100.91 + 0.1 * (arrival - 1.0)
-        timing.on_imu(ImuSample(stamp, 0.0, 0.0), arrival)
-        assert timing.clock.uses_stamps is (k <= 150)
+        assert timing.clock.uses_stamps is (k < believed)
 
 
 def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():

@@ -57,7 +57,7 @@ def test_the_yaw_is_in_its_half_open_circle(yaw, said):
 
 def test_each_noise_is_as_large_as_asked_for_and_of_its_own():
     stamps = [0.001 * k for k in range(4000)]
-    for yaw_noise, rate_noise in ((0.01, 0.0), (0.0, 0.2)):
+    for yaw_noise, rate_noise in ((0.01, 0.0), (0.0, 0.2), (0.0, 0.0011)):
         samples = imu(yaw_noise=yaw_noise, rate_noise=rate_noise).measure(stamps)
         # 4000 numbers: the spread is good to 1.1 %, the mean to 1.6 % of it (one sigma)
         for values, sigma in (([s.yaw for s in samples], yaw_noise),
@@ -73,15 +73,9 @@ def test_the_gyros_dead_zone_is_3_steps_of_2000_deg_s_over_16_bit(rate, how, sho
     """0.1831 deg/s, 0.003196 rad/s; the yaw is not touched."""
     model = imu(**how)
     model.follow(0.0, (0.0, rate, 0.0, 0.0))
-    for sample in model.measure([0.01 * k for k in range(5000)]):
+    for sample in model.measure([0.01 * k for k in range(500)]):
         assert sample.yaw_rate == pytest.approx(shown, abs=1e-15)
         assert sample.yaw == pytest.approx((rate + how.get('drift', 0.0)) * sample.stamp)
-
-
-@pytest.mark.parametrize('how', [{'rate_noise': 0.0011}, {'drift': 1e-9, 'rate_noise': 0.001}])
-def test_a_gyro_unlike_the_firmwares_shows_its_noise_at_rest(how):
-    assert statistics.pstdev(sample.yaw_rate for sample in imu(**how).measure(
-        [0.01 * k for k in range(4000)])) == pytest.approx(how['rate_noise'], rel=0.05)
 
 
 # Moments at a fixed rate --------------------------------------------------------------------------
@@ -105,9 +99,3 @@ def test_another_rate_counts_from_now_and_the_same_changes_nothing():
     assert rhythm.due == pytest.approx(1.225)
     assert rhythm.pop_until(1.45) == pytest.approx([1.225, 1.325, 1.425])
     assert rhythm.pop() == pytest.approx(1.525)
-
-
-def test_no_rounding_adds_up():
-    rhythm = Rhythm(30.0)
-    assert rhythm.pop_until(1000.0)[-1] == pytest.approx(29999 / 30.0, abs=1e-12)
-    assert rhythm.due == 1000.0
