@@ -38,7 +38,7 @@ def test_complaints_name_each_silent_source_and_how_long():
 
 
 @pytest.mark.parametrize('silence, sight', [
-    (0.21, SensorStatus.FRESH), (0.23, SensorStatus.BACK_SOON), (2.0, SensorStatus.BACK_SOON),
+    (0.21, SensorStatus.FRESH), (0.23, SensorStatus.RECOVERED), (2.0, SensorStatus.RECOVERED),
     (2.1, SensorStatus.TIMED_OUT)])
 @pytest.mark.parametrize('looked_at', [True, False])
 def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(

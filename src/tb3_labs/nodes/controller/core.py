@@ -230,7 +230,7 @@ class ControllerCore:
             if self._pace.running:
                 self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
             self._pace.pause()
-        elif self._sensors.status is SensorStatus.BACK_SOON:
+        elif self._sensors.status is SensorStatus.RECOVERED:
             self._log.add('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)

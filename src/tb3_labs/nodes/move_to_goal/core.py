@@ -314,7 +314,7 @@ class MoveToGoalCore:
         self._permission.set_sensor_problem(sensors.problem(now))
         if sensors.status is not SensorStatus.FRESH:
             self._pace.pause()
-        if sensors.status is SensorStatus.BACK_SOON:
+        if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
         elif (sensors.status is SensorStatus.TIMED_OUT and self._permission.has_grant
               and self._machine.active):
