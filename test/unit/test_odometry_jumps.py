@@ -5,7 +5,7 @@ import pytest
 
 from known_motion import angle_between
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
-from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFilter
+from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFinder
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.simulation.simulator import Simulator
@@ -54,14 +54,14 @@ class DrivenRobot:
 
 
 class Steady:
-    """Adds up what a JumpFilter finds: where the robot is in the first frame of the odometry."""
+    """Adds up what a JumpFinder finds: where the robot is in the first frame of the odometry."""
 
     def __init__(self):
-        self.timing, self.filter, self.first_T_odom = SampleTiming(), JumpFilter(), Pose2()
+        self.timing, self.finder, self.first_T_odom = SampleTiming(), JumpFinder(), Pose2()
 
     def take(self, seen, arrival, *driven):
         """Returns (pose in the first frame, Jump or None)."""
-        shift, jump = self.filter.filter(self.timing.on_odometry(seen, arrival), *driven)
+        shift, jump = self.finder.find(self.timing.on_odometry(seen, arrival), *driven)
         if shift is not None:
             self.first_T_odom = self.first_T_odom @ shift.inverse()
         return self.first_T_odom @ seen.pose, jump

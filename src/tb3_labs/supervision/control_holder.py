@@ -19,10 +19,11 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder. After LOST nobody may drive, since the person has no stop
-    button any more."""
+    """An event that may change the holder. After LOST nobody may drive, since the person does not
+    have a stop button any more."""
 
-    READY = 'pad ready'          # messages arrive; sticks rest, or the hold button was pressed again
+    #: The pad's messages arrive, and its sticks rest, or its hold button was pressed again.
+    READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed
     GRANTED = 'granted'          # a terminal or another pad gave control
@@ -73,8 +74,8 @@ class ControlMessages:
         return is_due
 
     def grant(self, now: float, lateness: float) -> None:
-        """Queue a True for a press that was delayed by `lateness` [s]. Also queue a renewal for each
-        `RENEWAL_PERIOD` since the press, since the number of renewals shows the delay."""
+        """Queue a True for a press that was delayed by `lateness` [s], and a renewal for each
+        `RENEWAL_PERIOD` since the press. The number of renewals shows the delay."""
         self.grants = True
         self.granted_at = self._sent_at = now
         self._waiting += [True] * (1 + int(lateness / RENEWAL_PERIOD))

@@ -1,9 +1,9 @@
 """The Event that a core receives, and the Output that it returns.
 
-An Event is a message that a person may have caused: a True, a False, or a turn. It is doubtful if it
-may be older than this node, or than its connection. Only the first message on a connection can be
-so old, if the sender existed before this node, or had another connection. A latched message is
-always doubtful then, another message only for `REPEATS_WITHIN` after the connection.
+An Event is a message that a person may have caused, such as a True, a False, or a turn. It is
+doubtful if it may be older than this node, or than its connection. Only the first message on a
+connection can be so old, if the sender existed before this node, or had another connection. Then a
+latched message is always doubtful, another message only for `REPEATS_WITHIN`.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """

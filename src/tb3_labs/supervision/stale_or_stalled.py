@@ -94,7 +94,7 @@ class SensorWatch:
         #: Length of the last silence, without the time before the request of the motion [s].
         self.silent_for = 0.0
         self._longest_wait = ROBOT_START    # time for which a motion waits for the sensors [s]
-        self._silent_since = math.nan    # begin of the silence [s]; NaN: the time of the next update
+        self._silent_since = math.nan    # begin of the silence [s]; NaN: not known
         self._were_fresh = False         # were the sensors fresh at the last update?
 
     def request_motion(self) -> None:

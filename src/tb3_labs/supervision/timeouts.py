@@ -197,7 +197,7 @@ class Lateness:
     is set, the usual delay is right again after `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
-        self._least = Least()
+        self._least = WindowMinimum()
         self._received_for = 0.0
         self._last = Freshness('the sender')
 
@@ -209,7 +209,7 @@ class Lateness:
         return arrival - stamp - self._least.value
 
 
-class Least:
+class WindowMinimum:
     """The least value of the last `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
