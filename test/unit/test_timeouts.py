@@ -1,7 +1,7 @@
 """Is a source alive: never heard, exactly at the timeout, a clock that goes back."""
 import pytest
 
-from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch
+from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch
 from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 

@@ -26,7 +26,7 @@ from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.stale_or_stalled import SURE_TURN_RATE
+from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 
@@ -98,7 +98,7 @@ class OrientationWatch:
         rate = 0.5 * (last.yaw_rate + yaw_rate)
         self._rested_for += seconds
         if yaw == last.yaw and yaw_rate == last.yaw_rate:
-            return    # stale_or_stalled finds a frozen IMU
+            return    # sensors_and_stalls finds a frozen IMU
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
             self.stands = self.stands and self._rested_for < AGREEMENT_TIME

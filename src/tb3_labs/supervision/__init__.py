@@ -4,7 +4,7 @@
 2. An old message does not move the robot or its frame. A message is old if it is repeated, late or
    latched (`events`), or if the node has just woken (`timeouts`).
 3. After a stop or a timeout, a sender gives a new grant by a False, then a True (`permission`).
-4. A grant, a goal or a turn is void without fresh sensors (`stale_or_stalled`).
+4. A grant, a goal or a turn is void without fresh sensors (`sensors_and_stalls`).
 5. After a stop, a stick (`control_holder`) or mouse (nodes/controller) does not drive until it was
    in its middle, and a page (`dead_man`) does not drive until a person grips it again.
 6. A cancel ends its goal. A repetition does not start the goal again (`goal_requests`).

@@ -28,7 +28,7 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests)
 from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.stale_or_stalled import (
+from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
