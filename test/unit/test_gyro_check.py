@@ -198,25 +198,17 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
     assert accused_at <= found_in and (accused_at < math.inf) is bool(bias_deg)
 
 
-@pytest.mark.parametrize('bias_deg', [2.5, -86.0])
-@pytest.mark.parametrize('settings', [SLOW, {'slip': 0.05, 'wheel_mismatch': 0.03}], ids=str)
-def test_at_rest_a_lie_is_found_within_2_s(settings, bias_deg):
-    watch = TimedPart(GyroWatch(BURGER, '/robot3/reset'))
-    Watched(watch, gyro_bias_deg=bias_deg, **settings).run(2.0)
-    assert 'rostopic pub -1 /robot3/reset' in watch.problem()
-
-
-@pytest.mark.parametrize('speeds', [(0.0, -1.5), (0.2, 0.0), (0.15, 0.8)])
+@pytest.mark.parametrize('speeds', [(0.0, 0.0), (0.0, -1.5), (0.2, 0.0), (0.15, 0.8)])
 @pytest.mark.parametrize('bias_deg, settings', [
     (12.0, {}), (-12.0, {}), (28.0, {}), (-28.0, {}), (12.0, SLOW), (-20.0, SLOW)])
-def test_in_motion_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
-    watched = Watched(**settings)
+def test_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
+    watched = Watched(TimedPart(GyroWatch(BURGER, '/robot3/reset')), **settings)
     watched.run(2.0, *speeds)
     begun = watched.robot.now
     watched.set(gyro_bias_deg=bias_deg)
     watched.run(3.0, *speeds, until=watched.problem)
     assert abs(bias_deg) * (watched.robot.now - begun) < 5.0
-    assert watched.problem()
+    assert 'rostopic pub -1 /robot3/reset' in watched.problem()
 
 
 def test_without_wheels_or_stamps_nothing_is_said():
@@ -229,7 +221,6 @@ def test_without_wheels_or_stamps_nothing_is_said():
             stampless.on_wheels(WheelSample(0.0, 0.0, 0.0))
     assert deaf.problem() == stampless.problem() == ''
     assert not deaf.has_compared and not stampless.has_compared
-    assert len(deaf._comparison.readings) < 200      # the samples of the last 0.6 s
 
 
 # -- the orientation and its gyro

@@ -72,21 +72,6 @@ def drive_with_a_reset(robot, requested_at, declared=DECLARED, end=4.0, **delays
 # Fixes --------------------------------------------------------------------------------------------
 
 
-@given(st.builds(SteadyRobot, st.floats(-0.3, 0.3), st.floats(-2.6, 2.6),
-                 st.builds(Truth, st.builds(complex, st.floats(-9, 9), st.floats(-9, 9)),
-                           st.floats(-4, 4)),
-                 st.floats(-4, 4), st.floats(0.001, 1e6)),
-       st.booleans())
-@settings(max_examples=10)
-def test_any_robot_and_whichever_message_comes_first(robot, imu_first):
-    lag = 0.07
-    messages = robot.messages(0.0, 2.0, imu_delay=lambda: 0.0 if imu_first else lag,
-                              odometry_delay=lambda: lag if imu_first else 0.0)
-    fixes, _ = feed(TimedPart.localizer(), messages)
-    assert len(fixes) >= 50
-    assert_fixes(fixes, robot, ZERO, since=fixes[0].stamp - robot.clock_ahead, radians=1e-5)
-
-
 @pytest.mark.parametrize('silent', [ImuSample, object])
 def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
     messages = [(arrival, sample) for arrival, sample in CURVING.messages(0.0, 8.0)

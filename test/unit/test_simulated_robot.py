@@ -140,16 +140,3 @@ def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand
     assert wheels.wheel_angles == angles and wheels.wheel_speeds == pytest.approx(speeds)
     switch(robot, battery_cut=False)
     assert odom_of(drive(robot, 1.0, 0.0, 0.0))[-1].linear == 0.0
-
-
-def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
-    robot = Simulator(STIFF)
-    drive(robot, 0.5, 0.1, 0.0)
-    switch(robot, motors_off=True)
-    drive(robot, 0.1, 0.1, 0.0)
-    place = robot.truth
-    drive(robot, 1.0, 0.1, 1.0)
-    assert robot.truth == place and robot.true_velocity == (0.0, 0.0)
-    switch(robot, motors_off=False)
-    drive(robot, 0.1, 0.1, 0.0)
-    assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)

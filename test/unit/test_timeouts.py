@@ -107,13 +107,3 @@ def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after
     imu.received(5.3, 'new')
     imu.check_repetition(True, 5.4)
     assert imu.repeated_for == pytest.approx(0.1)
-
-
-def test_each_frozen_source_is_named():
-    sources = Sensor('imu'), Sensor('joy'), Sensor('odom')
-    for source, seconds in zip(sources, (0.7, 0.5, 0.7)):
-        source.check_repetition(True, 10.0)
-        source.check_repetition(True, 10.0 + seconds)
-    frozen = SensorWatch(*sources).frozen()
-    assert frozen.startswith('imu repeats') and ' and odom repeats' in frozen
-    assert 'joy' not in frozen
