@@ -22,7 +22,7 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The goal of a drive with three parts, each long enough for an interruption.
-GOAL = Pose2(-0.6, 0.45, 0.0)
+GOAL = Pose2(-0.9, 0.675, 0.0)
 #: A robot with the delays of a lab's network.
 ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_latency=0.01)
 #: The fault begins this long after the state has begun: in full motion [s].
