@@ -76,11 +76,9 @@ ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch
 
 
 class OrientationWatch:
-    """Does the orientation of an IMU follow its gyro?
-
-    Some boards and drivers send an orientation that never changes (turtlebot3 #912).
-    The contradiction is over when the orientation moves, or the gyro rested for `AGREEMENT_TIME`.
-    """
+    """Does the orientation of an IMU follow its gyro? Some boards and drivers send an orientation
+    that never changes (turtlebot3 #912). The contradiction is over when the orientation moves, or
+    the gyro rested for `AGREEMENT_TIME`."""
 
     def __init__(self) -> None:
         self._first_yaw: Optional[float] = None   # yaw at the begin of the comparison [rad]
@@ -209,7 +207,7 @@ class GyroWatch:
             readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
                                       sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
-            readings.popleft()    # too old: samples of the wheels do not arrive
+            readings.popleft()    # samples of the wheels do not arrive
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True

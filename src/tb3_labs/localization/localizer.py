@@ -116,11 +116,9 @@ class Localizer:
         self._carry_out_resets()
 
     def pop_fix(self) -> Optional[Fix]:
-        """Returns the latest Fix once; None without a new Fix, or while the pose is lost.
-
-        Samples after the request of a waiting reset give None, since the Fix would be in the old
-        frame. The first Fix declares the frame, if a reset has not declared a frame before.
-        """
+        """Returns the latest Fix once; None without a new Fix, or while the pose is lost. Samples
+        after the request of a waiting reset give None, since the Fix would be in the old frame. The
+        first Fix declares the frame, if a reset has not declared a frame before."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
             return None
@@ -147,11 +145,8 @@ class Localizer:
         return over
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
-        """Declare that the robot is at `reset.requested` at `now`.
-
-        Resets are carried out in the order of the requests. Samples are older than their stamps by
-        `sample_delay` [s].
-        """
+        """Declare that the robot is at `reset.requested` at `now`. Resets are carried out in their
+        order. Samples are older than their stamps by `sample_delay` [s]."""
         reset.requested_at, reset.sample_delay = now, sample_delay
         reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)

@@ -142,10 +142,8 @@ class JumpFinder:
 
     def find(self, timed: TimedSample, imu: ImuSample,
              driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
-        """Returns (shift, jump) of an odometry message. Shift and jump may be None.
-
-        `imu` is the latest ImuSample. `driven_at` is the time of the last known command to move [s,
-        receiver's clock].
+        """Returns (shift, jump) of an odometry message. Shift and jump may be None. `imu` is the
+        latest ImuSample. The last known command to move came at `driven_at` [s, receiver's clock].
         """
         self.skip(timed)
         sample = timed.sample
@@ -233,9 +231,8 @@ class EncoderWatch:
     angles in `joint_states` stand.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
-    of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6
-    (turtlebot3_core.ino), which calls calcOdometry() without updateMotorInfo() if the servos do not
-    answer.
+    of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls
+    calcOdometry() without updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
     """
 
     def __init__(self) -> None:

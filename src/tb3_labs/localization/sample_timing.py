@@ -72,12 +72,10 @@ class SampleTiming:
         self.odometry: Optional[TimedSample] = None
 
     def on_imu(self, sample: ImuSample, now: float) -> TimedSample:
-        """Returns the TimedSample of an IMU sample that arrives now."""
         self.imu = self._timed('imu', self.imu, sample, now)
         return self.imu
 
     def on_odometry(self, sample: OdometrySample, now: float) -> TimedSample:
-        """Returns the TimedSample of an odometry message that arrives now."""
         self.odometry = self._timed('odom', self.odometry, sample, now)
         return self.odometry
 
@@ -173,11 +171,8 @@ class SenderClock:
 
 
 class YawNoise:
-    """Learns the noise of one IMU.
-
-    The sample before and the gyro's rate predict the yaw of a sample. While the robot turns slowly
-    and evenly, the measured yaw differs from this prediction by noise alone.
-    """
+    """Learns the noise of one IMU. The sample before and the gyro's rate predict the yaw of a
+    sample. If the robot turns slowly and evenly, the measured yaw differs by noise alone."""
 
     def __init__(self) -> None:
         #: Standard deviation of one sample's yaw [rad].

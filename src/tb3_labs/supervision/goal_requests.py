@@ -8,8 +8,8 @@ sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rule
   pauses. A goal that was sent only once before the end is accepted again at once.
 * A repetition of the present goal changes nothing.
 
-Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sleep
-of this process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network is a pause.
+Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this
+process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network is a pause.
 """
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional

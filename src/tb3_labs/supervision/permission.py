@@ -1,7 +1,7 @@
 """May move_to_goal drive? A person gives the permission once. Renewals only keep it alive.
 
-Several senders give and take the permission by True and False. The rules follow ISO 13850: a stop
-holds until a person releases the machine again.
+Several senders give and take the permission by True and False. The rules follow ISO 13850, by which
+a stop holds until a person releases the machine again.
 
 * The first True of a sender is a *grant*, and so is each True that follows a False of this sender.
   The robot may be driven while a grant holds.

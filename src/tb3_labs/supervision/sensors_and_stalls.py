@@ -86,8 +86,7 @@ class SensorWatch:
 
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
-        #: The status at the last :meth:`update`. The first update after a silence finds RECOVERED
-        #: or TIMED_OUT, the next update finds FRESH.
+        #: The status at the last :meth:`update`. RECOVERED lasts for one update.
         self.status = SensorStatus.SILENT
         #: The reason why the robot must stand; '' if it may move.
         self.hold_reason = ''
@@ -107,8 +106,7 @@ class SensorWatch:
         """
         for source in self._sources:
             source.clock_went_back(now)
-        # A TurtleBot3 that was just connected sends one message, then calibrates its gyro for
-        # 2.6 s. Meanwhile it must not move.
+        # after its first message a new TurtleBot3 calibrates its gyro for 2.6 s, and must stand
         are_fresh = self.are_fresh(now) and all([source.count > 1 for source in self._sources])
         silent_for = now - self._silent_since if self._silent_since <= now else 0.0
         is_late = silent_for > self._longest_wait
@@ -148,10 +146,8 @@ class SensorWatch:
             source.pause()
 
     def problem(self, now: float, with_age: bool = False) -> str:
-        """Returns a text about the lost sensors; '' while all sensors are fresh.
-
-        The text also names each sensor that is silent for half its timeout.
-        """
+        """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
+        names each sensor that is silent for half its timeout."""
         if self.are_fresh(now):
             return ''
         return ', '.join(source.silence_with_age(now) if with_age else source.silence
@@ -177,19 +173,15 @@ class StallWatch:
         self._rested_for = 0.0
 
     def resume(self) -> None:
-        """Accept a longer remaining way after a silence of the sensors.
-
-        The time without progress is kept. Otherwise a bad network would hide a stalled robot.
-        """
+        """Accept a longer remaining way after a silence of the sensors. The time without progress
+        is kept. Otherwise a bad network would hide a stalled robot."""
         self._least = None
 
     def update(self, remaining: float, linear: float, angular: float, dt: float,
                must_move: bool = True) -> str:
-        """Returns a text about the problem of the robot, or ''.
-
-        The arguments are the remaining way [m or rad], the measured speeds [m/s, rad/s], and the
-        time since the last update [s]. `must_move`: is the command to move, not to rest?
-        """
+        """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad], the
+        measured speeds [m/s, rad/s], and the time since the last update [s]. `must_move`: is the
+        command to move, not to rest?"""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= LONGEST_REST:
@@ -211,10 +203,8 @@ class StallWatch:
 
 
 class Settling:
-    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
-
-    The times of measurement count, since one sample may be read several times.
-    """
+    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion? The times of
+    measurement count, since one sample may be read several times."""
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
