@@ -49,7 +49,7 @@ def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[floa
 
 
 def _by_rosserial(speed: float) -> float:
-    """Returns the speed that the board receives by rosserial."""
+    """Returns the speed that the board receives."""
     if math.isfinite(speed):
         return speed
     return math.copysign(1.5 if math.isnan(speed) else 1.0, speed)
@@ -87,8 +87,8 @@ class Odometer:
 
     def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
                imu_yaw: float) -> OdometrySample:
-        """Returns the sample at `stamp` [s], which is later than the last stamp. `ticks` is (left,
-        right), or None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
+        """Returns the sample at `stamp` [s], later than the last stamp. `ticks` is (left, right);
+        None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         if ticks is not None:
             self._step = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]

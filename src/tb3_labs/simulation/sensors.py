@@ -1,7 +1,5 @@
 """The samples of IMU and odometry, with the stamps of the board's clock and the faults of sensors.
 
-The noise and the bias of the IMU are in `wheels_and_imu`.
-
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
 a driver that sent one sample with new stamps for half a minute).
 """

@@ -58,8 +58,8 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """Set the `lag` of the motors [s]. The right wheel is smaller by the fraction `mismatch`.
-        The fraction `slip` of the wheels' travel does not move the robot."""
+        """Set the `lag` of the motors [s]. The right wheel is smaller by the share `mismatch`. The
+        share `slip` of the wheels' travel does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
@@ -159,10 +159,8 @@ class ImuModel:
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`follow` afterwards.
-
-        A gyro that drifts, or is noisier than the firmware's gyro, has no dead zone.
-        """
+        [rad/s] and the `lag` [s]. Call :meth:`follow` afterwards. A gyro that drifts, or is noisier
+        than the firmware's gyro, does not have a dead zone."""
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
@@ -177,11 +175,9 @@ class ImuModel:
             yaw=turn.yaw + self.error, steady_rate=turn.steady_rate + self._drift + self.bias)))
 
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
-        """Returns an ImuSample for each of `stamps` [s], which are in order of time.
-
-        The yaw is the integral of the rate of a TurnCurve. The loop has local names and few calls,
-        since it runs for each sample and decides the speed of the simulation.
-        """
+        """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
+        integral of the rate of a TurnCurve."""
+        # local names and few calls, since this loop decides the speed of the simulation
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp
@@ -204,7 +200,7 @@ class ImuModel:
 
 
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """Yields endless pairs of independent standard normal numbers."""
+    """Yields pairs of independent standard normal numbers without end."""
     generator = np.random.default_rng(seed)
     while True:
         pairs: Any = generator.standard_normal((1000, 2)).tolist()
@@ -215,7 +211,6 @@ class Body:
     """The drivetrain and the IMU of one robot."""
 
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
-        """`imu_offset` is the yaw of the IMU minus the true yaw at the start [rad]."""
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
@@ -247,13 +242,12 @@ class Body:
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
     def use_bias(self, bias: float) -> None:
-        """Let the rate of the gyro be wrong by `bias` from now on [rad/s]."""
+        """Let the gyro be wrong by `bias` [rad/s] from now on."""
         self.imu.bias = bias
         self.motion_changed()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the (left, right) angle of the motors [rad] at `moment` [s], which is not before
-        the moment of the last call."""
+        """Returns the (left, right) angle of the motors [rad]. `moment` [s] never goes back."""
         motions = self._unread_motions
         while len(motions) > 1 and motions[1][0] <= moment:
             motions.popleft()
