@@ -59,7 +59,7 @@ CASTS = {
                   '|the pose.*|(0.06|0.29|0.31|0.52|2.15) s pass'),
     'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .* sensors.*|.* terminal .*'
                             '|(0.06|0.26|0.29|0.31|0.52|2.15) s pass', GAVE),
-    'a late pad': Cast(OnePad, 'the (net|stick).*|[ABY] of.*|(0.31|2.15) s pass', depth=3),
+    'a late pad': Cast(OnePad, 'the (net|stick).*|[AB] of.*|(0.31|2.15) s pass', depth=3),
     'restarts': Cast(OnePad, 'move_to_goal is .*d started.*|[AB] of.*|the node.*|2.15 s pass', depth=3),
     'two pads': Cast(TwoPads, '.* pad [01]|.* (True|False)|(0.29|0.52|2.15) s pass', GAVE),
     'a robot that goes': Cast(GoneRobot, 'the robot.*|move_to_goal is k.*|a .*goal.*|a new.*|[ABY] of.*|.* pass', GAVE),

@@ -1,11 +1,10 @@
-"""Parts of the simulated sensors alone: the IMU in closed form, the moments of samples."""
+"""The simulated IMU alone, in closed form."""
 import math
 import statistics
 
 import pytest
 
 from tb3_labs.simulation.wheels_and_imu import ImuModel, TurnCurve
-from tb3_labs.simulation.sensors import Rhythm
 
 
 def imu(offset=0.0, **how):
@@ -76,26 +75,3 @@ def test_the_gyros_dead_zone_is_3_steps_of_2000_deg_s_over_16_bit(rate, how, sho
     for sample in model.measure([0.01 * k for k in range(500)]):
         assert sample.yaw_rate == pytest.approx(shown, abs=1e-15)
         assert sample.yaw == pytest.approx((rate + how.get('drift', 0.0)) * sample.stamp)
-
-
-# Moments at a fixed rate --------------------------------------------------------------------------
-
-def test_moments_are_counted_from_the_start_and_one_at_the_end_itself_is_left():
-    rhythm = Rhythm(4.0, 10.0)
-    assert rhythm.due == 10.25
-    assert [rhythm.pop() for _ in range(3)] == [10.25, 10.5, 10.75] and rhythm.due == 11.0
-    rhythm = Rhythm(4.0)
-    assert rhythm.due == 0.25 and rhythm.pop_until(0.25) == []
-    assert rhythm.pop_until(1.0) == [0.25, 0.5, 0.75] and rhythm.due == 1.0
-    assert rhythm.pop_until(1.1) == [1.0] and rhythm.pop() == 1.25
-
-
-def test_another_rate_counts_from_now_and_the_same_changes_nothing():
-    rhythm = Rhythm(4.0)
-    rhythm.pop()
-    rhythm.set_rate(4.0, 0.3)
-    assert rhythm.pop_until(1.1) == [0.5, 0.75, 1.0]
-    rhythm.set_rate(10.0, 1.125)
-    assert rhythm.due == pytest.approx(1.225)
-    assert rhythm.pop_until(1.45) == pytest.approx([1.225, 1.325, 1.425])
-    assert rhythm.pop() == pytest.approx(1.525)

@@ -111,7 +111,7 @@ class SampleBuffer:
         return pair
 
     def at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
-        """Returns (odom_T_base, yaw of the IMU [rad]) at `stamp` [s]; None if one is not known."""
+        """Returns (odom_T_base, yaw of the IMU [rad]) at `stamp` [s]; None if either is unknown."""
         pose = self._odometry.at(stamp)
         yaw = None if pose is None else self._imu_yaw_at(stamp)
         return None if yaw is None else (pose, yaw)

@@ -1,4 +1,4 @@
-"""What would a robot do? The simulated TurtleBot3, part by part, its network, and its topics.
+"""What would a robot do? This room simulates a TurtleBot3, its network, and its topics.
 
 `firmware` is the board. `wheels_and_imu` has the motors, the wheels, and the IMU with its noise and
 bias. `sensors` makes the samples, `network` delays and stalls messages, `mystery_robot` hides a

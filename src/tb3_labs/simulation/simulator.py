@@ -83,8 +83,8 @@ class Simulator:
             link.configure(config, self.now)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: a forward speed [m/s] and a rate of turn [rad/s]. NaN and infinity
-        are allowed; see :mod:`tb3_labs.simulation.firmware`."""
+        """Send a command now. `linear` is the forward speed [m/s], `angular` the rate of turn
+        [rad/s]. NaN and infinity are allowed; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:

@@ -1,8 +1,8 @@
 """May the robot move, and who drives it? A stop stays a stop:
 
 1. *A stop is obeyed*, whoever sends it. Only a grant may be ignored (`permission`).
-2. *Old messages give nothing*. A message is old if it is repeated, late or latched (`events`), or if
-   the node has just woken (`timeouts`). An old reset does not declare a frame, either.
+2. *Old messages give nothing*. A message is old if it is repeated, late or latched (`events`), or
+   if the node has just woken (`timeouts`). An old reset does not declare a frame, either.
 3. *A new grant* is a False, then a True, of one sender after any stop or timeout (`permission`).
 4. *It needs its robot*. Without fresh sensors a grant, a goal or a turn is void
    (`sensors_and_stalls`).

@@ -1,4 +1,4 @@
-"""Each limit of a silence, a delay or a sleep by which a node that drives decides.
+"""The limits of silences, delays and sleeps for the nodes that drive.
 
 Freshness finds a silent source by the arrivals of its messages. Lateness finds a delayed message by
 its stamp. SleepWatch finds a sleep of this process by a long time between two looks at the clock. A
