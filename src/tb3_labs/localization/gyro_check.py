@@ -42,7 +42,7 @@ UNEVEN_SHARE = 0.033
 GYRO_DRIFT = 0.02
 #: If the gyro agreed with resting wheels, the wheels may slip by this share, as on a carpet.
 WORST_SLIP_SHARE = 0.45
-#: If the gyro agreed with resting wheels, the wheels may be uneven by this share, if one is worn.
+#: If the gyro agreed with resting wheels, the wheels may be uneven by this share, as if worn.
 WORST_UNEVEN_SHARE = 0.1
 #: The slip of the wheels is known after steady turns of this total time [s].
 SLIP_TIME = 0.1

@@ -36,8 +36,6 @@ from tb3_labs.simulation.network import Arrival
 TICK = 2.0 * math.pi / TICKS_PER_TURN
 #: The message of a reset on a link. The message of a command is (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
-#: Time of reading [s], forward speed [m/s], rate of turn [rad/s].
-NO_COMMAND = -math.inf, 0.0, 0.0
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
@@ -123,7 +121,8 @@ class Board:
         self.is_calibrating = False
         #: Time at which the calibration ends [s], or infinity.
         self.due = math.inf
-        self._command = NO_COMMAND
+        # (time of reading [s], forward speed [m/s], rate of turn [rad/s])
+        self._command = -math.inf, 0.0, 0.0
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:
         """Calibrate the gyro for some time. `yaw` is the true yaw now [rad], not wrapped."""

@@ -1,4 +1,4 @@
-"""The answers of mystery robots, for the instructor, without a place in the students' archive."""
+"""The instructor's answers of mystery robots. The students' archive leaves this file out."""
 import re
 from itertools import chain
 from typing import List, Sequence

@@ -25,12 +25,12 @@ class DeadMan:
         self._sleep = SleepWatch()
 
     def begin(self, now: float) -> None:
-        """Begin when the first page opens. The caller must call :meth:`silence` often then."""
+        """Begin with the first page. The caller must call :meth:`silence` often from then on."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
-        """Raises ``ValueError`` if a message of a person must be rejected. The message knows
-        `known_stops`, and has the delay `lateness`, of which `most` is allowed [s]."""
+        """Raises ``ValueError`` if a person's message must be rejected. `known_stops` is the number
+        of stops that the person knew. The delay `lateness` may be at most `most` [s]."""
         self._sleep.update(now)
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')

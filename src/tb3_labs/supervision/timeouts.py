@@ -197,7 +197,7 @@ class Lateness:
         self._last = Freshness('the sender')
 
     def of(self, stamp: float, arrival: float) -> float:
-        """Returns the extra delay [s] of a message with this stamp [s, sender's clock]."""
+        """Returns the extra delay [s] of a message. `stamp` is on the sender's clock [s]."""
         self._received_for += min(self._last.received(arrival), MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None
