@@ -69,9 +69,6 @@ def drive_with_a_reset(robot, requested_at, declared=DECLARED, end=4.0, **delays
                               if fix.stamp - robot.clock_ahead > requested_at + 0.01]
 
 
-# Fixes --------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize('silent', [ImuSample, object])
 def test_a_dropout_of_one_or_both_leaves_the_frame_as_it_was(silent):
     messages = [(arrival, sample) for arrival, sample in CURVING.messages(0.0, 8.0)
