@@ -137,8 +137,10 @@ class Sensors:
         config = self._config
         dropouts = Interruptions(config.dropouts_per_min / 60.0, DROPOUT_LENGTHS, now,
                                  config.seed) if config.dropouts_per_min else None
-        self._imu_faults = SensorFaults(config.imu_silent, config.imu_frozen, dropouts)
-        self._odom_faults = SensorFaults(config.odom_silent, config.odom_frozen, dropouts)
+        self._imu_faults = SensorFaults(
+            silent=config.imu_silent, frozen=config.imu_frozen, dropouts=dropouts)
+        self._odom_faults = SensorFaults(
+            silent=config.odom_silent, frozen=config.odom_frozen, dropouts=dropouts)
 
     def measure_imu(self, stamps: List[float]) -> None:
         self._samples.extend(self._imu_faults.apply(self._body.imu.measure(stamps)))

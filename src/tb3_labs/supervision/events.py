@@ -78,6 +78,12 @@ class MessageAges:
         if before == connection:
             is_same = stamped and stamp and stamp == stamped[0] and clock != stamped[1]
             return Age.SAME if is_same else Age.NEW
+        return self._age_of_first(connection, before, now)
+
+    def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
+                      now: float) -> Age:
+        """Returns the Age of the first message on a connection. The sender had the connection
+        `before`, if any."""
         if before is None and connection.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != connection.process

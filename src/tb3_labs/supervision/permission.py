@@ -138,7 +138,7 @@ class Permission:
             self._refuse(sender, f'Control from {sender} does not count: {self.sleep.doubt}. '
                                  'False, then True, gives it again')
         elif not is_repeated:
-            self._grants[sender] = _Grant(now, message.renews)
+            self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
             self.count += 1
         elif not self.has_grant:
