@@ -43,8 +43,7 @@ class Cast(NamedTuple):
 
 #: Waits after which no story ends: longer ones include their moments.
 NOT_LAST = (1.95, 20.2)
-#: After one of so many transitions, it is tried whether a person who asks again is obeyed. This is also tried after
-#: each first event of short stories, which have all events.
+#: After one of so many transitions, it is tried whether a person who asks again is obeyed.
 LISTENED = 150
 
 GAVE = ('A of pad 0',)
@@ -66,6 +65,8 @@ CASTS = {
     'a robot that comes': Cast(LateRobot, 'the robot.*|move_to_goal is k.*|a goal.*|a new.*|[AB] of.*|.* pass',
                                (*GAVE, 'the robot is switched on')),
 }
+#: In the first cast of each world, it is tried after each first event, too.
+FIRST_CASTS = {cast.world: cast for cast in reversed(list(CASTS.values()))}.values()
 
 
 class Searched:
@@ -102,7 +103,7 @@ def search(cast, seconds=math.inf, depth=99):
                 found.drives += after.drives
                 if found.depth < depth:
                     frontier.append((story + (words,), pickle.dumps(after, -1)))
-                if not story and depth <= 2 or found.transitions % LISTENED == 0:
+                if not story and cast in FIRST_CASTS or found.transitions % LISTENED == 0:
                     listens(after)
             except Wrong as wrong:
                 found.story, found.reason = story + (words,), str(wrong)
