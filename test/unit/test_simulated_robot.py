@@ -6,7 +6,6 @@ import pytest
 from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -68,14 +67,6 @@ def test_the_wheels_are_as_old_as_their_lag_says():
 
 
 # Network and faults -------------------------------------------------------------------------------
-
-def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
-    """The noise is the same, nothing is lost, and each sensor's samples keep their order."""
-    direct = Simulator().step(10.0)
-    late = Simulator(SimulatorConfig(**NETWORKS['bad'])).step(11.0)
-    for kind in imu_of, odom_of:
-        assert kind(late)[:len(kind(direct))] == kind(direct)
-
 
 def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot = Simulator(STIFF)
