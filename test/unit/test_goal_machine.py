@@ -10,7 +10,7 @@ from tb3_labs.control.goal_state import errors, to_go
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.stale_or_stalled import STALL_TIME
+from tb3_labs.supervision.sensors_and_stalls import STALL_TIME
 
 GOAL = Pose2(1.0, 0.0, 0.5)
 STANDING = Motion(Pose2(), 0.0, 0.0)

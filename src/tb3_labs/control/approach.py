@@ -18,7 +18,7 @@ from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Resp
 from tb3_labs.geometry.angles import clamp, difference, unwrap
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
-from tb3_labs.supervision.stale_or_stalled import Settling
+from tb3_labs.supervision.sensors_and_stalls import Settling
 
 #: Two times that differ by less than this belong to the same sample, since times are rounded [s].
 SAME_SAMPLE_TIME = 1e-6

@@ -18,7 +18,7 @@ from tb3_labs.nodes.controller.turns import (
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
-from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch, StallWatch
+from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
 #: A robot that turns faster than this without a command is driven by another node [rad/s].
@@ -236,7 +236,7 @@ class ControllerCore:
             if self._pace.running:
                 self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
             self._pace.restart()
-        elif self._sensors.status is SensorStatus.BACK_SOON:
+        elif self._sensors.status is SensorStatus.RECOVERED:
             self._log.add('Going on: the IMU is back')
             turn.stall.resume()
             self._start_law(turn)

@@ -18,7 +18,7 @@ from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.stale_or_stalled import StallWatch
+from tb3_labs.supervision.sensors_and_stalls import StallWatch
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness
 
 #: The yaw of a robot at rest drifts by up to this between two samples [rad].

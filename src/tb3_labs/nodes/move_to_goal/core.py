@@ -29,7 +29,7 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests)
 from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.stale_or_stalled import (
+from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
@@ -317,7 +317,7 @@ class MoveToGoalCore:
         self._permission.set_sensor_problem(sensors.problem(now))
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
-        if sensors.status is SensorStatus.BACK_SOON:
+        if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
         elif (sensors.status is SensorStatus.TIMED_OUT and self._permission.has_grant
               and self._machine.active):
