@@ -1,12 +1,10 @@
 """Accuracy and time of drives and turns, in pure Python, judged by the robot's true pose.
 
-Two tables have drives and turns; robots, starts, offsets and goals are drawn at random from a fixed
-seed. A third table has drives over networks from good to bad, a fourth one the turns of robots that differ from the
-default one: lag, noise, delay, IMU and distance of the wheels. The last one has the ends of motions in which something
-fails. `at best` is, for a drive, the least time of any turn, straight line and turn within the same limits
-(tb3_labs.control.goal_state); for a turn, its angle at 1.5 rad/s; by its own motors, that with its delay, and with its
-lag until it turns slower than 0.01 rad/s. The time of a turn ends when the robot turns slower than 0.01 rad/s for good.
-`falsely` counts drives that were reported as reached while the robot still moved, or was outside of the tolerance.
+The tables are drives, drives over networks, turns, and motions in which something fails. Robots, starts, offsets and
+goals are drawn at random from a fixed seed. `at best` is, for a drive, the least time of any turn, straight line and
+turn within the same limits (tb3_labs.control.goal_state); for a turn, its angle at 1.5 rad/s. The time of a turn ends
+when the robot turns slower than 0.01 rad/s for good. `falsely` counts drives that were reported as reached while the
+robot still moved, or was outside of the tolerance.
 
 Usage: motions.py [number of drives of each kind, default 100]
 """
@@ -18,15 +16,15 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 from stops import setting, stop_of_a_drive, stop_of_a_turn
-from rollout import STILL_ANGULAR, drive, turns
+from rollout import drive, turns
 
 from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import least_time
-from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
+from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 DRIVES = [('lab goal', {}, True), ('random goals', {}, False),
@@ -35,29 +33,19 @@ DRIVE_ROW = '{:24} {:>7} {:>18} {:>16} {:>13} {:>14}'
 
 #: Size of the turn [deg], latency of commands [s], lag of the motors [s].
 TURNS = [(degrees, latency, lag)
-         for latency, lag in ((0.05, 0.05), (0.05, 0.0), (0.0, 0.0)) for degrees in (90, 180)]
+         for latency, lag in ((0.05, 0.05), (0.0, 0.0)) for degrees in (90, 180)]
 #: Headings at the start [deg]; both ways round from each.
 TURN_STARTS = (0.0, 90.0, 179.0, -179.0)
 #: Number of runs of each turn from each start.
 TURN_REPEATS = 6
 TURN_ROW = '{:>7} {:>8} {:>6}   {:>16} {:>15} {:>14} {:>16}'
 
-#: Kinds of robots that turn: name, and the settings that are not drawn; None: the default robot.
-TURNING_ROBOTS = [('default', None), ('others', {})] + [
-    ('lag {:.0f} ms'.format(1000.0 * lag), {'motor_lag': lag}) for lag in (0.02, 0.08, 0.15)] + [
-    ('noise {:g} deg'.format(noise), {'imu_noise_deg': noise}) for noise in (0.0, 0.1)] + [
-    ('IMU at 100 Hz', {'imu_rate': 100.0}), ('host pi', HOSTS['pi'])]
-#: Each robot makes this many turns of 90 deg, one after the other, either way.
-TURNS_OF_A_ROBOT = 6
-NUMBER_OF_ROBOTS = 40
-OTHERS_ROW = '{:17} {:>26} {:>22} {:>24}'
-
 #: Networks from quiet to bad, and an IMU that is slow.
 ROBOTS_AFAR = [('quiet', {}), ('8 ms', NETWORKS['good']),
                ('15 ms, 20 stalls/min to 0.3 s', NETWORKS['busy']),
                ('30 ms, 40 stalls/min to 0.5 s', NETWORKS['bad']),
                ('IMU at 60 Hz', {'imu_rate': 60.0})]
-NETWORK_ROW = '{:29} {:>4} {:>7} {:>20} {:>21} {:>14} {:>8}'
+NETWORK_ROW = '{:29} {:>12} {:>20} {:>21} {:>14} {:>8}'
 
 #: Name, fault, and whether it also ends a turn by the IMU alone.
 FAULTS = [('IMU silent', setting(imu_silent=True), True),
@@ -87,13 +75,10 @@ def one_drive(job):
 
 
 def one_drive_afar(job):
-    """rollout.Drive to the lab's goal over a network; `crosses`: the IMU crosses +/-180 deg on the
-    way there."""
-    (_, settings), crosses, seed = job
+    """rollout.Drive to the lab's goal over a network."""
+    (_, settings), seed = job
     rng = random.Random(seed)
     yaw_deg, offset_deg = rng.uniform(-180.0, 180.0), rng.uniform(-180.0, 180.0)
-    if crosses:    # the lab's goal lies at 135 deg
-        offset_deg = math.degrees(math.remainder(math.radians(45.0 - yaw_deg), 2.0 * math.pi))
     return drive(LAB_GOAL, SimulatorConfig(
         start_x=rng.uniform(-5.0, 5.0), start_y=rng.uniform(-5.0, 5.0), start_yaw_deg=yaw_deg,
         imu_offset_deg=offset_deg, seed=seed, **settings))
@@ -117,30 +102,6 @@ def one_turn(job):
     left = degrees - abs(math.degrees(turn.turned))
     return (abs(left), math.degrees(turn.overshoot), left,
             turn.time / (math.radians(degrees) / 1.5))
-
-
-def other_robot(rng, seed, settings):
-    """The SimulatorConfig of a robot that is not the default one; `settings` are not drawn."""
-    return SimulatorConfig(**dict(dict(
-        motor_lag=rng.uniform(0.02, 0.15), imu_noise_deg=rng.uniform(0.0, 0.1),
-        gyro_noise=rng.uniform(0.0, 0.005), imu_rate=rng.uniform(100.0, 200.0),
-        sensor_latency=rng.uniform(0.01, 0.03), command_latency=rng.uniform(0.0, 0.03),
-        wheel_mismatch=rng.uniform(-0.06, 0.06), imu_drift_deg_per_min=rng.choice((-1.0, 1.0)),
-        start_yaw_deg=rng.uniform(-180.0, 180.0), imu_offset_deg=rng.uniform(-180.0, 180.0),
-        seed=seed), **settings))
-
-
-def turns_of_one_robot(job):
-    """[(error [deg], time over the least, and over the least of its own motors)] of each turn."""
-    settings, seed = job
-    rng = random.Random(seed)
-    robot = SimulatorConfig(seed=seed) if settings is None else other_robot(rng, seed, settings)
-    requested = [rng.choice((-90.0, 90.0)) for _ in range(TURNS_OF_A_ROBOT)]
-    least = math.radians(90.0) / 1.5
-    own = (least + robot.command_latency + 0.5 / CONTROL_RATE
-           + robot.motor_lag * math.log(1.5 / STILL_ANGULAR))
-    return [(abs(math.degrees(turn.turned) - degrees), turn.time / least, turn.time / own)
-            for degrees, turn in zip(requested, turns(requested, robot, wait=0.3 + 0.1 * rng.random()))]
 
 
 def spread(words, values):
@@ -178,14 +139,13 @@ def rows_of_drives_afar(pool, number):
     """The table of drives over networks."""
     bound = least_time(Pose2(), LAB_GOAL, robot_model('burger'),
                        max_angular=DriveConfig().max_angular)
-    yield '\n' + NETWORK_ROW.format('over a network', 'IMU', 'arrived', 'off', 'heading off',
-                                    'times at best', 'falsely')
-    for network, crosses in itertools.product(ROBOTS_AFAR, (False, True)):
-        results = list(pool.map(one_drive_afar, [
-            (network, crosses, seed) for seed in range(number)]))
+    yield '\n' + NETWORK_ROW.format('over a network', 'arrived', 'off', 'heading off', 'times at best',
+                                    'falsely')
+    for network in ROBOTS_AFAR:
+        results = list(pool.map(one_drive_afar, [(network, seed) for seed in range(number)]))
         good = [result for result in results if result.reached]
         yield NETWORK_ROW.format(
-            network[0], '180' if crosses else '', '{}/{}'.format(len(good), number),
+            network[0], '{}/{}'.format(len(good), number),
             *drives_off(good, 3), spread('{:.3f} / {:.3f}', [drive.time / bound for drive in good]),
             sum(map(is_said_falsely, results)))
 
@@ -203,18 +163,6 @@ def rows_of_turns(pool):
             degrees, '{:.0f} ms'.format(1000.0 * latency), '{:.0f} ms'.format(1000.0 * lag),
             spread('{:.2f} / {:.2f} deg', off), spread('{:.2f} / {:.2f}', overshoot),
             '{:.2f} deg'.format(statistics.median(left)), spread('{:.3f} / {:.3f}', time))
-
-
-def rows_of_turns_of_others(pool):
-    """The table of turns by robots of other kinds."""
-    yield '\n' + OTHERS_ROW.format('median, 95 %, worst', 'off', 'times at best',
-                                   'by its own motors')
-    for name, settings in TURNING_ROBOTS:
-        made = pool.map(turns_of_one_robot, [(settings, seed) for seed in range(NUMBER_OF_ROBOTS)])
-        off, time, own = zip(*itertools.chain.from_iterable(made))
-        yield OTHERS_ROW.format(name, spread('{:.2f} / {:.2f} / {:.2f} deg', off),
-                                spread('{:.3f} / {:.3f} / {:.3f}', time),
-                                spread('{:.3f} / {:.3f} / {:.3f}', own))
 
 
 def rows_of_faults():
@@ -236,8 +184,7 @@ def main(number):
     with ProcessPoolExecutor() as pool:
         for row in itertools.chain(
                 rows_of_drives(pool, number), rows_of_drives_afar(pool, number),
-                rows_of_turns(pool), rows_of_turns_of_others(pool),
-                rows_of_faults()):
+                rows_of_turns(pool), rows_of_faults()):
             print(row, flush=True)
 
 

@@ -63,11 +63,8 @@ class Drive:
 
 
 def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig = DriveConfig(),
-          declared: Pose2 = Pose2(), give_up_after: float = 180.0) -> Drive:
-    """Let a robot that was declared to be at `declared` drive to `goal` (both in local).
-
-    A drive that is still active after `give_up_after` [s] has not reached its goal.
-    """
+          declared: Pose2 = Pose2()) -> Drive:
+    """Let a robot that was declared to be at `declared` drive to `goal` (both in local)."""
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
     response = Response()
@@ -81,7 +78,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     along = Pose2(goal.x, goal.y, declared.bearing_to(goal)).inverse() @ local_T_world
     commands: List[Twist2] = []
     overrun = -math.inf
-    while navigator.status(robot.now).active and robot.now - begun < give_up_after:
+    while navigator.status(robot.now).active and robot.now - begun < 180.0:
         commands += _navigate(robot, navigator, POLL_PERIOD)
         overrun = max(overrun, (along @ robot.truth).x)
     rested = all(abs(speed) <= rest for speed, rest in zip(robot.true_velocity, AT_REST))

@@ -22,14 +22,16 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The goal of a drive with three parts, each long enough for an interruption.
-GOAL = Pose2(-1.2, 0.9, 0.0)
+GOAL = Pose2(-0.9, 0.675, 0.0)
 #: A robot with the delays of a lab's network.
 ROBOT = SimulatorConfig(imu_offset_deg=140.6, command_latency=0.02, sensor_latency=0.01)
 #: The fault begins this long after the state has begun: in full motion [s].
 FULL_MOTION = 0.7
 #: Nobody waits longer than this for a stop [s].
 PATIENCE = 3.2
-STEP = 0.005
+#: A robot that has rested for this long after a zero stays at rest [s].
+SETTLED_TIME = 1.0
+STEP = 0.01
 ZERO = Twist2()
 
 
@@ -83,7 +85,8 @@ def _stop(robot, driver, hear, fault, reason, log_lines=None):
     begun = moved_at = robot.now
     last, yaw = robot.truth, robot.truth.yaw
     zero_at, way, turn, said = None, 0.0, 0.0, ''
-    while robot.now - begun < PATIENCE:
+    while robot.now - begun < PATIENCE and (
+            zero_at is None or robot.now - max(zero_at, moved_at) < SETTLED_TIME):
         commands = run(robot, driver, hear, STEP, log_lines)
         if zero_at is None and ZERO in commands:
             zero_at, said = robot.now, reason()

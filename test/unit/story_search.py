@@ -43,8 +43,8 @@ class Cast(NamedTuple):
 
 #: Waits after which no story ends: longer ones include their moments.
 NOT_LAST = (1.95, 20.2)
-#: After the first event, and after one of so many later, it is tried whether a person who asks again is obeyed.
-LISTENED = 100
+#: After one of so many transitions, it is tried whether a person who asks again is obeyed.
+LISTENED = 150
 
 GAVE = ('A of pad 0',)
 CASTS = {
@@ -58,13 +58,15 @@ CASTS = {
                   '|the pose.*|(0.06|0.29|0.31|0.52|2.15) s pass'),
     'a pad that gave': Cast(OnePad, '.* pad 0.*|.* is stopped .* sensors.*|.* terminal .*'
                             '|(0.06|0.26|0.29|0.31|0.52|2.15) s pass', GAVE),
-    'a late pad': Cast(OnePad, 'the (net|stick).*|[ABY] of.*|(0.31|2.15) s pass', depth=3),
+    'a late pad': Cast(OnePad, 'the (net|stick).*|[AB] of.*|(0.31|2.15) s pass', depth=3),
     'restarts': Cast(OnePad, 'move_to_goal is .*d started.*|[AB] of.*|the node.*|2.15 s pass', depth=3),
     'two pads': Cast(TwoPads, '.* pad [01]|.* (True|False)|(0.29|0.52|2.15) s pass', GAVE),
     'a robot that goes': Cast(GoneRobot, 'the robot.*|move_to_goal is k.*|a .*goal.*|a new.*|[ABY] of.*|.* pass', GAVE),
     'a robot that comes': Cast(LateRobot, 'the robot.*|move_to_goal is k.*|a goal.*|a new.*|[AB] of.*|.* pass',
                                (*GAVE, 'the robot is switched on')),
 }
+#: In the first cast of each world, it is tried after each first event, too.
+FIRST_CASTS = {cast.world: cast for cast in reversed(list(CASTS.values()))}.values()
 
 
 class Searched:
@@ -101,7 +103,7 @@ def search(cast, seconds=math.inf, depth=99):
                 found.drives += after.drives
                 if found.depth < depth:
                     frontier.append((story + (words,), pickle.dumps(after, -1)))
-                if not story or found.transitions % LISTENED == 0:
+                if not story and cast in FIRST_CASTS or found.transitions % LISTENED == 0:
                     listens(after)
             except Wrong as wrong:
                 found.story, found.reason = story + (words,), str(wrong)

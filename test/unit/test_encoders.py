@@ -11,18 +11,18 @@ from tb3_labs.simulation.simulator_config import HOSTS
 from test_gyro_check import Watched, controller, navigator
 
 
-@pytest.mark.parametrize('settings', [{}, dict(HOSTS['pi'], stamp_step=0.22), NETWORKS['busy']])
-@pytest.mark.parametrize('way', [0.01, 1.0, 1.97])
+@pytest.mark.parametrize('settings, way', [
+    ({}, 0.01), (dict(HOSTS['pi'], stamp_step=0.22), 0.5), (NETWORKS['busy'], 0.97)])
 def test_a_drive_is_given_up_within_2_s_when_the_battery_is_cut(settings, way):
-    """The robot speeds up, drives, or brakes for its goal, 2 m away. Then no drive follows."""
+    """The robot speeds up, drives, or brakes for its goal, 1 m away. Then no drive follows."""
     drives = navigator()
     watched = Watched(drives, **settings)
     watched.run(0.5)
-    drives.set_goal(Pose2(2.0, 0.0, 0.0))
+    drives.set_goal(Pose2(1.0, 0.0, 0.0))
     watched.run(12.0, until=lambda: watched.robot.truth.x > way)
     assert watched.robot.true_velocity[0] > 0.02
     watched.set(battery_cut=True)
-    for goal in 2.0, 3.0:
+    for goal in 1.0, 2.0:
         watched.run(2.0)
         assert drives.status(watched.robot.now).failure == SERVOS_SILENT
         drives.set_goal(Pose2(goal, 0.0, 0.0))

@@ -8,8 +8,8 @@ from simulated import STIFF, close
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.body import Drivetrain
-from tb3_labs.simulation.firmware import Odometer, encoder, motor_speeds
+from tb3_labs.simulation.wheels_and_imu import Drivetrain
+from tb3_labs.simulation.firmware import Odometer, motor_speeds
 from tb3_labs.simulation.simulator import Simulator
 
 BURGER = robot_model('burger')
@@ -27,13 +27,6 @@ STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
     (0.0, math.nan, -151, 151), (0.0, math.inf, -101, 101), (0.0, -math.inf, 101, -101)])
 def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
     assert motor_speeds(linear, angular, BURGER) == pytest.approx((left * STEP, right * STEP))
-
-
-@pytest.mark.parametrize('angle, ticks', [
-    (0.0, 0), (0.9 * TICK, 0), (1.1 * TICK, 1), (-0.1 * TICK, -1), (-1.1 * TICK, -2),
-    (2.0 * math.pi + 0.5 * TICK, 4096)])
-def test_an_encoder_counts_whole_ticks_downwards(angle, ticks):
-    assert encoder(angle) == ticks
 
 
 def test_odometry_of_two_intervals_by_hand():
@@ -90,15 +83,6 @@ def test_motors_turn_by_the_integral_of_their_speed():
             (RADIUS * (left + right) / 2.0, RADIUS * (right - left) / TRACK))
 
 
-def test_a_motor_is_there_when_no_encoder_could_tell():
-    """From 5 rad/s with 0.1 s of lag: 5e-6 rad/s off after 13.8 lags, 5e-7 after 16.2."""
-    drivetrain = train(5.0, 5.0, lag=0.1)
-    drivetrain.advance(1.5)
-    assert drivetrain.velocity[0] < RADIUS * 5.0
-    drivetrain.advance(0.1)
-    assert drivetrain.velocity == (RADIUS * 5.0, 0.0)
-
-
 @pytest.mark.parametrize('goals', [(4.0, 4.0), (0.0, 4.0), (-2.0, 0.0)])
 def test_the_wheels_carry_the_robot_as_far_as_their_own_size_says(goals):
     drivetrain = train(*goals, mismatch=0.2, slip=0.5)
@@ -110,15 +94,3 @@ def test_the_wheels_carry_the_robot_as_far_as_their_own_size_says(goals):
     assert close(drivetrain.pose, Pose2(
         radius * math.sin(turned), radius * (1.0 - math.cos(turned)), turned))
     assert drivetrain.angles == pytest.approx(np.multiply(2.0, goals))    # the motors do not know
-
-
-def test_physics_that_change_while_it_drives_count_from_then_on():
-    drivetrain = train(5.0, 5.0, lag=0.1)
-    drivetrain.advance(0.05)
-    speed = 5.0 * (1.0 - math.exp(-0.5))
-    drivetrain.set_physics(lag=0.4, mismatch=0.0, slip=0.1)
-    drivetrain.advance(0.2)
-    now = 5.0 + (speed - 5.0) * math.exp(-0.5)
-    assert drivetrain.velocity == pytest.approx((0.9 * RADIUS * now, 0.0))
-    drivetrain.set_physics(lag=0.0, mismatch=0.0, slip=0.1)        # without lag: at once
-    assert drivetrain.velocity == pytest.approx((0.9 * RADIUS * 5.0, 0.0))

@@ -95,14 +95,13 @@ BAD_WHEELS = {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08},
 
 
 @pytest.mark.parametrize('settings', [
-    {}, {'slip': 0.05}, {'wheel_mismatch': 0.03}, {'slip': 0.05, 'wheel_mismatch': -0.03},
-    {'motor_lag': 0.5}, {'motor_lag': 0.0}, {'imu_rate': 20.0, 'odom_rate': 20.0},
-    {'imu_noise_deg': 1.0, 'gyro_noise': 0.02}, {'imu_offset_deg': 180.0},
+    {}, {'slip': 0.05, 'wheel_mismatch': 0.03}, {'slip': 0.05, 'wheel_mismatch': -0.03},
+    {'motor_lag': 0.5}, {'imu_rate': 20.0, 'odom_rate': 20.0},
+    {'imu_noise_deg': 1.0, 'gyro_noise': 0.02, 'imu_offset_deg': 180.0},
     {'imu_drift_deg_per_min': 60.0}, {'model': 'waffle'}, {'yaw_lag': 0.0, 'wheel_lag': 0.03},
-    SLOW, dict(SLOW, slip=0.05),
-    {'imu_frozen': True}, {'odom_frozen': True}, {'slip': 1.0}, {'motors_off': True},
-    {'dropouts_per_min': 60.0}, dict(HOSTS['pi'], **NETWORKS['bad']),
-    *HOSTS.values(), *NETWORKS.values(), *BAD_WHEELS], ids=str)
+    dict(SLOW, slip=0.05), {'slip': 1.0},
+    {'dropouts_per_min': 60.0}, dict(HOSTS['pi'], **NETWORKS['bad']), HOSTS['laptop'],
+    *BAD_WHEELS], ids=str)
 def test_no_sound_robot_is_accused(settings):
     watched = Watched(**settings)
     watched.run(0.5 * (settings in BAD_WHEELS))
@@ -128,10 +127,10 @@ class Losing(Watched):
         super()._hear(sample)
 
 
-@pytest.mark.parametrize('settings', [{}, {'slip': 0.05}, HOSTS['pi']], ids=str)
+@pytest.mark.parametrize('settings', [{'slip': 0.05}, HOSTS['pi']], ids=str)
 def test_samples_that_were_lost_accuse_nobody(settings):
     watched = Losing(**settings)
-    for linear, angular, seconds in 3 * MOTIONS:
+    for linear, angular, seconds in 2 * MOTIONS:
         watched.run(seconds, linear, angular, until=watched.problem)
         assert watched.problem() == '', (linear, angular)
     watched.set(gyro_bias_deg=5.0)
@@ -191,34 +190,25 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
          for arrival, stamp, yaw, rate in imu.tolist()]
         + [(row[0], lambda wheels, _: watch.on_wheels(wheels), WheelSample(*row[1:])) for row in wheels.tolist()],
         key=lambda entry: entry[0])
-    accused = math.inf
+    accused_at = math.inf
     for arrival, hear, sample in heard:
         hear(sample, arrival)
         if watch.problem():
-            accused = min(accused, arrival - heard[0][0])
-    assert accused <= found_in if bias_deg else accused == math.inf
+            accused_at = min(accused_at, arrival - heard[0][0])
+    assert accused_at <= found_in and (accused_at < math.inf) is bool(bias_deg)
 
 
-@pytest.mark.parametrize('bias_deg', [2.5, -5.0, 28.0, -86.0])
-@pytest.mark.parametrize('settings', [{}, SLOW, {'slip': 0.05, 'wheel_mismatch': 0.03}], ids=str)
-def test_at_rest_a_lie_is_found_within_2_s(settings, bias_deg):
-    watch = TimedPart(GyroWatch(BURGER, '/robot3/reset'))
-    watched = Watched(watch, gyro_bias_deg=bias_deg, **settings)
-    watched.run(2.0)
-    assert 'rostopic pub -1 /robot3/reset' in watch.problem()
-
-
-@pytest.mark.parametrize('speeds', [(0.0, 1.5), (0.0, -1.5), (0.2, 0.0), (0.15, 0.8)])
+@pytest.mark.parametrize('speeds', [(0.0, 0.0), (0.0, -1.5), (0.2, 0.0), (0.15, 0.8)])
 @pytest.mark.parametrize('bias_deg, settings', [
     (12.0, {}), (-12.0, {}), (28.0, {}), (-28.0, {}), (12.0, SLOW), (-20.0, SLOW)])
-def test_in_motion_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
-    watched = Watched(**settings)
+def test_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
+    watched = Watched(TimedPart(GyroWatch(BURGER, '/robot3/reset')), **settings)
     watched.run(2.0, *speeds)
     begun = watched.robot.now
     watched.set(gyro_bias_deg=bias_deg)
     watched.run(3.0, *speeds, until=watched.problem)
     assert abs(bias_deg) * (watched.robot.now - begun) < 5.0
-    assert watched.problem()
+    assert 'rostopic pub -1 /robot3/reset' in watched.problem()
 
 
 def test_without_wheels_or_stamps_nothing_is_said():
@@ -231,7 +221,6 @@ def test_without_wheels_or_stamps_nothing_is_said():
             stampless.on_wheels(WheelSample(0.0, 0.0, 0.0))
     assert deaf.problem() == stampless.problem() == ''
     assert not deaf.has_compared and not stampless.has_compared
-    assert len(deaf._comparison.readings) < 200      # the samples of the last 0.6 s
 
 
 # -- the orientation and its gyro
@@ -274,24 +263,8 @@ def test_an_orientation_that_follows_its_gyro_is_not_accused(orientation):
 
 # -- the cores of both nodes
 
-def test_a_lying_gyro_is_neither_driven_nor_turned_by():
-    drives, turns = navigator(), controller()
-    watched = Watched(drives, gyro_bias_deg=-28.0)
-    watched.ears = drives, turns
-    watched.run(0.5)
-    drives.set_goal(Pose2(1.0, 0.0, 0.0))
-    watched.run(1.0)
-    status = drives.status(watched.robot.now)
-    for words in status.text, status.sensor_problem:
-        assert 'the gyro contradicts the wheels' in words
-    with pytest.raises(ValueError, match='cannot turn: the gyro contradicts the wheels'):
-        turns.request_turn(90.0, watched.robot.now)
-    assert watched.robot.truth == Pose2()
-    assert 'gyro' in turns.problem(watched.robot.now)
-
-
 @pytest.mark.parametrize('settings, begins', [
-    ({}, True), ({'gyro_noise': 0.05, 'imu_noise_deg': 1.0}, True), (SLOW, True),
+    ({'gyro_noise': 0.05, 'imu_noise_deg': 1.0}, True), (SLOW, True),
     ({'gyro_bias_deg': 5.0}, False), ({'gyro_bias_deg': -86.0}, False)], ids=str)
 @pytest.mark.parametrize('make', [navigator, controller])
 def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, settings, begins):
@@ -305,6 +278,14 @@ def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, setti
         core.request_turn(90.0, watched.robot.now)
     watched.run(3.0, until=lambda: watched.robot.truth != Pose2())
     assert (1.1 < watched.robot.now < 1.6) is (watched.robot.truth != Pose2()) is begins
+    status = core.status(watched.robot.now) if make is navigator else None
+    problem = status.sensor_problem if status else core.problem(watched.robot.now)
+    assert ('the gyro contradicts the wheels' in problem) is not begins
+    if status:
+        assert problem in status.text
+    elif not begins:
+        with pytest.raises(ValueError, match='cannot turn: the gyro contradicts the wheels'):
+            core.request_turn(90.0, watched.robot.now)
 
 
 @pytest.mark.parametrize('sends', ['nothing', 'no stamps', 'rarely', 'other joints'])

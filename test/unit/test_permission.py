@@ -7,8 +7,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD, SleepWatch
 
 
 class PermissionSenders:
-    """Hands, and pads that renew, as senders to one permission; time is counted in ticks of 10 ms.
-    """
+    """Hands, and pads that renew, as senders to one permission. Time is counted in ticks of 10 ms."""
 
     def __init__(self):
         self.log_queue = LogQueue()
@@ -54,10 +53,6 @@ class PermissionSenders:
         self.say(sender, True)
         return self.run(0.25)
 
-    @property
-    def granted(self):
-        return self.permission.granted
-
     def warned(self, words):
         return any(words in line.text and line.warning for line in self.log_queue.pop_all())
 
@@ -72,9 +67,9 @@ def senders():
 def test_what_is_only_repeated_is_no_grant(senders):
     senders.say('hand', True)
     senders.say('pad', False)
-    for _ in range(20):
+    for _ in range(5):
         senders.say('hand', True)
-        assert not senders.run(0.3)
+        assert not senders.run(0.6)
     assert senders.warned('hand does not count, it was said before: False, then True')
     senders.say('another hand', True)
     assert senders.run(0.25)
@@ -85,16 +80,16 @@ def test_a_grant_holds_after_a_renewal_that_did_not_come_together_with_it(sender
     senders.say('pad', True)
     senders.now += after
     senders.at_once(1)
-    assert senders.granted is granted
+    assert senders.permission.granted is granted
 
 
-@pytest.mark.parametrize('silence, revives', [(0.6, True), (1.9, True), (2.2, False), (30.0, False)])
+@pytest.mark.parametrize('silence, revives', [(0.6, True), (1.9, True), (2.2, False)])
 def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, silence, revives):
     senders.say('pad', True)
     senders.run(1.0)
     senders.renewing.clear()
     senders.run(silence)
-    assert not senders.granted
+    assert not senders.permission.granted
     senders.renewing.add('pad')
     assert senders.run(5.0) is revives
     assert senders.warned('Control from pad is gone: it was silent for') is not revives
@@ -121,14 +116,13 @@ def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
     senders.run(1.0)
     senders.now += 5.0
     senders.hear('another hand', word)
-    assert not senders.granted and not senders.run(5.0)
+    assert not senders.permission.granted and not senders.run(5.0)
     assert senders.warned('it may have been asked for while this node did not run') is word
     senders.say('a third hand', True)
     assert senders.run(0.25)
 
 
-@pytest.mark.parametrize('late, counts', [(0.0, True), (0.5, True), (1.8, True), (2.5, False),
-                                          (10.0, False)])
+@pytest.mark.parametrize('late, counts', [(0.0, True), (1.8, True), (2.5, False)])
 def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
     """The delayed True arrives together with the renewals that were sent after it."""
     senders.say('pad', True)
@@ -149,10 +143,10 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     senders.run(comes_after)
     senders.sensor_problem = ''
     senders.run(3.0)
-    assert senders.granted is stands
-    told = 'Control from {} is gone: no imu for {} s (is the robot running?). False, then True, ' \
-           'gives it again'.format(*('pad', 2) if was_there else ('the start', 20))
-    assert [line.text for line in senders.log_queue.pop_all()] == [told] * (not stands)
+    assert senders.permission.granted is stands
+    told = 'Control from {} is gone: no imu for {} s'.format(
+        *('pad', 2) if was_there else ('the start', 20))
+    assert senders.warned(told) is not stands
     assert senders.give_anew('pad')
 
 
@@ -170,7 +164,7 @@ def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(sende
 
 
 @pytest.mark.parametrize('late, stopper, counts', [
-    (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad 2', False), (1.5, 'pad', True)])
+    (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad', True)])
 def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
         senders, late, stopper, counts):
     """A False of the same sender came before the True, in order."""
@@ -188,7 +182,7 @@ def test_what_was_taken_before_this_node_lived_is_no_stop():
     senders = PermissionSenders()
     senders.permission = Permission(True, senders.log_queue)
     senders.hear('pad', False, Age.OLD, renews=True)
-    assert senders.run(1.0) and senders.granted
+    assert senders.run(1.0) and senders.permission.granted
     assert senders.log_queue.pop_all() == []
 
 
@@ -202,7 +196,7 @@ def test_a_doubtful_true_gives_nothing_and_a_doubtful_false_stops(senders, stand
     senders.hear('student', True)      # it repeats itself
     assert senders.run(0.5) is stands
     senders.hear('student', False, age)
-    assert not senders.granted and not senders.run(5.0)
+    assert not senders.permission.granted and not senders.run(5.0)
     assert senders.give_anew('student')
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from known_motion import SteadyRobot, Truth, angle_between, assert_pose, held_back
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.sample_buffer import SAMPLE_MEMORY, SampleBuffer, Track
+from tb3_labs.localization.sample_buffer import SampleBuffer, Track
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.supervision.timeouts import INTERPOLATED_GAP, Lateness
@@ -62,44 +62,17 @@ def restamped(messages, new_stamp):
             for arrival, sample in messages]
 
 
-# One track ----------------------------------------------------------------------------------------
-
-def straight_track(*times):
-    """A track whose value is ten times the time."""
-    track = Track(lambda start, end, fraction: start + fraction * (end - start))
-    for time in times:
-        track.add(time, 10.0 * time)
-    return track
-
-
-@pytest.mark.parametrize('time, value', [
-    (1.0, 10.0), (1.1, 11.0), (1.2, 12.0), (1.15, 11.5), (1.01, 10.1), (0.999, None),
-    (1.201, None), (-math.inf, None), (math.inf, None), (math.nan, None)])
-def test_a_track_knows_what_lies_between_its_samples(time, value):
-    found = straight_track(1.0, 1.1, 1.2).at(time)
-    assert found == (value if value is None else pytest.approx(value))
-
-
 @pytest.mark.parametrize('gap, known', [(INTERPOLATED_GAP, True), (INTERPOLATED_GAP + 0.01, False), (4.3, False)])
 def test_nothing_is_interpolated_over_a_dropout(gap, known):
-    track = straight_track(-0.1, 0.0, gap)
-    assert (track.at(gap / 2) is not None) is known
+    track = Track(lambda start, end, fraction: start + fraction * (end - start))
+    for time in (-0.1, 0.0, gap):
+        track.add(time, 10.0 * time)
+    assert track.at(gap / 4) == (pytest.approx(2.5 * gap) if known else None)
     assert track.at(gap) == pytest.approx(10.0 * gap)
 
 
-def test_a_track_forgets_what_is_old():
-    track = straight_track(*(k / 10 for k in range(100)))
-    assert track.at(9.9 - SAMPLE_MEMORY - 0.11) is None
-    assert track.at(9.9 - SAMPLE_MEMORY + 0.11) == pytest.approx(10.0 * (9.9 - SAMPLE_MEMORY + 0.11))
-
-
-# Pairs: order of arrival --------------------------------------------------------------------------
-
-LATE = [0.0, 0.004, 0.02, 0.05, 0.1, 0.25]
-
-
-@pytest.mark.parametrize('imu_late, odometry_late', [(late, 0.0) for late in LATE] + [
-    (0.0, late) for late in LATE])
+@pytest.mark.parametrize('imu_late, odometry_late', [
+    (0.0, 0.0), (0.02, 0.0), (0.25, 0.0), (0.0, 0.004), (0.0, 0.1), (0.0, 0.25)])
 def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
     """One source may be several samples ahead of the other, all the time."""
     messages = SPINNING.messages(0.0, 3.0, imu_delay=lambda: imu_late,
@@ -111,23 +84,13 @@ def test_the_order_of_arrival_does_not_matter(imu_late, odometry_late):
     assert stamps == sorted(set(stamps))
 
 
-def test_of_several_that_wait_the_newest_is_taken():
-    history = TimedPart(SampleBuffer())
-    for time in (0.0, 0.1, 0.2, 0.3):
-        history.add(SPINNING.imu(time), time)
-    for time in (0.1, 0.2):
-        history.add(SPINNING.odometry(time), time)
-    assert history.pop_pair()[0] == SPINNING.odometry(0.2)
-    assert history.pop_pair() is None
-
-
 def without_imu(silent, end=8.0):
     """Messages of a robot whose IMU is silent for `silent` [s] from 2.0 s on."""
     return [(arrival, sample) for arrival, sample in SPINNING.messages(0.0, end)
             if not (isinstance(sample, ImuSample) and 2.0 < arrival < 2.0 + silent)]
 
 
-@pytest.mark.parametrize('silent', [0.2, 0.35, 0.5, 0.9])
+@pytest.mark.parametrize('silent', [0.2, 0.9])
 def test_the_odometry_bridges_a_gap_of_the_imu(silent):
     """If IMU samples come together, a node reads only the latest."""
     assert_right(pairs_of(TimedPart(SampleBuffer()), without_imu(silent)), SPINNING)
@@ -150,14 +113,19 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
 
 # Stamps that cannot be used -----------------------------------------------------------------------
 
-@pytest.mark.parametrize('useless', [0.0, -1.0, 1234.5])
-@pytest.mark.parametrize('whose', [ImuSample, OdometrySample, object])
-def test_arrival_takes_the_place_of_stamps_of_zero_or_standing_still(useless, whose):
+@pytest.mark.parametrize('whose, new_stamp', [
+    (ImuSample, lambda stamp: 0.0), (OdometrySample, lambda stamp: 0.0),
+    (object, lambda stamp: 0.0), (ImuSample, lambda stamp: 1234.5),
+    (OdometrySample, lambda stamp: 1234.5), (object, lambda stamp: 1234.5),
+    # odometry stamped by another machine: both sensors have only the arrival in common
+    (OdometrySample, lambda stamp: stamp + 5.0), (OdometrySample, lambda stamp: stamp - 5.0),
+    (OdometrySample, lambda stamp: stamp + 1e9)])
+def test_arrival_takes_the_place_of_stamps_that_are_no_clock(whose, new_stamp):
     history = filled(
-        (arrival, sample._replace(stamp=useless) if isinstance(sample, whose) else sample)
-        for arrival, sample in SPINNING.messages(0.0, 2.0))
+        (arrival, sample._replace(stamp=new_stamp(sample.stamp)) if isinstance(sample, whose) else sample)
+        for arrival, sample in SPINNING.messages(0.0, 4.0))
     assert not history.clock.uses_stamps
-    assert_instant(instant_at(history, 1.55), SPINNING, 1.55, ahead=0.0)
+    assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
 
 
 def test_the_receivers_clock_goes_back_where_stamps_are_zero():
@@ -167,8 +135,8 @@ def test_the_receivers_clock_goes_back_where_stamps_are_zero():
     assert_instant(instant_at(history, 2.5), turned, 2.5, ahead=0.0)
 
 
-@pytest.mark.parametrize('imu_late', [0.0, 0.02])
-@pytest.mark.parametrize('step', [5.0, -5.0, 1.5, -1.5, -0.2, 0.5, 3600.0])
+@pytest.mark.parametrize('step, imu_late', [
+    (5.0, 0.0), (1.5, 0.02), (-1.5, 0.0), (-0.2, 0.0), (-0.2, 0.02), (0.5, 0.0), (3600.0, 0.0)])
 def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     robot = replace(SPINNING, clock_ahead=10000.0)
     messages = restamped(robot.messages(0.0, 6.0, imu_delay=lambda: imu_late),
@@ -184,7 +152,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     assert_instant(instant_at(history, now), robot, now, robot.clock_ahead + step, imu_late + 1e-6)
 
 
-@pytest.mark.parametrize('stall', [0.9, 1.2, 1.6, 4.0, 10.0])
+@pytest.mark.parametrize('stall', [0.9, 1.6, 4.0])
 def test_late_messages_are_no_new_clock(stall):
     end = 2.1 + stall
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
@@ -194,34 +162,12 @@ def test_late_messages_are_no_new_clock(stall):
     assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
 
 
-@pytest.mark.parametrize('apart', [5.0, -5.0, 1e9])
-def test_two_clocks_that_disagree_are_no_use(apart):
-    """Odometry stamped by another machine: both sensors have only the arrival in common."""
-    history = filled(
-        (arrival, sample._replace(stamp=sample.stamp + (
-            10.0 if isinstance(sample, ImuSample) else 10.0 + apart)))
-        for arrival, sample in SPINNING.messages(0.0, 4.0))
-    assert not history.clock.uses_stamps
-    assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
-
-
 # The least delay ----------------------------------------------------------------------------------
-
-def test_the_least_delay_is_forgotten_after_some_seconds():
-    """The sender's clock is set back by 20 ms: all its messages seem to be late by that."""
-    timing = SampleTiming()
-    for k in range(2000):
-        arrival = 0.01 * k
-        stamp = 100.0 + arrival - (0.02 if arrival >= 5.0 else 0.0)
-        timing.on_imu(ImuSample(stamp, 0.0, 0.0), arrival)
-    assert timing.clock.stamp_of(20.0) == pytest.approx(119.98)
-    assert timing.clock.epoch == 0
-
 
 def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     """The clock of a Pi runs fast and is corrected: no instant is lost, or wrong by more than the correction."""
     history = TimedPart(SampleBuffer())
-    for arrival, sample in restamped(SPINNING.messages(0.0, 20.0),
+    for arrival, sample in restamped(SPINNING.messages(0.0, 4.0),
                                      lambda arrival, stamp: stamp + 0.01 * (arrival % 1.0)):
         history.add(sample, arrival)
         now = arrival - 0.06
@@ -231,21 +177,16 @@ def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     assert history.clock.epoch == 0 and history.clock.uses_stamps
 
 
-def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
+@pytest.mark.parametrize('stamps, believed', [
+    # a stamp is heard four times in a row
+    ([7.0] * 3 + [8.0] * 4, 6),
+    # the stamps go back by less than a step, and then run at a tenth of the rate
+    ([100.0 + 0.01 * k for k in range(100)] + [100.91 + 0.001 * k for k in range(60)], 151)])
+def test_stamps_that_stand_or_do_not_catch_up_are_no_clock(stamps, believed):
     timing = SampleTiming()
-    for k, (stamp, believed) in enumerate([(7.0, True)] * 3 + [(8.0, True)] * 3 + [(8.0, False)]):
+    for k, stamp in enumerate(stamps):
         timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
-        assert timing.clock.uses_stamps is believed
-
-
-def test_stamps_that_do_not_catch_up_are_no_clock():
-    """The stamps go back by less than a step, and then run at a tenth of the rate."""
-    timing = SampleTiming()
-    for k in range(160):
-        arrival = 0.01 * k
-        stamp = 100.0 + arrival if k < 100 else 100.91 + 0.1 * (arrival - 1.0)
-        timing.on_imu(ImuSample(stamp, 0.0, 0.0), arrival)
-        assert timing.clock.uses_stamps is (k <= 150)
+        assert timing.clock.uses_stamps is (k < believed)
 
 
 def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():
@@ -257,17 +198,9 @@ def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is
         assert timing.clock.epoch == epoch
 
 
-@pytest.mark.parametrize('late', [0.0, 0.5, 1.9])
-def test_a_message_is_late_by_what_is_not_usual(late):
-    lateness = Lateness()
-    lateness.of(49.9, 1001.4)       # the fastest message decides, not the first one
-    for k in range(100):
-        assert lateness.of(50.0 + 0.05 * k, 1000.0 + 0.05 * k) == pytest.approx(0.0)
-    assert lateness.of(55.0, 1005.0 + late) == pytest.approx(late)
-
-
 def test_what_a_silence_held_up_is_late_also_the_first_of_it():
     lateness = Lateness()
+    lateness.of(49.9, 1001.4)       # the fastest message decides, not the first one
     lateness.of(50.0, 1000.0)
     assert [lateness.of(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
         [9.9 - 0.999 * k for k in range(10)])
@@ -280,18 +213,6 @@ def test_a_clock_that_was_set_back_is_believed_after_a_while(step):
     lateness.of(50.0, 1000.0)
     seen = [lateness.of(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
     assert seen[:49] == pytest.approx([step] * 49) and seen[51:] == pytest.approx([0.0] * 28)
-
-
-# A sample carries its times -------------------------------------------------------------------------
-
-def test_a_sample_carries_its_silence_its_delay_and_the_step_before_it():
-    timing = SampleTiming()
-    timing.on_imu(ImuSample(100.0, 0.0, 0.0), 1.0)
-    imu = timing.on_imu(ImuSample(100.5, 0.0, 0.0), 1.6)         # delayed by 0.1 s
-    odometry = timing.on_odometry(OdometrySample(100.55, Pose2(), 0.0, 0.0), 1.65)
-    assert (imu.silence, imu.by_stamps, imu.measured_at) == pytest.approx((0.6, 0.5, 1.5))
-    assert (imu.age(1.7), imu.age(1.0)) == pytest.approx((0.2, 0.0))
-    assert odometry.silence == math.inf and odometry.all_silent == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize('stamp, step', [

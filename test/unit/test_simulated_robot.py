@@ -3,12 +3,9 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -32,17 +29,6 @@ def test_pose_while_the_speed_changes():
         y += way * math.sin(yaw + turn / 2)
         yaw += turn
     assert close(before.inverse() @ robot.truth, Pose2(x, y, yaw), metres=1e-5, radians=1e-8)
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.floats(-100, 100), st.floats(-100, 100), st.floats(-360, 360))
-def test_the_start_only_moves_the_whole_drive(x, y, yaw_deg):
-    moved = Simulator(replace(QUIET, start_x=x, start_y=y, start_yaw_deg=yaw_deg))
-    plain = Simulator(QUIET)
-    for robot in moved, plain:
-        drive(robot, 2.0, 0.1, 0.7)
-    start = Pose2(x, y, math.radians(yaw_deg))
-    assert close(moved.truth, start @ plain.truth, metres=1e-9, radians=1e-9)
 
 
 # Reset --------------------------------------------------------------------------------------------
@@ -82,29 +68,16 @@ def test_the_wheels_are_as_old_as_their_lag_says():
 
 # Network and faults -------------------------------------------------------------------------------
 
-def test_the_network_changes_what_arrives_when_but_not_what_is_measured():
-    """The noise is the same, nothing is lost, and each sensor's samples keep their order."""
-    direct = Simulator().step(60.0)
-    late = Simulator(SimulatorConfig(**NETWORKS['bad'])).step(61.0)
-    for kind in imu_of, odom_of:
-        assert kind(late)[:len(kind(direct))] == kind(direct)
-
-
 def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot = Simulator(STIFF)
-    robot.step(1.0)
-    robot.command(0.1, 0.0)
-    robot.step(0.1)
+    drive(robot, 0.1, 0.1, 0.0)
     switch(robot, network_cut=True)
-    for _ in range(8):
-        robot.command(-0.05, 0.0)    # delayed, and no command for the timeout
-        robot.step(0.05)
+    drive(robot, 0.4, -0.05, 0.0)    # delayed, and no command for the timeout
     assert robot.true_velocity[0] > 0.09
     robot.command(0.2, 0.0)
-    robot.step(0.1)
-    assert robot.true_velocity == (0.0, 0.0)
-    robot.step(5.0)
-    assert robot.true_velocity == (0.0, 0.0)
+    for seconds in (0.1, 5.0):
+        robot.step(seconds)
+        assert robot.true_velocity == (0.0, 0.0)
     switch(robot, network_cut=False)      # the latest one, sent 5.1 s ago, arrives now
     robot.step(1 / 30)
     assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
@@ -131,14 +104,14 @@ def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
 def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
     plain = Simulator(SimulatorConfig(dropouts_per_min=6.0, imu_rate=60.0, imu_frozen=True))
     tuned, stamps = Simulator(plain.config), []
-    samples = plain.step(300.0)
-    for k in range(300):
+    samples = plain.step(120.0)
+    for k in range(120):
         switch(tuned, motor_lag=0.001 * k)
         stamps += [sample.stamp for sample in tuned.step(1.0)]
     assert stamps == [sample.stamp for sample in samples]
     lengths = [gap for gap in (b - a for a, b in zip(stamps, stamps[1:])) if gap > 0.02]
-    # 10 s to the next, 2.3 s long on average: 24 in five minutes, give or take 5
-    assert 12 < len(lengths) < 36
+    # 10 s to the next, 2.3 s long on average: 10 in two minutes, give or take 3
+    assert 4 < len(lengths) < 20
     assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.02
     assert len({sample.yaw for sample in imu_of(samples)}) == 1
 
@@ -158,16 +131,3 @@ def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand
     assert wheels.wheel_angles == angles and wheels.wheel_speeds == pytest.approx(speeds)
     switch(robot, battery_cut=False)
     assert odom_of(drive(robot, 1.0, 0.0, 0.0))[-1].linear == 0.0
-
-
-def test_motors_that_are_off_stand_whatever_is_commanded_and_obey_again():
-    robot = Simulator(STIFF)
-    drive(robot, 0.5, 0.1, 0.0)
-    switch(robot, motors_off=True)
-    drive(robot, 0.1, 0.1, 0.0)
-    place = robot.truth
-    drive(robot, 1.0, 0.1, 1.0)
-    assert robot.truth == place and robot.true_velocity == (0.0, 0.0)
-    switch(robot, motors_off=False)
-    drive(robot, 0.1, 0.1, 0.0)
-    assert robot.true_velocity[0] == pytest.approx(0.1, abs=MOTOR_STEP)

@@ -1,7 +1,7 @@
 """A robot that is told to move: stalled, driven past its goal, or never at rest."""
 import pytest
 
-from tb3_labs.supervision.stale_or_stalled import (
+from tb3_labs.supervision.sensors_and_stalls import (
     AWAY_LIMIT, LONGEST_REST, MOVING_SPEED, SETTLING_TIME, STALL_STEP, STALL_TIME, Settling, StallWatch)
 
 DT = 0.1

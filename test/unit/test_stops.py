@@ -38,10 +38,10 @@ def test_silence(lost):
         assert all('no ' + name in stop.reason for name in lost if motion != 'turn'), (motion, stop)
 
 
-@pytest.mark.parametrize('lost', [('imu',), ('odom',), ('imu', 'odom')])
+@pytest.mark.parametrize('lost', ['imu', 'odom'])
 def test_the_same_sample_again_and_again(lost):
-    for motion, stop in stops(setting(**{name + '_frozen': True for name in lost})):
-        if motion == 'turn' and 'imu' not in lost:
+    for motion, stop in stops(setting(**{lost + '_frozen': True})):
+        if motion == 'turn' and lost == 'odom':
             continue
         # a step, twice, and samples that are under way
         assert_stands(stop, FROZEN_TIME + 0.04 + 0.04 + 0.05)

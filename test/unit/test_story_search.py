@@ -3,7 +3,7 @@ import pytest
 
 from story_search import CASTS, search
 from tb3_labs.supervision.events import Age, MessageAges
-from tb3_labs.supervision.stale_or_stalled import SensorWatch
+from tb3_labs.supervision.sensors_and_stalls import SensorWatch
 from tb3_labs.supervision.timeouts import SleepWatch
 
 AGE_OF, UPDATE = MessageAges.age_of, SensorWatch.update

@@ -1,23 +1,20 @@
 """Does the gyro contradict the wheels, or the orientation of its own IMU?
 
-A board that calibrates its gyro while the robot turns treats this rate of turn as zero. Then the
-gyro shows the opposite turn while the robot rests. In motion the gyro is wrong by the same rate. A
-robot that is carried looks the same, since its wheels rest. So each rate of the gyro is compared
-with the rates at which the wheels turned the robot a little earlier and later. The part of the turn
-that delay, slip and uneven wheels do not explain is added up.
+A board that calibrates its gyro while the robot turns treats this rate of turn as zero. From then
+on the gyro is wrong by this rate, also at rest. Each rate of the gyro is compared with the rates at
+which the wheels turned the robot a little earlier and later. The part of the turn that delay, slip
+and uneven wheels do not explain is added up. A robot that is carried also contradicts its wheels.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
-* Without stamps, or without samples of the wheels, no contradiction is found.
-* supervision.stale_or_stalled finds wheels that turn while the robot stands, and a gyro that
-  repeats one reading.
+* Without stamps, or without samples of the wheels, a contradiction is not found.
 * After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
   for `AGREEMENT_TIME`, with the wheels at rest.
-* No motion begins before gyro and wheels were compared at rest for `AGREEMENT_TIME`. During a
-  silence of more than timeouts.RESUME_TIME a board may calibrate its gyro again. If the wheels
-  cannot be compared within `AGREEMENT_TIME`, the motion does not wait for this comparison.
-* In motion, an error of the gyro is not found if slip or uneven wheels may explain it: 5.5 % of
-  the turn, and 7.5 deg/s at full speed.
+* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`, also after a
+  silence of more than timeouts.RESUME_TIME, in which a board may calibrate its gyro again. The
+  motion does not wait longer if the samples of the wheels cannot be compared.
+* In motion, an error of the gyro is not found if slip or uneven wheels may explain it. This is
+  5.5 % of the turn, and 7.5 deg/s at full speed.
 
 Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms; a recorded drive of a Burger,
 in which at most 0.5 deg of the turns are unexplained.
@@ -29,7 +26,7 @@ from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.supervision.stale_or_stalled import SURE_TURN_RATE
+from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 
@@ -39,15 +36,15 @@ LONGEST_GYRO_LAG = 0.13
 LONGEST_GYRO_LEAD = 0.04
 #: A sound gyro differs from slipping wheels by up to this share of the turn.
 SLIP_SHARE = 0.055
-#: A sound gyro differs from uneven wheels by up to this share of a turn by the faster wheel alone.
+#: A sound gyro differs from uneven wheels by up to this share of _WheelTurn.rate_of_one_wheel.
 UNEVEN_SHARE = 0.033
 #: A sound gyro drifts by up to this [rad/s].
 GYRO_DRIFT = 0.02
-#: With a calibrated gyro, the wheels may slip by this share, as on a carpet.
+#: If the gyro agreed with resting wheels, the wheels may slip by this share, as on a carpet.
 WORST_SLIP_SHARE = 0.45
-#: With a calibrated gyro, the wheels may be uneven by this share, as with a worn wheel.
+#: If the gyro agreed with resting wheels, the wheels may be uneven by this share, as if worn.
 WORST_UNEVEN_SHARE = 0.1
-#: A calibrated gyro shows the slip of the wheels after steady turns of this total time [s].
+#: The slip of the wheels is known after steady turns of this total time [s].
 SLIP_TIME = 0.1
 #: A steady turn is faster than this [rad/s].
 STEADY_TURN_RATE = 0.3
@@ -55,9 +52,9 @@ STEADY_TURN_RATE = 0.3
 STEADY_TURN_SPREAD = 0.1
 #: The gyro contradicts the wheels when the unexplained turn is larger than this [rad].
 MAX_UNEXPLAINED_TURN = 0.015
-#: The contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
+#: A contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
 AGREEMENT_TIME = 1.0
-#: The wheels rest while the margin of _Comparison.plausible() is below this [rad/s].
+#: The wheels rest while the margin of _Comparison.plausible_rates() is below this [rad/s].
 RESTING_MARGIN = 1.2 * GYRO_DRIFT
 #: A robot that turns more slowly than this stands [rad/s].
 STANDING_RATE = 0.03
@@ -67,7 +64,7 @@ WHEEL_MEMORY = 0.6
 GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved? carried? not a '
              '{}?): let it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
-#: The orientation stands if it is the same before and after a turn by the gyro of this size [rad].
+#: The orientation stands if it stays the same while the gyro shows a turn of this size [rad].
 GYRO_TURNED = 0.1
 #: The noise of an orientation that stands is smaller than this [rad].
 STANDING_NOISE = 0.02
@@ -79,38 +76,36 @@ ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch
 
 
 class OrientationWatch:
-    """Does the orientation of an IMU follow its gyro?
-
-    Some boards and drivers send an orientation that never changes (turtlebot3 #912).
-    The contradiction is over when the orientation moves, or the gyro rested for `AGREEMENT_TIME`.
-    """
+    """Does the orientation of an IMU follow its gyro? Some boards and drivers send an orientation
+    that never changes (turtlebot3 #912). The contradiction is over when the orientation moves, or
+    the gyro rested for `AGREEMENT_TIME`."""
 
     def __init__(self) -> None:
-        self._begin: Optional[float] = None   # yaw at the begin of the comparison [rad]
-        self._farthest = 0.0                  # largest change of the yaw since the start [rad]
-        self._turned = 0.0                    # turn by the gyro since the begin [rad]
+        self._first_yaw: Optional[float] = None   # yaw at the begin of the comparison [rad]
+        self._farthest = 0.0                  # largest change of the yaw since then [rad]
+        self._turned = 0.0                    # turn by the gyro since then [rad]
         self._rested_for = 0.0                # time for which the gyro rested [s]
         #: Does the orientation stand?
         self.stands = False
 
     def on_imu(self, timed: TimedSample) -> None:
         (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
-        if last is None or self._begin is None:
-            self._begin = yaw
+        if last is None or self._first_yaw is None:
+            self._first_yaw = yaw
             return
         rate = 0.5 * (last.yaw_rate + yaw_rate)
         self._rested_for += seconds
         if yaw == last.yaw and yaw_rate == last.yaw_rate:
-            return    # stale_or_stalled finds a frozen IMU
+            return    # sensors_and_stalls finds a frozen IMU
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
             self.stands = self.stands and self._rested_for < AGREEMENT_TIME
         elif 0.0 < seconds <= GYRO_GAP:
             self._turned += rate * seconds
             self._rested_for = 0.0
-        self._farthest = max(self._farthest, abs(difference(yaw, self._begin)))
+        self._farthest = max(self._farthest, abs(difference(yaw, self._first_yaw)))
         if self._farthest > max(STANDING_NOISE, STANDING_SHARE * abs(self._turned)):
-            self._begin, self._farthest, self._turned = yaw, 0.0, 0.0
+            self._first_yaw, self._farthest, self._turned = yaw, 0.0, 0.0
             self.stands = False
         elif abs(self._turned) > GYRO_TURNED:
             self.stands = True
@@ -121,8 +116,8 @@ class _WheelTurn(NamedTuple):
 
     begin: float
     end: float
-    rate: float        # rate at which both wheels turned the robot [rad/s]
-    one_wheel: float   # rate at which the faster wheel alone would turn the robot [rad/s]
+    rate: float                 # rate at which both wheels turned the robot [rad/s]
+    rate_of_one_wheel: float    # rate at which the faster wheel alone would turn the robot [rad/s]
 
 
 class _GyroRate(NamedTuple):
@@ -135,11 +130,11 @@ class _GyroRate(NamedTuple):
 
 
 class _Comparison:
-    """The comparison since the last silence, or since the robot's clock was set."""
+    """The comparison of gyro and wheels since the last silence, or since the clock was set."""
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest sample
-        self.readings: Deque[_GyroRate] = deque()    # not compared yet
+        self.readings: Deque[_GyroRate] = deque()    # rates that wait for the wheels' turns
         self.turns: Deque[_WheelTurn] = deque()
         self.is_calibrated = False  # did the gyro agree with resting wheels?
         self.turned_for = 0.0       # time of steady turns with a calibrated gyro [s]
@@ -148,28 +143,30 @@ class _Comparison:
         self.agreed_for = 0.0       # time for which gyro and wheels agreed [s]
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
-        """Returns the wheels' turns that `reading` may show; None if some turns are unknown."""
+        """Returns the turns of the wheels that `reading` may show; None if not all are known."""
         first, last = reading.begin - LONGEST_GYRO_LAG, reading.end + LONGEST_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
         for turn in turns:
-            if turn.one_wheel and turn.end - turn.begin > MEAN_ONLY_GAP:
+            if turn.rate_of_one_wheel and turn.end - turn.begin > MEAN_ONLY_GAP:
                 return None
         is_known = bool(turns) and min(turn.begin for turn in turns) <= first
         return turns if is_known else None
 
-    def plausible(self, least: float, most: float, one_wheel: float) -> Tuple[float, float, float]:
-        """Returns (least, most, margin) [rad/s]: a sound gyro's rate is between `least` - `margin`
-        and `most` + `margin`. The arguments are the least and the largest _WheelTurn.rate, and the
-        largest _WheelTurn.one_wheel."""
+    def plausible_rates(self, least: float, most: float,
+                        one_wheel: float) -> Tuple[float, float, float]:
+        """Returns (lowest, highest, margin) [rad/s]. The rate of a sound gyro is between `lowest` -
+        `margin` and `highest` + `margin`. The arguments are the least and the largest
+        _WheelTurn.rate, and the largest _WheelTurn.rate_of_one_wheel."""
         margin = SLIP_SHARE * max(-least, most) + GYRO_DRIFT
         if not self.is_calibrated:
             return least, most, margin + UNEVEN_SHARE * one_wheel
         slips = (self.slip,) if self.turned_for >= SLIP_TIME else (0.0, WORST_SLIP_SHARE)
-        return (min(least * (1.0 - slip) for slip in slips),
-                max(most * (1.0 - slip) for slip in slips), margin + WORST_UNEVEN_SHARE * one_wheel)
+        lowest = min(least * (1.0 - slip) for slip in slips)
+        highest = max(most * (1.0 - slip) for slip in slips)
+        return lowest, highest, margin + WORST_UNEVEN_SHARE * one_wheel
 
     def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
-        """Learn which share of a steady turn the wheels lose, by a calibrated gyro."""
+        """Learn the share of a steady turn that the wheels lose, if the gyro is calibrated."""
         is_steady_turn = (least * most > STEADY_TURN_RATE ** 2
                           and most - least < STEADY_TURN_SPREAD * abs(most))
         if self.is_calibrated and self.turned_for < SLIP_TIME and is_steady_turn:
@@ -185,22 +182,22 @@ class GyroWatch:
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
         self._gyro_lies = GYRO_LIES.format(model.name, reset_topic)
-        #: Has any reading been compared?
+        #: Was any rate of the gyro compared with the wheels?
         self.has_compared = False
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all comparisons at rest [s]
-        self._alone_for = 0.0        # time of gyro samples since the last comparison [s]
+        self._uncompared_for = 0.0   # time of gyro samples since the last comparison [s]
         self._orientation = OrientationWatch()
         self._contradicts = False
         self._comparison = _Comparison()
 
     def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
-        """Take in a sample of the IMU. `sends_wheels`: does the robot send its wheels' samples?"""
+        """Take in a sample of the IMU. `sends_wheels`: does the robot send joint states?"""
         self._sends_wheels = self._sends_wheels or sends_wheels
         if timed.silence > RESUME_TIME:
-            self._rested_for = self._alone_for = 0.0
-        elif self._alone_for < AGREEMENT_TIME:
-            self._alone_for += timed.silence
+            self._rested_for = self._uncompared_for = 0.0
+        elif self._uncompared_for < AGREEMENT_TIME:
+            self._uncompared_for += timed.silence
         self._orientation.on_imu(timed)
         sample, last = timed.sample, timed.before
         if timed.by_stamps < -SMALL_STEP:
@@ -210,7 +207,7 @@ class GyroWatch:
             readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
                                       sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
-            readings.popleft()    # too old: samples of the wheels do not arrive
+            readings.popleft()    # samples of the wheels do not arrive
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True
@@ -221,7 +218,7 @@ class GyroWatch:
             self._add_turn(last, sample)
         self._comparison.wheels, readings = sample, self._comparison.readings
         while readings and readings[0].end + LONGEST_GYRO_LEAD <= time:
-            self._compare(readings.popleft())
+            self._compare_with_wheels(readings.popleft())
 
     def problem(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
@@ -232,7 +229,8 @@ class GyroWatch:
     @property
     def is_checked(self) -> bool:
         """Were gyro and wheels compared at rest, or does the robot not send its wheels?"""
-        return not self._sends_wheels or max(self._rested_for, self._alone_for) >= AGREEMENT_TIME
+        waited_for = max(self._rested_for, self._uncompared_for)
+        return not self._sends_wheels or waited_for >= AGREEMENT_TIME
 
     def _add_turn(self, last: WheelSample, sample: WheelSample) -> None:
         begin, end = last.stamp, sample.stamp
@@ -244,8 +242,7 @@ class GyroWatch:
         while turns[0].end < end - WHEEL_MEMORY:
             turns.popleft()
 
-    def _compare(self, reading: _GyroRate) -> None:
-        """Add up the turn of a gyro's reading that the wheels' turns around it do not explain."""
+    def _compare_with_wheels(self, reading: _GyroRate) -> None:
         comparison = self._comparison
         turns = comparison.turns_around(reading)
         if turns is None:
@@ -253,23 +250,34 @@ class GyroWatch:
         self.has_compared = True
         least, most = min(turn.rate for turn in turns), max(turn.rate for turn in turns)
         comparison.learn_slip(reading, least, most)
-        one_wheel = max(turn.one_wheel for turn in turns)
-        least, most, margin = comparison.plausible(least, most, one_wheel)
-        nearest = clamp(reading.rate, least - margin, most + margin)
+        lowest, highest, margin = comparison.plausible_rates(
+            least, most, max(turn.rate_of_one_wheel for turn in turns))
+        nearest = clamp(reading.rate, lowest - margin, highest + margin)
         stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
-        excess = 0.0 if stands else reading.rate - nearest
         seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
         if rests:
             self._rested_for += seconds
-        if self._alone_for < AGREEMENT_TIME:
-            self._alone_for = 0.0
-        if excess and not reading.is_repeated:
-            comparison.agreed_for = 0.0
-            comparison.unexplained += excess * seconds
-            if abs(comparison.unexplained) > MAX_UNEXPLAINED_TURN:
-                self._contradicts = True
-        elif not excess and (rests or not self._contradicts):    # at rest a contradiction ends
-            comparison.agreed_for += seconds
-            if comparison.agreed_for >= AGREEMENT_TIME:
-                comparison.unexplained, self._contradicts = 0.0, False
-                comparison.is_calibrated = comparison.is_calibrated or rests
+        if self._uncompared_for < AGREEMENT_TIME:
+            self._uncompared_for = 0.0
+        if stands or reading.rate == nearest:
+            self._agree(seconds, rests)
+        elif not reading.is_repeated:
+            self._disagree((reading.rate - nearest) * seconds)
+
+    def _disagree(self, unexplained: float) -> None:
+        """Add up a turn [rad] of the gyro that the wheels do not explain."""
+        comparison = self._comparison
+        comparison.agreed_for = 0.0
+        comparison.unexplained += unexplained
+        if abs(comparison.unexplained) > MAX_UNEXPLAINED_TURN:
+            self._contradicts = True
+
+    def _agree(self, seconds: float, rests: bool) -> None:
+        """Add up the time of agreement. A contradiction ends only while the wheels rest."""
+        comparison = self._comparison
+        if self._contradicts and not rests:
+            return
+        comparison.agreed_for += seconds
+        if comparison.agreed_for >= AGREEMENT_TIME:
+            comparison.unexplained, self._contradicts = 0.0, False
+            comparison.is_calibrated = comparison.is_calibrated or rests

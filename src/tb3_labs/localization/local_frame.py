@@ -6,9 +6,8 @@ is the pose of B in A. The place p_A is ``p_B = R(theta)^-1 (p_A - t)`` in B.
 A reset declares the robot's present pose in local. The reset uses the odometry's pose and the IMU's
 yaw, both of one instant:
 
-* The place comes from the odometry. So the *odometry's* yaw of that instant gives the direction
-  of B in A. The zero directions of IMU and odometry differ by a constant angle. So the IMU's yaw
-  would turn every displacement by that angle.
+* The place comes from the odometry. So theta comes from the *odometry's* yaw. The IMU's yaw differs
+  from the odometry's yaw by a constant angle, and would turn every displacement by this angle.
 * The heading comes from the IMU, relative to the IMU's yaw of that instant.
 
 Units: metres, radians. Source: the Transformation lab's handout, corrected for declared poses that

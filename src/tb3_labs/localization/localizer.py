@@ -3,10 +3,9 @@
 Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
 the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits for
 later samples of both sensors, and uses the values interpolated to the moment of the request. So a
-reset corrects any earlier error. If the robot turns, an error of the samples' age becomes an error
-of the reset. If the odometry jumps and the robot did not move, ``local`` is shifted in ``odom``
-(:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved unnoticed, the pose is
-lost. Then a local frame does not exist until a reset declares a new frame.
+reset corrects any earlier error. If the odometry jumps and the robot did not move, ``local`` is
+shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved
+unnoticed, the pose is lost. Then a local frame does not exist until a reset declares a new frame.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -18,21 +17,20 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.localization.local_frame import LocalFrame
-from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFilter
+from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFinder
 from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.localization.sample_timing import SampleTiming, TimedSample, YawNoise
 from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: Motion is extrapolated from the latest samples for two control periods at most [s]. The later
-#: motion is not known.
+#: The motion after the latest samples is assumed for two control periods at most [s].
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
 @dataclass(frozen=True)
 class Fix:
-    """The robot's pose at one odometry message's `stamp` [s, sender's clock]."""
+    """The robot's pose at the `stamp` of one odometry message [s, sender's clock]."""
 
     stamp: float
     local_T_base: Pose2
@@ -45,13 +43,13 @@ class Reset:
 
     requested: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]
-    stamp: Optional[float] = None    # `requested_at` on the sender's clock [s]; None: no sample
+    stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
-    sample_delay: float = 0.0        # samples of the request's moment are stamped this much later
+    sample_delay: float = 0.0        # samples are older than their stamps by this time [s]
     before: Optional[Pose2] = None   # the pose at the request in the old frame, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
-    hint: str = ''                   # added to the answer for the caller
+    hint: str = ''                   # a text for the caller, added to the answer
 
     @property
     def done(self) -> bool:
@@ -69,7 +67,7 @@ class Reset:
         return self.problem or '{} to {}{}'.format(PRINTED_POSE_SET, self.declared, self.hint)
 
     def give_up(self) -> None:
-        """End a reset, since the caller no longer waits for the answer. The old frame stays."""
+        """End a reset whose caller no longer waits for the answer. The old frame stays."""
         if not self.is_over:
             self.problem = 'no sample of imu and odom at that instant'
 
@@ -78,7 +76,6 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, timing: SampleTiming) -> None:
-        """`timing` times the samples. Its clock converts a time to a stamp."""
         self._timing, self._clock = timing, timing.clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
@@ -87,13 +84,13 @@ class Localizer:
         self.is_lost = False
         #: Time of the last known command to move [s, receiver's clock].
         self.driven_at = -math.inf
-        self._jump_filter = JumpFilter()
+        self._jump_finder = JumpFinder()
         self._jumps: List[Jump] = []
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._awaits_imu = True    # from a silence of both sensors to the next IMU sample
+        self._awaits_imu = True    # has the IMU been silent since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
         jump = heading_jump(timed.before, timed.sample)
@@ -107,9 +104,9 @@ class Localizer:
     def on_odometry(self, timed: TimedSample) -> None:
         self._awaits_imu = self._awaits_imu or timed.all_silent > RESET_SILENCE
         if self._timing.imu is None or self._awaits_imu:
-            self._jump_filter.skip(timed)
+            self._jump_finder.skip(timed)
             return
-        shift, jump = self._jump_filter.filter(timed, self._timing.imu.sample, self.driven_at)
+        shift, jump = self._jump_finder.find(timed, self._timing.imu.sample, self.driven_at)
         if jump is not None:
             self._on_jump(jump)
         if shift is not None:
@@ -119,10 +116,9 @@ class Localizer:
         self._carry_out_resets()
 
     def pop_fix(self) -> Optional[Fix]:
-        """Returns the latest Fix once, and drops older fixes. Returns None without a new Fix, while
-        the pose is lost, and for a sample that is later than a waiting reset: the Fix would be in
-        the old frame. The first Fix declares the frame, if no reset has declared a frame before.
-        """
+        """Returns the latest Fix once; None without a new Fix, or while the pose is lost. Samples
+        after the request of a waiting reset give None, since the Fix would be in the old frame. The
+        first Fix declares the frame, if a reset has not declared a frame before."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
             return None
@@ -149,11 +145,8 @@ class Localizer:
         return over
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
-        """Declare that the robot is at `reset.requested` at `now`.
-
-        Resets are carried out in the order of the requests. `sample_delay`: time by which samples
-        are older than their stamps show [s].
-        """
+        """Declare that the robot is at `reset.requested` at `now`. Resets are carried out in their
+        order. Samples are older than their stamps by `sample_delay` [s]."""
         reset.requested_at, reset.sample_delay = now, sample_delay
         reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
@@ -169,8 +162,7 @@ class Localizer:
 
     def motion(self, now: float) -> Optional[Motion]:
         """Returns the robot's Motion at `now`; None before the first samples, or if the pose is
-        lost. The caller checks that the samples are fresh.
-        """
+        lost. The caller must check that the samples are fresh."""
         if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
         imu, imu_age = self._timing.imu.sample, self._timing.imu.age(now)
@@ -185,13 +177,13 @@ class Localizer:
                       self._yaw_noise.deviation, extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` later than a reset's request, but not later than the reset's samples?"""
+        """Is `stamp` between the request of a waiting reset and the stamp of its samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 
     def _on_jump(self, jump: Jump) -> None:
         self._jumps.append(jump)
-        if jump.outcome == POSE_LOST:    # earlier samples are no longer valid
+        if jump.outcome == POSE_LOST:    # earlier samples are invalid
             for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'
             self.frame, self._buffer, self.is_lost = None, SampleBuffer(), True

@@ -3,20 +3,20 @@
 The odometry has three kinds of jumps:
 
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. The rate of turn of this
-  message has a spike, and the displacement is opposite to the speed of the same message. The robot
-  made the opposite displacement.
+  message has a spike, and the displacement is opposite to the speed of the same message.
 * A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
-  Meanwhile the motors keep their speed. A robot that stood before the silence has not moved, and
-  the calibration caused the IMU's turn. Otherwise the pose is lost.
+  Meanwhile the motors keep their speed. The robot has not moved if it stood before the silence.
+  Then the calibration caused the IMU's turn. Otherwise the pose is lost.
 * The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
   Then the robot is assumed to stand at its last place, turned as the IMU shows. If the IMU jumps
   as well, the pose is lost.
 
 A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in the new ``odom``.
-Each pose in ``odom`` must be multiplied by the shift. Units: metres, radians, seconds.
-Source: OpenCR firmware 1.2.6 (see :mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s. The
-odometry's yaw then begins at the IMU's turn of that time. In a recording of a real Burger, a
-displacement at the crossing is 7.3 mm backwards.
+Each pose in ``odom`` must be multiplied by the shift.
+
+Units: metres, radians, seconds. Source: OpenCR firmware 1.2.6 (see
+:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s, and the odometry's yaw then begins at
+the IMU's turn of that time. In a recording of a real Burger, a reversed displacement is 7.3 mm.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -38,9 +38,9 @@ STEP_SLACK = 0.05
 TURN_SLACK = 0.3
 #: A higher rate of turn is the firmware's spike [rad/s].
 SPIKE_RATE = 10.0
-#: After a reset the odometry's place is exactly zero, and its yaw is below this [rad].
+#: The odometry is at zero if its place is exactly zero, and its yaw is below this [rad].
 ZERO_YAW = 0.01
-#: If the place before was within this distance of zero, a place of zero is not a reset [m].
+#: The odometry was not set to zero if its place had been nearer to zero than this [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
@@ -54,7 +54,7 @@ CALIBRATION_TURN = 0.005
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it moves for this long while the wheels stand [s].
 CONTRADICTION_TIME = 0.5
-#: The contradiction in words.
+#: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
                  'empty? a cable out?); switch the robot off and on')
 
@@ -74,7 +74,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class _Gap:
-    """The time between two odometry messages, also with skipped messages between the two."""
+    """The time between two odometry messages. Other messages between the two may be skipped."""
 
     def __init__(self) -> None:
         self._by_stamps = self._by_arrival = 0.0
@@ -84,19 +84,21 @@ class _Gap:
         self._by_arrival += timed.silence
 
     @property
-    def seconds(self) -> float:
+    def longest(self) -> float:
         """The longer time by stamps or arrivals, up to LONGEST_SILENCE [s]."""
         return min(max(self._by_stamps, self._by_arrival, 0.0), LONGEST_SILENCE)
 
     @property
-    def silence(self) -> float:
-        """The shorter time by stamps or arrivals [s]. So delayed messages do not lengthen the
-        silence, and a clock that is set does not, either."""
-        return min(self._by_stamps, self._by_arrival) if self._by_stamps > 0.0 else self._by_arrival
+    def shortest(self) -> float:
+        """The shorter time by stamps or arrivals [s]. Neither delayed messages nor a clock that is
+        set make it longer."""
+        if self._by_stamps > 0.0:
+            return min(self._by_stamps, self._by_arrival)
+        return self._by_arrival
 
 
 class _JumpSample(NamedTuple):
-    """An odometry message as sent, and the IMU's latest sample at its arrival."""
+    """An odometry message, and the latest sample of the IMU at the arrival of the message."""
 
     sample: OdometrySample
     arrival: float
@@ -110,56 +112,55 @@ class _JumpSample(NamedTuple):
 
 def _is_reset(before: _JumpSample, after: _JumpSample, gap: _Gap) -> bool:
     """Was the robot, or its board, reset between two messages?"""
+    if gap.shortest <= RESET_SILENCE:
+        return False
     was, now = before.sample.pose, after.sample.pose
     turned = difference(after.imu.yaw, before.imu.yaw)
     is_zero = now.x == now.y == 0.0
     # after the reset of a board the IMU is near zero, too
     is_near_zero = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE and (
         min(abs(difference(now.yaw, turned)), abs(now.yaw)) <= NEAR_ZERO_YAW)
-    if gap.silence <= RESET_SILENCE or not (is_zero or is_near_zero):
+    if not (is_zero or is_near_zero):
         return False
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
     is_calibrated = is_zero and before.rests and abs(turned) > CALIBRATION_TURN
     return was.distance_to(now) > NEAR_ZERO_PLACE or contradicts_imu or is_calibrated
 
 
-class JumpFilter:
+class JumpFinder:
     """Finds the jumps of the odometry of one robot, message by message."""
 
     def __init__(self) -> None:
-        self._last: Optional[_JumpSample] = None    # the last message with a new pose
-        self._latest: Optional[_JumpSample] = None    # the last message
-        self._since_last, self._since_latest = _Gap(), _Gap()
+        self._last_moved: Optional[_JumpSample] = None    # the last message with a new pose
+        self._last_received: Optional[_JumpSample] = None
+        self._since_moved, self._since_received = _Gap(), _Gap()
 
     def skip(self, timed: TimedSample) -> None:
         """Take in an odometry message that is not used."""
-        self._since_last.add(timed)
-        self._since_latest.add(timed)
+        self._since_moved.add(timed)
+        self._since_received.add(timed)
 
-    def filter(self, timed: TimedSample, imu: ImuSample,
-               driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
-        """Returns (shift, jump) of an odometry message. Shift and jump may be None.
-
-        `imu`: the latest ImuSample; `driven_at`: time of the last known command to move [s,
-        receiver's clock].
+    def find(self, timed: TimedSample, imu: ImuSample,
+             driven_at: float = -math.inf) -> Tuple[Optional[Pose2], Optional[Jump]]:
+        """Returns (shift, jump) of an odometry message. Shift and jump may be None. `imu` is the
+        latest ImuSample. The last known command to move came at `driven_at` [s, receiver's clock].
         """
         self.skip(timed)
         sample = timed.sample
         shift, jump, latest = None, None, _JumpSample(sample, timed.arrival, imu)
-        if self._last is not None and self._latest is not None:
-            before = self._last.sample.pose
-            problem = _jump(before, sample.pose, self._since_last.seconds)
-            if _is_reset(self._latest, latest, self._since_latest):
-                shift, jump = self._after_reset(self._latest, latest, driven_at)
+        if self._last_moved is not None and self._last_received is not None:
+            before = self._last_moved.sample.pose
+            problem = _jump(before, sample.pose, self._since_moved.longest)
+            if _is_reset(self._last_received, latest, self._since_received):
+                shift, jump = self._after_reset(self._last_received, latest, driven_at)
             elif problem:
-                shift, jump = self._stand_still(problem, self._last, latest)
-            elif _is_backwards(before, sample):
-                # The robot drove the opposite of this step.
+                shift, jump = _stand_still(problem, self._last_moved, latest)
+            elif _is_backwards(before, sample):    # the step must be mirrored at `before`
                 shift = _shift(Pose2(2.0 * before.x - sample.pose.x,
                                      2.0 * before.y - sample.pose.y, sample.pose.yaw), sample.pose)
-        if self._last is None or sample.pose != self._last.sample.pose:
-            self._last, self._since_last = latest, _Gap()
-        self._latest, self._since_latest = latest, _Gap()
+        if self._last_moved is None or sample.pose != self._last_moved.sample.pose:
+            self._last_moved, self._since_moved = latest, _Gap()
+        self._last_received, self._since_received = latest, _Gap()
         return shift, jump
 
     def _after_reset(self, before: _JumpSample, after: _JumpSample,
@@ -167,31 +168,32 @@ class JumpFilter:
         """Returns (shift, jump) of a reset. The pose is kept if the robot surely stood."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-        if stood and abs(turned) <= RESTING_TURN and self._since_latest.seconds < LONGEST_SILENCE:
+        if stood and abs(turned) <= RESTING_TURN and (
+                self._since_received.longest < LONGEST_SILENCE):
             return (_shift(before.sample.pose, after.sample.pose),
                     Jump(SET_TO_ZERO, POSE_KEPT, turned))
         return None, Jump(SET_TO_ZERO, POSE_LOST)
 
-    @staticmethod
-    def _stand_still(problem: str, last: _JumpSample,
-                     now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
-        """Returns (shift, jump) for a robot that stands at its place of `last`."""
-        turned = difference(now.imu.yaw, last.imu.yaw)
-        if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
-            return None, Jump(problem, POSE_LOST)
-        here = last.sample.pose
-        return (_shift(Pose2(here.x, here.y, here.yaw + turned), now.sample.pose),
-                Jump(problem, POSE_KEPT))
+
+def _stand_still(problem: str, last: _JumpSample,
+                 now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
+    """Returns (shift, jump) for a robot that stands at its place of `last`."""
+    turned = difference(now.imu.yaw, last.imu.yaw)
+    if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
+        return None, Jump(problem, POSE_LOST)
+    here = last.sample.pose
+    return (_shift(Pose2(here.x, here.y, here.yaw + turned), now.sample.pose),
+            Jump(problem, POSE_KEPT))
 
 
 def _shift(before: Pose2, after: Pose2) -> Pose2:
-    """Returns the shift of ``odom``. The robot's pose is `before` in the old ``odom``, and `after`
-    in the new ``odom``."""
+    """Returns the shift of ``odom`` for a robot that is at `before` in the old ``odom``, and at
+    `after` in the new ``odom``."""
     return after @ before.inverse()
 
 
 def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
-    """Returns a text about the step between two poses if a robot cannot make this step, or ''."""
+    """Returns a text about the step between two poses; '' if a robot can make this step."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
     if at_zero and (moved > ZERO_PLACE or turned > TURN_BOUND * seconds + TURN_SLACK):
@@ -215,7 +217,7 @@ class _Interval:
         self.begin, self.end = math.inf, -math.inf
 
     def update(self, is_true: bool, stamp: float) -> None:
-        """Take in whether the condition is true. If the clock goes back, begin again."""
+        """Take in the condition at `stamp` [s]. If the clock goes back, begin again."""
         if not (is_true and self.begin <= stamp):
             self.begin = stamp
         self.end = stamp
@@ -229,14 +231,13 @@ class EncoderWatch:
     angles in `joint_states` stand.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
-    of the wheels, no contradiction is found. In a turn on the spot, stale_or_stalled finds a robot
-    that does not turn. Source: OpenCR firmware 1.2.6 (turtlebot3_core.ino), which calls
-    calcOdometry() without updateMotorInfo() if the servos do not answer.
+    of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls
+    calcOdometry() without updateMotorInfo() if the servos do not answer (turtlebot3_core.ino).
     """
 
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest sample
-        self._odometry: Optional[OdometrySample] = None
+        self._odometry: Optional[OdometrySample] = None      # the latest sample
         self._stand, self._rolls = _Interval(), _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
@@ -252,7 +253,7 @@ class EncoderWatch:
         self._odometry = sample
 
     def problem(self) -> str:
-        """Returns a text about the contradiction, or ''."""
+        """Returns SERVOS_SILENT, or ''."""
         together = (min(self._stand.end, self._rolls.end)
                     - max(self._stand.begin, self._rolls.begin))
         return SERVOS_SILENT if together > CONTRADICTION_TIME else ''

@@ -1,11 +1,11 @@
 """The recent samples of both sensors, and the values of both sensors at one instant.
 
-A node reads every message of the odometry, but not every sample of the IMU. In a longer gap of the
-IMU, the IMU's yaw is assumed to turn as the odometry's yaw does.
+A node reads every message of the odometry, but not every sample of the IMU. In a gap of the IMU
+longer than `INTERPOLATED_GAP`, the yaw of the IMU is assumed to turn as the odometry does.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
 Edge cases: A new epoch of the sender's clock empties the buffer. A gap of the odometry longer than
-`INTERPOLATED_GAP` is not interpolated. Either sensor's message may arrive first.
+`INTERPOLATED_GAP` is not interpolated. Messages of both sensors arrive in any order.
 """
 import math
 from bisect import bisect_left
@@ -26,13 +26,13 @@ class Track:
     """The recent values of one source, in order of time."""
 
     def __init__(self, between: Callable[[Any, Any, float], Any]) -> None:
-        """`between(start, end, fraction)` interpolates at a `fraction` (0 to 1) of the way."""
+        """`between(start, end, fraction)` returns the value at a `fraction` (0 to 1) of the way."""
         self._between = between
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value. `time` must not be earlier than the latest value. A second value at the
-        same time replaces the first value."""
+        """Append a value. `time` is not before :attr:`newest`. A second value of the same time
+        replaces the first value."""
         if time == self.newest:
             self._samples.pop()
         self._samples.append((time, value))
@@ -49,8 +49,8 @@ class Track:
         return self._samples[-1][0] if self._samples else -math.inf
 
     def around(self, time: float) -> Optional[Tuple[Tuple[float, Any], Tuple[float, Any]]]:
-        """Returns the samples (time, value) before and after `time`, or None if `time` is outside
-        of the track. A sample at exactly `time` is returned twice."""
+        """Returns the samples (time, value) before and after `time`; None if `time` is not between
+        two samples. A sample at exactly `time` is returned twice."""
         index = bisect_left(self._samples, (time,))
         if index == len(self._samples):
             return None
@@ -79,7 +79,7 @@ class SampleBuffer:
         self._forget(epoch=0)
 
     def _forget(self, epoch: int) -> None:
-        self._epoch = epoch    # of all samples
+        self._epoch = epoch    # epoch of the samples
         self._imu = Track(interpolate_angle)
         self._odometry = Track(interpolate)
         self._unpaired: Deque[Tuple[float, OdometrySample]] = deque()
@@ -102,7 +102,7 @@ class SampleBuffer:
                                for time, sample in self._unpaired)
 
     def pop_pair(self) -> Optional[Tuple[OdometrySample, float]]:
-        """Returns the latest (OdometrySample, IMU yaw at its stamp) once, or None."""
+        """Returns the latest (OdometrySample, yaw of the IMU at its stamp [rad]) once, or None."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()
@@ -111,13 +111,13 @@ class SampleBuffer:
         return pair
 
     def at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
-        """Returns (odom_T_base, IMU yaw) at `stamp` [s, sender's clock]; None if not known."""
+        """Returns (odom_T_base, yaw of the IMU [rad]) at `stamp` [s]; None if either is unknown."""
         pose = self._odometry.at(stamp)
         yaw = None if pose is None else self._imu_yaw_at(stamp)
         return None if yaw is None else (pose, yaw)
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """Returns the IMU's yaw [rad]. In a gap of the IMU, the odometry gives the turn."""
+        """Returns the yaw of the IMU [rad]. In a longer gap the odometry gives the turn."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
             return yaw

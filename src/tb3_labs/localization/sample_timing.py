@@ -1,7 +1,7 @@
-"""The timing of samples, and the noise of an IMU. Each sample of a sensor is timed once, here.
+"""The timing of samples, and the noise of an IMU.
 
-A :class:`SampleTiming` measures the silence before a sample, and learns the sender's clock. For
-each sample, SampleTiming makes a :class:`TimedSample`, which has all times that other files need.
+SampleTiming measures the silence before each sample, and learns the sender's clock. It makes a
+TimedSample, which has all times that other files need. Other files do not measure times again.
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
@@ -11,7 +11,7 @@ the arrivals are used in place of the stamps, for both sensors.
 
 Units: seconds. Cases:
 
-* An old stamp alone shows that the message was delayed. The stamp is used.
+* A stamp that is only old shows that the message was delayed. The stamp is used.
 * A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
   stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
@@ -26,7 +26,7 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import (
-    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND_TIME, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, Least)
+    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND_TIME, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, WindowMinimum)
 
 #: A stamp that is repeated more often than this does not belong to a clock.
 MAX_REPEATS = 3
@@ -39,16 +39,16 @@ EVEN_TURN_CHANGE = 0.03
 
 
 class TimedSample(NamedTuple):
-    """A sample, and all times that other files need. Only :class:`SampleTiming` makes it."""
+    """A sample and its times."""
 
     sample: Any           # an ImuSample or OdometrySample
-    before: Any           # the sample before, of the same sensor; None for the first sample
+    before: Any           # the sample before, of the same sensor; None if `sample` is the first
     arrival: float        # time of arrival [s, receiver's clock]
     time: float           # time of measurement [s, sender's clock]; `arrival` without stamps
     epoch: int            # epoch of the sender's clock
     measured_at: float    # `time` [s, receiver's clock], if the fastest message needs no time
-    silence: float        # time without a sample of the sensor [s]; infinite for the first sample
-    all_silent: float     # time without a sample of either sensor [s]
+    silence: float        # time without a sample of this sensor [s]; infinite for the first sample
+    all_silent: float     # time without a sample of any sensor [s]; infinite for the first sample
     by_stamps: float      # stamp minus the stamp of `before` [s]; 0 for the first sample
 
     def age(self, now: float) -> float:
@@ -67,17 +67,15 @@ class SampleTiming:
 
     def __init__(self) -> None:
         self.clock = SenderClock()
-        #: The latest sample of each sensor; None before the first sample.
+        #: The latest sample of the IMU, and of the odometry; None before the first sample.
         self.imu: Optional[TimedSample] = None
         self.odometry: Optional[TimedSample] = None
 
     def on_imu(self, sample: ImuSample, now: float) -> TimedSample:
-        """Returns the TimedSample of an IMU sample that arrives now."""
         self.imu = self._timed('imu', self.imu, sample, now)
         return self.imu
 
     def on_odometry(self, sample: OdometrySample, now: float) -> TimedSample:
-        """Returns the TimedSample of an odometry message that arrives now."""
         self.odometry = self._timed('odom', self.odometry, sample, now)
         return self.odometry
 
@@ -100,11 +98,11 @@ class SenderClock:
     """The robot's clock, learned from the stamps of its messages."""
 
     def __init__(self) -> None:
-        #: Number of the epoch; the first epoch has the number 0.
+        #: Number of the epoch, from 0 on.
         self.epoch = -1
         #: False once the stamps have shown that they are not a clock.
         self.uses_stamps = True
-        self._repeats: Dict[str, int] = {}
+        self._repeats: Dict[str, int] = {}    # by source: messages that repeat the stamp
         self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
@@ -126,12 +124,12 @@ class SenderClock:
         return time
 
     def stamp_of(self, now: float) -> Optional[float]:
-        """Returns `now` [receiver's clock] on the sender's clock; None before the first sample."""
+        """Converts `now` from the receiver's to the sender's clock; None before any sample."""
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """Returns the time of measurement of a sample that has just arrived, on the receiver's
-        clock, if the fastest message needs no time. `time`: the result of :meth:`time_of`."""
+        """Returns the time of measurement of a sample that has just arrived [s, receiver's clock],
+        if the fastest message needs no time. `time` is the result of :meth:`time_of`."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -161,23 +159,20 @@ class SenderClock:
         if source not in self._last:
             return False
         _, last_stamp = self._last[source]
-        # Delayed messages arrive together, but their stamps differ as usual.
+        # delayed messages arrive together, but their stamps differ as usual
         return not -SMALL_STEP <= stamp - last_stamp <= silence + CLOCK_STEP
 
     def _new_epoch(self) -> None:
         self.epoch += 1
-        self._least = Least()
+        self._least = WindowMinimum()
         self._last: Dict[str, Tuple[float, float]] = {}    # by source: time, stamp
         self._off_since: Dict[str, float] = {}
         self._behind_since: Dict[str, float] = {}
 
 
 class YawNoise:
-    """Learns the noise of one IMU.
-
-    The sample before and the gyro's rate predict the yaw of a sample. While the robot turns slowly
-    and evenly, the measured yaw differs from this prediction by noise alone.
-    """
+    """Learns the noise of one IMU. The sample before and the gyro's rate predict the yaw of a
+    sample. If the robot turns slowly and evenly, the measured yaw differs by noise alone."""
 
     def __init__(self) -> None:
         #: Standard deviation of one sample's yaw [rad].
@@ -191,7 +186,7 @@ class YawNoise:
         if abs(rate) > SLOW_TURN_RATE or abs(rate - before.yaw_rate) > EVEN_TURN_CHANGE:
             return
         turned = 0.5 * (before.yaw_rate + rate) * step
-        # the difference of two samples has twice the variance of one
+        # the difference of two samples has twice the variance of one sample
         square = 0.5 * (difference(yaw, before.yaw) - turned) ** 2
         self._count += 1
         variance = self.deviation ** 2

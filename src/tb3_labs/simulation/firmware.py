@@ -1,5 +1,4 @@
 """The robot's own board. It turns commands into motor speeds, and encoder readings into odometry.
-While it calibrates its gyro, it is busy.
 
 The faults of the real firmware are copied, because the labs have to work with them:
 
@@ -7,10 +6,9 @@ The faults of the real firmware are copied, because the labs have to work with t
   curve becomes slower and wider.
 - A motor runs at a whole number of speed steps, rounded towards zero, at most `motor_steps`.
 - rosserial reads infinity as 1, and NaN as 1.5.
-- The odometry takes its heading from the IMU: ``dyaw = theta - theta_last`` is *not* wrapped. Each
-  time the IMU crosses +/-180 deg, one sample's displacement points backwards, and the sample's
-  twist.angular has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw stays
-  correct.
+- The odometry takes its heading from the IMU. The turn ``theta - theta_last`` is *not* wrapped.
+  When the IMU crosses +/-180 deg, the displacement of one sample points backwards, and its rate of
+  turn has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw stays correct.
 - The board obeys the newest command for half a second after reading the command.
 - On `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
   commands and further resets wait in their order. The gyro's bias becomes the mean rate of turn.
@@ -36,10 +34,8 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK = 2.0 * math.pi / TICKS_PER_TURN
-#: A link carries this value for a reset, and a (forward speed, rate of turn) for a command.
+#: The message of a reset on a link. The message of a command is (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
-#: Time of reading [s], forward speed [m/s], rate of turn [rad/s].
-NO_COMMAND = -math.inf, 0.0, 0.0
 
 
 def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[float, float]:
@@ -51,7 +47,7 @@ def motor_speeds(linear: float, angular: float, model: RobotModel) -> Tuple[floa
 
 
 def _by_rosserial(speed: float) -> float:
-    """Returns the speed that the board receives by rosserial."""
+    """Returns the speed that the board receives."""
     if math.isfinite(speed):
         return speed
     return math.copysign(1.5 if math.isnan(speed) else 1.0, speed)
@@ -74,8 +70,7 @@ class Odometer:
     def __init__(self, model: RobotModel, pose: Pose2, imu_yaw: float) -> None:
         self._radius = model.wheel_radius
         self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
-        #: Yaw of the IMU at the last update [rad].
-        self.theta_last = imu_yaw
+        self._theta_last = imu_yaw    # yaw of the IMU at the last update [rad]
         self._ticks: Tuple[int, int] = (0, 0)
         self._zero = self._step = self._ticks
         self._stamp = 0.0
@@ -90,19 +85,19 @@ class Odometer:
 
     def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
                imu_yaw: float) -> OdometrySample:
-        """Returns the sample at `stamp` [s], which is later than the last stamp. `ticks` is (left,
-        right), or None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
+        """Returns the sample at `stamp` [s], later than the last stamp. `ticks` is (left, right);
+        None if the servos do not answer. `imu_yaw` [rad] is in (-pi, pi]."""
         interval = stamp - self._stamp
         if ticks is not None:
             self._step = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
             self._ticks = ticks
         left, right = TICK * self._step[0], TICK * self._step[1]
         distance = self._radius * (left + right) / 2.0
-        turn = imu_yaw - self.theta_last  # not wrapped: see this file's first lines
+        turn = imu_yaw - self._theta_last    # not wrapped, as in the real firmware
         self._x += distance * math.cos(self._yaw + turn / 2.0)
         self._y += distance * math.sin(self._yaw + turn / 2.0)
         self._yaw += turn
-        self._stamp, self.theta_last = stamp, imu_yaw
+        self._stamp, self._theta_last = stamp, imu_yaw
         self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               distance / interval, turn / interval)
@@ -115,38 +110,41 @@ class Odometer:
 
 
 class Board:
-    """The board: it reads messages and obeys commands, unless it calibrates its gyro."""
+    """Reads messages and obeys commands, except while it calibrates the gyro."""
 
     def __init__(self) -> None:
         self._waiting: Deque[Arrival] = deque()     # messages that the board has not read yet
-        self._free_since = -math.inf
-        self._yaw_before = self._pause = 0.0
-        #: Does the board calibrate its gyro? A busy board reads no message and sends no sample.
-        self.is_busy = False
-        #: Time at which the board is free again [s], or infinity. An attribute, for speed.
+        self._calibrated_at = -math.inf    # end of the last calibration [s]
+        self._calibration_time = 0.0       # length of the last calibration [s]
+        self._yaw_before = 0.0             # true yaw at the begin of the last calibration [rad]
+        #: Does the board calibrate its gyro? Then it does not read messages or send samples.
+        self.is_calibrating = False
+        #: Time at which the calibration ends [s], or infinity.
         self.due = math.inf
-        self._command = NO_COMMAND
+        # (time of reading [s], forward speed [m/s], rate of turn [rad/s])
+        self._command = -math.inf, 0.0, 0.0
 
-    def calibrate(self, now: float, pause: float, yaw: float) -> None:
-        """Calibrate the gyro for `pause` [s]. `yaw` is the true yaw now [rad], not wrapped."""
-        self.is_busy, self.due = True, now + pause
-        self._pause, self._yaw_before = pause, yaw
+    def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:
+        """Calibrate the gyro for some time. `yaw` is the true yaw now [rad], not wrapped."""
+        self.is_calibrating, self.due = True, now + seconds
+        self._calibration_time, self._yaw_before = seconds, yaw
 
-    def end_pause(self, yaw: float) -> float:
-        """End the calibration. Returns the gyro's bias [rad/s]. `yaw` is the true yaw now [rad]."""
-        self._free_since, self.due, self.is_busy = self.due, math.inf, False
-        return (self._yaw_before - yaw) / self._pause if self._pause else 0.0
+    def end_calibration(self, yaw: float) -> float:
+        """Returns the gyro's bias [rad/s]. `yaw` is the true yaw now [rad], not wrapped."""
+        self._calibrated_at, self.due, self.is_calibrating = self.due, math.inf, False
+        seconds = self._calibration_time
+        return (self._yaw_before - yaw) / seconds if seconds else 0.0
 
     def read(self, arrivals: Sequence[Arrival]) -> bool:
-        """Read the messages that have arrived, up to the first reset. Returns True after a reset:
-        the messages behind the reset wait."""
+        """Read the messages that have arrived, up to the first reset. Returns True if a reset was
+        read. Later messages wait for the end of the calibration."""
         self._waiting.extend(arrivals)
-        while self._waiting and not self.is_busy:
+        while self._waiting and not self.is_calibrating:
             arrival, message = self._waiting.popleft()
             if message == RESET_COMMAND:
                 return True
             linear, angular = message
-            self._command = max(arrival, self._free_since), linear, angular
+            self._command = max(arrival, self._calibrated_at), linear, angular
         return False
 
     def command_in_force(self, now: float) -> Tuple[float, float]:

@@ -1,7 +1,7 @@
-"""Judges an answer to a mystery robot: the name of the fault, and the value of the fault.
+"""Judges an answer to a mystery robot, which is the name of a fault and its value.
 
-Units: MEANINGS has the unit of each fault's value. Edge cases: the text about a wrong fault does
-not show the right fault. An angle may be off by whole turns. An answer without a value is wrong.
+Units: MEANINGS has the unit of each value. Edge cases: The text about a wrong fault does not show
+the right fault. An angle may be off by whole turns. An answer without a value is wrong.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -9,12 +9,12 @@ from typing import NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, Fault, draw
 
-#: Added to the tolerance, so that rounding does not make a value at the limit wrong.
+#: A value may be off by this more than the tolerance, because of rounding.
 ROUNDING = 1e-9
 
 
 class Meaning(NamedTuple):
-    """The form of an answer about a kind of fault."""
+    """The meaning of a fault's value, and the symptom of the fault."""
 
     unit: str           # of the value
     tolerance: float    # largest error of a right value, in the unit
@@ -67,8 +67,8 @@ MEANINGS = {
 
 
 def fault_called(name: str) -> Fault:
-    """Returns the fault with this name, in small or capital letters. Raises ``ValueError`` if the
-    name is unknown."""
+    """Returns the fault with this name, also in capital letters. Raises ``ValueError`` if the name
+    is unknown."""
     faults = {fault.name: fault for fault in FAULT_KINDS}
     try:
         return faults[' '.join(name.lower().replace('_', ' ').replace('-', ' ').split())]
@@ -77,8 +77,8 @@ def fault_called(name: str) -> Fault:
 
 
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
-    """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the
-    number of the robot, the name of the fault, or its value is not valid."""
+    """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the number
+    of the robot, the name of the fault, or its value is not valid."""
     hidden, truth, _ = draw(number)
     meaning, named = MEANINGS[hidden.name], fault_called(name)
     if value is not None and not math.isfinite(value):

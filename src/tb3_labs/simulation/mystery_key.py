@@ -1,5 +1,4 @@
-"""The answers of mystery robots, for the instructor. The students' archive does not have this file.
-"""
+"""The instructor's answers of mystery robots. The students' archive leaves this file out."""
 import re
 from itertools import chain
 from typing import List, Sequence
@@ -9,8 +8,8 @@ from tb3_labs.simulation.mystery_robot import draw
 
 
 def key(words: Sequence[str]) -> List[str]:
-    """Returns the lines of the key. Each of `words` is a number or a range, such as '7' or '1-12'.
-    Raises ``ValueError`` with the reason if a word is not valid."""
+    """Returns the lines of the key for `words`, such as '7' or '1-12'. Raises ``ValueError`` if a
+    word is not valid."""
     lines = ['number  fault            value']
     if not words:
         raise ValueError('which key? A number such as 7, or a range such as 1-12')
@@ -22,7 +21,6 @@ def key(words: Sequence[str]) -> List[str]:
 
 
 def _range(word: str) -> Sequence[int]:
-    """Returns the numbers in a word such as '7' or '1-12'."""
     first, _, last = word.partition('-')
     if not re.fullmatch(r'\d{1,9}(-\d{1,9})?', word):
         raise ValueError(

@@ -1,12 +1,12 @@
-"""Mystery robots: simulated robots with one hidden fault, which a student finds by measuring.
+"""A mystery robot is a simulated robot with one hidden fault, which a student finds by measuring.
 
 A number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12 to
 22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have different
-faults. Python guarantees that ``random.Random(text).random()`` gives the same numbers in all
-versions, so this file uses no other random numbers.
+faults. All random numbers come from ``random.Random(text).random()``, since Python guarantees that
+they are the same in all versions.
 
-Nothing here is secret: a reader of this file can compute the answer, and so can a patient user of
-`mystery.py --answer`. The exercise asks for a measurement that proves the fault.
+The faults are not secret. A reader of this file can compute the answer, and so can a patient user
+of `mystery.py --answer`. The exercise asks for a measurement that proves the fault.
 
 Units: mystery_answer.MEANINGS has the unit of each value. Times are in seconds since the start.
 """
@@ -21,7 +21,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 LAST_NUMBER = 9999
 #: An intermittent fault begins this long after its last end [s].
 BETWEEN_FAULTS = 12.0
-#: A user may change these settings of a mystery robot, since none of them is a fault.
+#: A user may change these settings of a mystery robot, since they are not faults.
 ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
                     'speed', 'mystery')
 
@@ -59,11 +59,9 @@ FAULT_KINDS = (
 
 
 class HiddenFault:
-    """The fault of mystery `number` in a robot with `settings`.
-
-    Raises ``ValueError`` if the number is not valid. Also raises it if a setting outside of
-    ALLOWED_SETTINGS is not the default, in `settings` or in a config of `surroundings`.
-    """
+    """The fault of mystery `number` in a robot with `settings`. Raises ``ValueError`` if the number
+    is not valid, or if a value of `settings` or `surroundings` is neither allowed
+    (ALLOWED_SETTINGS) nor the default."""
 
     def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
         self.fault, self.value, seed = draw(number)
@@ -81,8 +79,7 @@ class HiddenFault:
         self._sound = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
-        """Returns the settings at the time `now` [s], as the same object until the settings
-        change."""
+        """Returns the settings at `now` [s]. The object is the same until the settings change."""
         is_sound = not self.fault.setting and now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
         return self._sound if is_sound else self._faulty
 
@@ -103,8 +100,8 @@ def draw(number: int) -> Tuple[Fault, float, int]:
 
 
 def _order(block: int) -> List[int]:
-    """Returns the order of FAULT_KINDS in a block. It does not begin with the last block's last
-    fault."""
+    """Returns the order of FAULT_KINDS in a block, as indices. The last fault of one block is not
+    the first fault of the next block."""
     order = _shuffled(block)
     if block and order[0] == _shuffled(block - 1)[-1]:
         order[:2] = order[1], order[0]

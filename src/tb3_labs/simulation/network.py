@@ -1,21 +1,20 @@
-"""The network between the simulated robot and a computer: it decides when a message arrives.
+"""The network between the simulated robot and a computer decides when each message arrives.
 
 A link is one direction of the network. As in TCP, messages are not lost, and keep their order. A
 message arrives after its `delay` and a random `jitter`, which is drawn for each message. A message
 that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts until
-the setting is switched off. Messages of the same moment arrive together. The links of both
-directions have the same stalls.
+the setting is switched off. Both links have the same stalls.
 
-Stalls begin at random (a Poisson process). A stall does not begin within another stall, so a stall
-is not longer than `longest_stall`. Each kind of random number has a separate generator with the
-seed, and does not depend on how often :meth:`NetworkLink.pop` is called.
+Stalls begin at random (a Poisson process). A stall does not begin within another stall. Each kind
+of random number has a separate generator with the seed, and does not depend on how often
+:meth:`NetworkLink.pop` is called.
 
-Units: seconds. Edge cases: a message due at the very end of a stall is not delayed by the stall. A
+Units: seconds. Edge cases: A message due at the very end of a stall is not delayed by the stall. A
 change of delay or jitter does not change messages under way. A change of the stalls ends the
-present stall. If messages follow each other faster than the jitter, later messages wait for earlier
-messages, and the mean delay is more than delay and jitter together.
-Source: recordings of real TurtleBot3s over a WLAN (stalls of 0.1 to 0.4 s, then everything at
-once). The jitter's tail: 802.11 draws a new back-off, and tries again, for each frame (Malone,
+present stall. The mean delay is more than delay and jitter together if messages follow each other
+fast, since they wait for earlier messages.
+Source: recordings of real TurtleBot3s over a WLAN, which stalls for 0.1 to 0.4 s. For each frame
+802.11 draws a new back-off, and tries again; this makes the long delays of the jitter (Malone,
 Leith and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
 """
 import math
@@ -25,7 +24,7 @@ from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple, Union
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: A moment [s], and the message that arrives then.
+#: (moment [s], message that arrives then)
 Arrival = Tuple[float, Any]
 
 
@@ -47,8 +46,8 @@ NETWORKS: Dict[str, Dict[str, float]] = {
 
 
 class Interruptions:
-    """Random intervals [start, end). Between intervals, `rate` new intervals begin per second on
-    average. The length of an interval is a uniform random number between the two `lengths` [s]."""
+    """Random intervals [start, end). The mean time between two intervals is 1 / `rate` [s]. The
+    length of an interval is a uniform random number between the two `lengths` [s]."""
 
     def __init__(self, rate: float, lengths: Tuple[float, float], since: float,
                  seed: Union[int, str]) -> None:
@@ -61,8 +60,8 @@ class Interruptions:
         self._end = self._start + self._random.uniform(*self._lengths)
 
     def release(self, moment: float) -> float:
-        """Returns `moment` [s], or the end of the interval that contains it. `moment` is not before
-        the last call's moment."""
+        """Returns the end of the interval that contains `moment` [s], or `moment` itself. `moment`
+        is not before the moment of the last call."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
@@ -89,7 +88,7 @@ class NetworkLink:
             self._stalls = Interruptions(
                 settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
                 f'stalls {self._seed}') if settings.stalls_per_min else None
-        # Messages that waited for the end of a stall are due now.
+        # messages that waited for the end of a stall are due now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:

@@ -1,7 +1,7 @@
 """A simulated robot on the topics of a real robot, in real time or in the time of its own /clock.
 
-The fields of messages have the values of the firmware. Source: ROBOTIS OpenCR firmware 1.2.6
-(turtlebot3_sensor.cpp for the covariances; the covariances of the odometry are zero).
+The fields of messages have the values of ROBOTIS OpenCR firmware 1.2.6 (the covariances are in
+turtlebot3_sensor.cpp; the covariances of the odometry are zero).
 """
 import itertools
 import math
@@ -31,9 +31,8 @@ SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
 #: The robot catches up after a pause of the computer of at most this time [s].
 LONGEST_CATCH_UP = 0.5
-#: A robot that publishes /clock catches up after a pause of at most this time [s, wall clock]. On
-#: /clock the pause is `speed` times as long, in one step. If the robot caught up after a longer
-#: pause, nodes would treat the sensors as silent.
+#: A robot that publishes /clock catches up after a pause of at most this time [s, wall clock].
+#: Otherwise /clock would jump, and nodes would treat the sensors as silent.
 LONGEST_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
 #: The tilt of the board of a recorded robot [rad].
@@ -55,12 +54,9 @@ ACCELERATION_AT_REST = (
 
 
 class FakeRobot:
-    """One Simulator and its topics.
-
-    A robot with a `hidden` fault (mystery_robot.HiddenFault) gets its settings from the fault. Then
-    the robot publishes no /tf_static and no ground truth, since both would show the fault. If the
-    environment variable TRUTH_PIPE is set, the true poses go into the pipe, and not on a topic.
-    """
+    """One Simulator and its topics. A `hidden` fault (mystery_robot.HiddenFault) has the settings.
+    Then /tf_static and ground truth are not published, since both would show the fault. If the
+    environment variable TRUTH_PIPE is set, the true poses go into this pipe, and not on a topic."""
 
     def __init__(self, settings, hidden=None):
         self._lock = threading.Lock()    # guards the simulator
@@ -82,8 +78,8 @@ class FakeRobot:
             self._robot.configure(settings)
 
     def tick(self, step, epoch):
-        """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` counts the
-        calls. `epoch` is the ROS time of the simulator's time 0 [s]."""
+        """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
+        of the call. `epoch` is the ROS time of the simulator's time 0 [s]."""
         truth_is_due = step % STEPS_PER_TRUTH == 0 and (
             self._pipe.has_subscribers() if self._pipe
             else self._truth and self._truth.get_num_connections())
@@ -139,7 +135,7 @@ def keep_pace(robot, clock, speed):
 
 
 class TruthPipe:
-    """Writes true poses into a named pipe. The program that reads the pipe has made it."""
+    """Writes true poses into a named pipe, which the reader of the pipe has made."""
 
     def __init__(self, path):
         self._path, self._pipe = path, -1
@@ -152,13 +148,13 @@ class TruthPipe:
         return self._pipe >= 0
 
     def write(self, pose):
-        """Write a pose. If the pipe is full, drop the pose, since the robot must not wait."""
+        """Write a pose. A full pipe drops the pose, since the robot must not wait."""
         with suppress(OSError):
             os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
 
 class SensorTopics:
-    """Publishes samples as messages. Only the thread that steps the robot calls the methods."""
+    """Publishes samples as messages, in the thread that steps the robot."""
 
     def __init__(self):
         #: {name: name in this node's namespace}
@@ -170,9 +166,9 @@ class SensorTopics:
         self._tf = publisher('/tf', TFMessage)
 
     def send(self, burst, epoch, wheels):
-        """Publish the samples of a `burst`, which arrive at one moment. Each topic takes one write.
-        Publish a joint state for each odometry sample. `epoch` is the ROS time of the simulator's
-        time 0 [s]. `wheels` is Sensors.wheels; rows before the burst are removed."""
+        """Publish the samples of a `burst`, which arrive at one moment, in one write per topic.
+        `epoch` is as in FakeRobot.tick. Earlier rows are removed from `wheels` (Sensors.wheels).
+        """
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (
@@ -199,7 +195,7 @@ def _send(publisher, samples, message_of):
 
 
 def publisher(topic, kind, **options):
-    """Returns a publisher that sends at once and has a short queue."""
+    """Returns a publisher that sends each message at once."""
     result = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
     write_at_once(result, most=50)
     return result
@@ -214,7 +210,6 @@ def imu_message(sample, stamp, frame):
 
 
 def odometry_message(sample, stamp, frame, child_frame):
-    """Returns the nav_msgs/Odometry of a sample."""
     message = Odometry(header=_header(stamp, frame), child_frame_id=child_frame)
     message.pose.pose.position.x = sample.pose.x
     message.pose.pose.position.y = sample.pose.y

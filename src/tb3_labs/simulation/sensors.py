@@ -1,7 +1,5 @@
 """The samples of IMU and odometry, with the stamps of the board's clock and the faults of sensors.
 
-The noise and the bias of the IMU are in `body.ImuModel`.
-
 Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
 a driver that sent one sample with new stamps for half a minute).
 """
@@ -13,19 +11,19 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.simulation.body import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
 from tb3_labs.simulation.network import Arrival, Interruptions
 from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, SimulatorConfig
+from tb3_labs.simulation.wheels_and_imu import Body
 
 #: Shortest and longest dropout [s].
 DROPOUT_LENGTHS = (0.3, 4.3)
-#: After a stall only this number of samples of a sensor is sent, as real buffers are finite. The
-#: number is enough for an IMU at 200 Hz in the longest stall.
+#: After a stall at most this number of samples of a sensor is sent, as real buffers are finite. An
+#: IMU at 200 Hz makes so many samples in the longest stall.
 MOST_SAMPLES = 2000
-#: A value of the left wheel, and a value of the right wheel.
+#: Values of the left and the right wheel.
 WheelPair = Tuple[float, float]
-#: Time from one time sync of the serial node to the next [s].
+#: The serial node sets the board's clock with this period [s].
 SYNC_PERIOD = 5.0
 
 
@@ -33,7 +31,9 @@ class Rhythm:
     """The moments 1/rate, 2/rate, ... after `start` [s]. Each moment is returned once, in order."""
 
     def __init__(self, rate: float, start: float = 0.0) -> None:
-        self._rate = self.due = 0.0    # `due`: the next moment [s]; not a property, for speed
+        self._rate = 0.0
+        #: The next moment [s].
+        self.due = 0.0
         self.set_rate(rate, start)
 
     def set_rate(self, rate: float, now: float) -> None:
@@ -69,7 +69,7 @@ class SensorFaults:
         self._frozen_sample: Optional[Sample] = None
 
     def apply(self, samples: Sequence[Sample]) -> Sequence[Sample]:
-        """Returns the samples that a sensor with these faults sends, if it measured `samples`."""
+        """Returns the samples that a sensor with these faults sends in place of `samples`."""
         if self._silent:
             return []
         if self._frozen and samples:
@@ -81,9 +81,9 @@ class SensorFaults:
         return samples
 
 
-class TimeSyncs:
-    """The board's clock. Each time sync gives the clock another error, from -`largest` to `largest`
-    [s]."""
+class BoardClock:
+    """The clock of the board. Each time sync gives the clock another error, from -`largest` to
+    `largest` [s]."""
 
     def __init__(self, largest: float, seed: int) -> None:
         self._largest, self._seed = largest, seed
@@ -106,7 +106,7 @@ class TimeSyncs:
 
 
 class Sensors:
-    """The IMU and the odometry of one robot. They measure the Body, and store samples for `pop`."""
+    """The IMU and the odometry of one robot, which measure its Body."""
 
     def __init__(self, model: RobotModel, body: Body, config: SimulatorConfig) -> None:
         pose = body.drivetrain.pose
@@ -129,7 +129,7 @@ class Sensors:
         self.imu_rhythm.set_rate(config.imu_rate, now)
         self.odom_rhythm.set_rate(config.odom_rate, now)
         #: The board's clock.
-        self.clock = TimeSyncs(config.stamp_step, config.seed)
+        self.clock = BoardClock(config.stamp_step, config.seed)
         if any(getattr(config, name) != getattr(before, name) for name in SENSOR_FAULT_SETTINGS):
             self._plan_faults(now)
 
@@ -137,8 +137,10 @@ class Sensors:
         config = self._config
         dropouts = Interruptions(config.dropouts_per_min / 60.0, DROPOUT_LENGTHS, now,
                                  config.seed) if config.dropouts_per_min else None
-        self._imu_faults = SensorFaults(config.imu_silent, config.imu_frozen, dropouts)
-        self._odom_faults = SensorFaults(config.odom_silent, config.odom_frozen, dropouts)
+        self._imu_faults = SensorFaults(
+            silent=config.imu_silent, frozen=config.imu_frozen, dropouts=dropouts)
+        self._odom_faults = SensorFaults(
+            silent=config.odom_silent, frozen=config.odom_frozen, dropouts=dropouts)
 
     def measure_imu(self, stamps: List[float]) -> None:
         self._samples.extend(self._imu_faults.apply(self._body.imu.measure(stamps)))

@@ -1,12 +1,12 @@
-"""The simulated robot. Its firmware, motors and sensors behave as a TurtleBot3's.
+"""The simulated robot, whose firmware, motors and sensors behave like those of a TurtleBot3.
 
     robot = Simulator(SimulatorConfig(start_x=1.0, start_yaw_deg=90.0))
     robot.command(0.1, 0.5)
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-This module steps the parts `firmware`, `body`, `sensors` and `network` in time. The same seed gives
-the same samples, for steps of any length.
+The Simulator steps the parts `firmware`, `wheels_and_imu`, `sensors` and `network` in time. The
+same seed gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, in which the odometry starts without error. The IMU's yaw differs
 from the true yaw by `imu_offset_deg`. Stamps count seconds from 0.
@@ -22,14 +22,14 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
-from tb3_labs.simulation.body import UNCALIBRATED_BIAS, Body
 from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
 from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
+from tb3_labs.simulation.wheels_and_imu import UNCALIBRATED_BIAS, Body
 
-#: An event up to this long after the end of a step belongs to the step [s], since the sum of many
-#: small steps is not exactly one large step.
+#: An event up to this long after the end of a step belongs to the step, since the sum of many small
+#: steps is not exactly one large step [s].
 TIME_ROUNDING = 1e-9
 
 
@@ -54,7 +54,7 @@ class Simulator:
 
     @property
     def truth(self) -> Pose2:
-        """The robot's true pose: world_T_base."""
+        """The robot's true pose, world_T_base."""
         return self._body.at(self.now).pose
 
     @property
@@ -83,8 +83,8 @@ class Simulator:
             link.configure(config, self.now)
 
     def command(self, linear: float, angular: float) -> None:
-        """Send a command now: a forward speed [m/s] and a rate of turn [rad/s]. NaN and infinity
-        are allowed; see :mod:`tb3_labs.simulation.firmware`."""
+        """Send a command now. `linear` is the forward speed [m/s], `angular` the rate of turn
+        [rad/s]. NaN and infinity are allowed; see :mod:`tb3_labs.simulation.firmware`."""
         self._command_link.send(((linear, angular),), (self.now,))
 
     def reset(self) -> None:
@@ -100,8 +100,8 @@ class Simulator:
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
-        """Let `dt` seconds pass. Returns a list for each moment of arrival, with the samples that
-        arrive then. After a stall several samples arrive at one moment."""
+        """Let `dt` seconds pass. Returns one list of samples for each moment at which samples
+        arrive. After a stall several samples arrive at one moment."""
         self._advance(dt)
         sent = self.sensors.pop()
         self._sensor_link.send(sent, [sample.stamp for sample in sent])
@@ -120,24 +120,24 @@ class Simulator:
             tick = min(control.due, odom.due, board.due)
             if imu.due < tick:
                 stamps = imu.pop_until(min(tick, horizon))
-                if not board.is_busy:
+                if not board.is_calibrating:
                     sensors.measure_imu(stamps)
             if tick > horizon:
                 return
             if board.due == tick:
-                self._body.move_to(tick)    # here the calibration of the gyro ends
-                self._body.use_bias(self._board.end_pause(self._body.yaw))
+                self._body.move_to(tick)
+                self._body.use_bias(board.end_calibration(self._body.yaw))
             elif control.due == tick:
                 self._drive(control.pop())
             else:
                 odom.pop()
-                if not board.is_busy:
+                if not board.is_calibrating:
                     sensors.measure_odometry(tick)
 
     def _drive(self, stamp: float) -> None:
         """Let the board set the motors by the latest command that has arrived."""
         self._read(stamp)
-        if self._board.is_busy:
+        if self._board.is_calibrating:
             return
         command = self._board.command_in_force(stamp)
         if self.config.motors_off or self.config.battery_cut:
@@ -149,9 +149,9 @@ class Simulator:
             self._body.motion_changed()
 
     def _read(self, stamp: float) -> None:
-        """Let the board read its messages. On a reset the board begins to calibrate its gyro."""
+        """Let the board read its messages, and calibrate its gyro after a reset."""
         if self._board.read(self._command_link.pop(stamp)):
             self._body.move_to(stamp)
-            self._board.calibrate(stamp, self.config.reset_pause, self._body.yaw)
+            self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)
             self.sensors.resetting = True
             self._body.use_bias(UNCALIBRATED_BIAS)

@@ -1,8 +1,6 @@
-"""The settings of the simulated robot, with unit, bounds and default.
+"""The settings of the simulated robot, with unit, bounds and default (:mod:`tb3_labs.config`).
 
-Launch files, parameters and dynamic_reconfigure use the names of the fields. A value of another
-type, not finite or out of its closed bounds raises ``ValueError`` with field, value and bounds (see
-:mod:`tb3_labs.config`).
+Launch files, parameters and dynamic_reconfigure use the names of the fields.
 """
 from dataclasses import dataclass
 from typing import Dict
@@ -85,12 +83,12 @@ class SimulatorConfig(Config):
 
 #: The fields that cannot change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
-#: The fields for faults of sensors. If one field changes, all faults of sensors begin again.
+#: The fields for faults of sensors. If one changes, all faults of sensors begin again.
 SENSOR_FAULT_SETTINGS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
                          'dropouts_per_min')
 
-#: {name of the computer to which the robot's board is connected: {field: value}}. The values were
-#: measured with the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
+#: {computer to which the robot's board is connected: {field: value}}. The values were measured with
+#: the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
 HOSTS: Dict[str, Dict[str, float]] = {
     'default': {},
     'laptop': dict(imu_rate=171.0, odom_rate=29.9, stamp_step=0.008),

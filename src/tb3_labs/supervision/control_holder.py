@@ -1,8 +1,7 @@
 """Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
 
-When a node no longer holds the robot, it sends one zero, and then no more commands. A pad gives and
-takes the permission of move_to_goal by ControlMessages. Sources: the course's gamepad lab, and the
-failures of nodes without this table.
+A node that no longer holds the robot sends one zero, and then no more commands. A pad gives and
+takes the permission of move_to_goal by ControlMessages. Source: the course's gamepad lab.
 """
 import math
 from enum import Enum
@@ -12,7 +11,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
 class ControlHolder(Enum):
-    """The node that may drive, in the knowledge of a node `gamepad`."""
+    """The node that may drive, as far as a node `gamepad` knows."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'
@@ -20,12 +19,10 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder.
+    """An event that may change the holder. After LOST nobody may drive, since the person does not
+    have a stop button any more."""
 
-    READY: messages of the pad arrive, and the sticks are at rest (or the hold button was pressed
-    again). After LOST nobody may drive, since the person has no stop button any more.
-    """
-
+    #: The pad's messages arrive, and its sticks rest, or its hold button was pressed again.
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed
@@ -52,13 +49,13 @@ NEXT_HOLDER = {
 
 class ControlMessages:
     """The messages of one pad for `ctrl_relinq`. True gives the robot to move_to_goal, False takes
-    the robot back. A pad sends no message before a person has pressed a button."""
+    the robot back. A pad does not send a message before a person has pressed a button."""
 
     def __init__(self) -> None:
-        #: Did this pad give control to move_to_goal? Then this pad must renew the permission.
+        #: Must this pad renew a permission that it gave to move_to_goal?
         self.grants = False
         self._waiting: List[bool] = []
-        #: Time of the last True, if move_to_goal has not answered it yet [s].
+        #: Time of the last True that move_to_goal has not answered yet [s].
         self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
@@ -70,7 +67,7 @@ class ControlMessages:
         return messages
 
     def pop_renewal(self, now: float) -> bool:
-        """Returns True if a renewal is due. The caller must send the renewal."""
+        """Is a renewal due? The caller must send it."""
         is_due = self.grants and now - self._sent_at >= RENEWAL_PERIOD
         if is_due:
             self._sent_at = now

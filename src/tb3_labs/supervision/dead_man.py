@@ -1,10 +1,10 @@
 """The dead man switch of pages. One page drives until the person lets go or the page is lost.
 
-A page is a pad in a browser. Several pages may be open, but the node `gamepad` reads one pad. A
-DeadMan counts the stops: STOP on any page, a False on `ctrl_relinq`, a cancel, the loss of the page
-that drives. Each message of a page has the number of stops that the page knew when the person
-acted. A message is rejected if the robot was stopped later, or if this process slept. So a delayed
-message, or a page that comes back, does not move the robot or its frame. A stop is never rejected.
+A page is a pad in a browser. Several pages may be open. A DeadMan counts the stops: STOP on any
+page, a False on `ctrl_relinq`, a cancel, the loss of the page that drives. Each message of a page
+has the number of stops that the page knew when the person acted. A message is rejected if the robot
+was stopped later, or if this process slept. So a delayed message, or a page that comes back, does
+not move the robot or its frame. A stop is never rejected.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
@@ -14,7 +14,7 @@ from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepWatch
 
 
 class DeadMan:
-    """Knows which page drives. The caller chooses the objects that identify pages."""
+    """Knows the page that drives. The caller chooses the objects that identify pages."""
 
     def __init__(self) -> None:
         #: The page that drives, or None.
@@ -25,12 +25,12 @@ class DeadMan:
         self._sleep = SleepWatch()
 
     def begin(self, now: float) -> None:
-        """Begin with the first page. The caller must call :meth:`silence` often from now on."""
+        """Begin with the first page. The caller must call :meth:`silence` often from then on."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
-        """Raises ``ValueError`` if the robot was stopped since a person acted with `known_stops`,
-        or if the act may be older than `most` [s]."""
+        """Raises ``ValueError`` if a person's message must be rejected. `known_stops` is the number
+        of stops that the person knew. The delay `lateness` may be at most `most` [s]."""
         self._sleep.update(now)
         if known_stops != self.stops:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
@@ -43,9 +43,10 @@ class DeadMan:
              is_first: bool) -> bool:
         """Let `page`, which a person grips, drive. Raises ``ValueError`` if it may not drive.
 
-        `lateness`: the delay of the message [s]. A message with more delay than `PAD_TIMEOUT` is
-        treated as silence: hold returns False. `is_first`: is this the first message of the grip?
-        A grip without a first message is refused, since the robot would move too late.
+        `lateness` is the delay of the message [s]. Returns False if the delay is more than
+        `PAD_TIMEOUT`, since such a message is treated as silence. `is_first`: is this the first
+        message of the grip? A grip whose first message is missing is refused, since the robot
+        would move too late.
         """
         if lateness > PAD_TIMEOUT:
             return False
@@ -59,7 +60,7 @@ class DeadMan:
         return True
 
     def let_go(self, page: object) -> bool:
-        """End the grip on `page`. Returns whether this page drove."""
+        """End the grip on `page`. Returns True if this page drove."""
         drove = self.page is page
         if drove:
             self.page = None
@@ -71,7 +72,7 @@ class DeadMan:
         self.page = None
 
     def silence(self, now: float) -> float:
-        """Returns the silence of the page that drives, if this page is lost [s]; otherwise 0."""
+        """Returns the silence of the page that drives [s]; 0 if this page is not lost."""
         self._sleep.update(now)
         is_lost = self.page is not None and not self._source.is_fresh(now)
         return self._source.age(now) if is_lost else 0.0

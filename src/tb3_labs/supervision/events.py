@@ -1,9 +1,9 @@
-"""An Event is a message that a person may have caused: a True, a False, or a turn. An Output is the
-decision of a core, with log lines for the person.
+"""The Event that a core receives, and the Output that it returns.
 
-A message is doubtful if it may repeat a message from before this node could hear the sender. The
-first message on a connection is doubtful if the sender is older than this node, or had another
-connection before. A latched message stays doubtful, other messages only for `REPEATS_WITHIN`.
+An Event is a message that a person may have caused, such as a True, a False, or a turn. It is
+doubtful if it may be older than this node, or than its connection. Only the first message on a
+connection can be so old, if the sender existed before this node, or had another connection. Then a
+latched message is always doubtful, another message only for `REPEATS_WITHIN`.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """
@@ -19,31 +19,31 @@ Content = TypeVar('Content')
 
 
 class Age(Enum):
-    """The age of a message, compared with the node that receives the message."""
+    """The age of a message, compared with the connection to its sender."""
 
     NEW = 'it was sent after this node could hear its sender'
-    RESTARTED = 'the same, by a new process that bears the name of an earlier sender'
+    RESTARTED = 'it is new, and its sender is a new process that has the name of an earlier sender'
     REPEATED = 'it may repeat a message from before this node could hear its sender'
-    LATCHED = 'the same, and its sender latches'
+    LATCHED = 'it may be from before this node could hear its sender, which latches'
     OLD = 'it was latched before this node began to listen'
-    SAME = 'it has the stamp of the message before it, though the clock ran on: it is no news'
+    SAME = 'it has the stamp of the message before it, though the clock ran on'
 
     @property
     def is_doubtful(self) -> bool:
-        """May the message be older than this node, or than a lost connection?"""
+        """May the message be older than the connection to its sender?"""
         return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME)
 
 
 @dataclass(frozen=True)
 class Event(Generic[Content]):
-    """A message, and all that is known about its sender and its age."""
+    """A message, its sender and its age."""
 
     content: Content
     #: Time of arrival [s].
     at: float
     sender: str = ''
     age: Age = Age.NEW
-    #: Does the sender announce that it renews its permission?
+    #: Does the sender announce that it will renew the permission that it gives?
     renews: bool = False
     #: Time of sending [s, sender's clock]; 0 if unknown.
     sent_at: float = 0.0
@@ -53,38 +53,44 @@ class SenderConnection(NamedTuple):
     """The connection on which the messages of one sender arrive."""
 
     sender: str
-    process: str = ''         # another process may have the same name later
+    process: str = ''         # address of the process that has the sender's name now
     since: float = -math.inf  # time at which the connection was made [s]
-    latches: bool = False     # the sender repeats its last message to each new connection
-    renews: bool = False      # see Event
+    latches: bool = False     # does the sender repeat its last message to each new connection?
+    renews: bool = False      # as in Event
 
 
 class MessageAges:
     """Finds the Age of each message of one topic, by the connection of the message."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
-        """`now`: this node begins to listen; `present`: the senders that exist before."""
+        """This node begins to listen at `now`. The senders `present` exist already."""
         self._present, self._begun_at = frozenset(present), now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
-        self._stamps: Dict[str, Tuple[float, float]] = {}    # by the senders: (stamp, clock)
+        self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock), by the senders' names
 
     def age_of(self, connection: SenderConnection, now: float, stamp: float = 0.0,
                clock: float = 0.0) -> Age:
-        """Returns the Age of a message that arrives now. `stamp`: the message's stamp, or 0;
-        `clock`: the present time on the clock of stamps. A driver that hangs repeats a stamp."""
+        """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
+        `clock` is the present time on the clock of stamps. A driver that hangs repeats a stamp."""
         before, stamped = self._latest.get(connection.sender), self._stamps.get(connection.sender)
         self._latest[connection.sender] = connection
         self._stamps[connection.sender] = stamp, clock
         if before == connection:
             is_same = stamped and stamp and stamp == stamped[0] and clock != stamped[1]
             return Age.SAME if is_same else Age.NEW
+        return self._age_of_first(connection, before, now)
+
+    def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
+                      now: float) -> Age:
+        """Returns the Age of the first message on a connection. The sender had the connection
+        `before`, if any."""
         if before is None and connection.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != connection.process
-        if is_restarted and connection.renews:    # sends nothing before a person acts
+        if is_restarted and connection.renews:    # such a sender is silent until a person acts
             return Age.RESTARTED
         if connection.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
-            return Age.OLD    # a first message would come later
+            return Age.OLD    # the first message of a person would come later
         if connection.latches and not connection.renews:
             return Age.LATCHED
         if now - connection.since < REPEATS_WITHIN:
@@ -93,14 +99,14 @@ class MessageAges:
 
 
 class LogLine(NamedTuple):
-    """A line of a core for the user."""
+    """A line of text for the user."""
 
     text: str
     warning: bool    # is the line logged as a warning?
 
 
 class LogQueue:
-    """Collects the lines of a core until its node logs them."""
+    """Collects LogLines until the node logs them."""
 
     def __init__(self) -> None:
         self._waiting: List[LogLine] = []
@@ -109,18 +115,18 @@ class LogQueue:
         self._waiting.append(LogLine(text, warning))
 
     def pop_all(self) -> List[LogLine]:
-        """Returns all lines since the last call."""
+        """Returns the lines since the last call."""
         lines, self._waiting = self._waiting, []
         return lines
 
 
 @dataclass(frozen=True)
 class Output:
-    """The decision of a core, which the node of the core carries out. A node may add fields."""
+    """The decision of a core, which its node carries out. A core may add fields."""
 
-    #: The command to send, a turtlebot3.Twist2. Zero is a stop. None: a command is not due.
+    #: The turtlebot3.Twist2 to send; None if a command is not due. Zero is a stop.
     command: Optional[Tuple[float, float]] = None
-    #: Must the node send one zero before the command, because the driver has changed?
+    #: Has the driver changed, so that the node must send one zero before the command?
     stops_first: bool = False
     #: Lines for the user.
     log_lines: Sequence[LogLine] = ()
@@ -129,5 +135,5 @@ class Output:
 
     @property
     def has_more(self) -> bool:
-        """Must the node do anything after sending the command?"""
+        """Must the node act after it has sent the command?"""
         return bool(self.log_lines)

@@ -1,16 +1,15 @@
 """Is a goal accepted, and which goal does a cancel end?
 
-Each goal replaces the goal before, of any sender. A sender *repeats* a goal if it sends the goal
-again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
+Each goal replaces the goal before, also a goal of another sender. A sender *repeats* a goal if it
+sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
 
 * A cancel ends the goal with the same name, or each goal up to the cancel's stamp, or every goal.
-* A repeated goal that was canceled stays ended until the sender changes the goal, or pauses. A goal
-  that was sent only once before the cancel is accepted again at once.
-* A repeated goal also stays ended after its drive was given up.
-* A repetition during the drive to this goal, or during the wait for sensors, changes nothing.
+* A repeated goal that was canceled or given up stays ended until the sender changes the goal, or
+  pauses. A goal that was sent only once before the end is accepted again at once.
+* A repetition of the present goal changes nothing.
 
-Units: seconds on a clock that never stands still and never goes back (`now`). Edge cases: a sleep
-of this process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network is a pause.
+Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this
+process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network is a pause.
 """
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional
@@ -24,21 +23,23 @@ STAYS_ENDED = 'its sender repeats it since before it was ended'
 class GoalRequest(NamedTuple):
     """A goal as received."""
 
-    goal: Any             # a pose and a frame; equal for goals that are unchanged
+    goal: Any             # a pose and its frame
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
     client: Any = None    # receives the GoalAnswers
 
     def is_named_by(self, name: str, stamp: int) -> bool:
-        """Does a cancel with this name and stamp mean this goal?"""
+        """Does a cancel with this name and stamp [ns] mean this goal?"""
         if 0 < self.stamp <= stamp:
             return True
-        return self.name == name if name else not stamp
+        if name:
+            return self.name == name
+        return not stamp    # a cancel without name and stamp means every goal
 
 
 class GoalOutcome(Enum):
-    """The fate of a goal."""
+    """The decision about a goal, or the end of a goal."""
 
     ACCEPTED = 'accepted'
     REJECTED = 'rejected'
@@ -56,7 +57,7 @@ class GoalAnswer(NamedTuple):
 
 
 class _Repetition:
-    """A goal that one sender sends, perhaps repeatedly, without a pause."""
+    """The latest goal of one sender, and its repetitions since the last pause."""
 
     def __init__(self, request: GoalRequest) -> None:
         self.goal, self.latest = request.goal, request
@@ -79,7 +80,7 @@ class GoalRequests:
         self._repetitions: Dict[str, _Repetition] = {}    # by sender
 
     def note(self, request: GoalRequest, now: float) -> None:
-        """Take in a goal. Call this for each goal, also for a refused goal."""
+        """Take in a goal that arrives. Call this for each goal, also before a refusal."""
         self._forget(now)
         repetition = self._repetition_of(request)
         if repetition is None:
@@ -89,12 +90,12 @@ class GoalRequests:
         repetition.source.received(now)
 
     def stays_ended(self, request: GoalRequest) -> bool:
-        """Does a noted goal repeat a goal that was ended?"""
+        """Does a goal that was noted repeat a goal that was ended?"""
         repetition = self._repetition_of(request)
         return repetition is not None and repetition.is_ended
 
     def refusal_line(self, request: GoalRequest) -> str:
-        """Returns the log line for a goal that stays ended, or '' after the first call."""
+        """Returns the log line for a goal that stays ended; '' after the first call."""
         repetition = self._repetition_of(request)
         if repetition is None or repetition.was_logged:
             return ''
@@ -103,7 +104,7 @@ class GoalRequests:
                 f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
 
     def is_repeated(self, request: GoalRequest) -> bool:
-        """Does a noted goal repeat the present goal?"""
+        """Does a goal that was noted repeat the present goal?"""
         repetition = self._repetition_of(request)
         return repetition is not None and repetition.is_repeated and (
             repetition is self._repetition_of(self.present))
@@ -119,7 +120,7 @@ class GoalRequests:
         self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
-        """Answer the client of the present goal, if the client waits for an answer."""
+        """Answer the client of the present goal, if this client still waits."""
         if self._open is not None:
             self._answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None

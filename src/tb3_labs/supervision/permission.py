@@ -1,11 +1,11 @@
 """May move_to_goal drive? A person gives the permission once. Renewals only keep it alive.
 
-Several senders give and take the permission by True and False. The rules follow ISO 13850: a stop
-holds until a person releases the machine again.
+Several senders give and take the permission by True and False. The rules follow ISO 13850, by which
+a stop holds until a person releases the machine again.
 
 * The first True of a sender is a *grant*, and so is each True that follows a False of this sender.
   The robot may be driven while a grant holds.
-* A repeated True, without a False in between, only renews a grant of a sender that renews.
+* A repeated True only renews the grant of its sender, if this sender renews its grants.
 * A False of any sender ends the grants of all senders.
 * A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the grant.
   After a silence of `EXPIRE_AFTER` the grant has expired.
@@ -13,11 +13,11 @@ holds until a person releases the machine again.
   never were fresh, the limit is `ROBOT_START`.
 * If this process did not run for longer than `EXPIRE_AFTER`, all grants have expired. A True that
   arrives while the process wakes is ignored, since the True may be older than a stop.
-* A stop is never doubtful. A doubtful True (:mod:`tb3_labs.supervision.events`) gives no grant. A
-  latched False that is older than this node does not end the grant at the start.
+* A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
+  False that was latched before this node began to listen does not end the grant at the start.
 * A True is ignored if it was sent more than `OLDEST_GRANT` ago, before another sender's False, or
-  before this node started or woke. If the renewals of a sender arrive faster than one in each
-  `RENEWAL_PERIOD`, the True of this sender was delayed.
+  before this node started or woke. A True was delayed if the renewals after it arrive faster than
+  one in each `RENEWAL_PERIOD`.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 Edge case: A sender that renews must renew once before the robot may move. So the True of a sender
@@ -36,8 +36,10 @@ class _Grant:
     """The permission that one sender gave, and the renewals by this sender."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        #: Arrival of the True, and the latest time at which it can have been sent [s].
-        self.granted_at = self.sent_before = now
+        #: Time at which the True arrived [s].
+        self.granted_at = now
+        #: The latest time at which the True can have been sent [s].
+        self.sent_before = now
         #: Were the sensors fresh at any time since the grant?
         self.had_sensors = False
         self._renews = renews
@@ -46,21 +48,22 @@ class _Grant:
         self._source.received(now)
 
     def renew(self, now: float) -> None:
-        """Take in a renewal. Too many renewals in a short time show that the grant was delayed."""
+        """Take in a renewal. If 20 renewals have arrived within 0.5 s of the True, a network held
+        them for 1.5 s or longer, and the True as well."""
         self._source.received(now)
         self._received_for = now - self.granted_at
         self.sent_before = self.granted_at
         delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
-        # later the two clocks may differ by as much as a delay
+        # after some seconds, a sender's fast clock would look like a delay
         if self._renews and delay > 0.0 and self._received_for < EXPIRE_AFTER:
             self.sent_before -= delay
 
     def silent_for(self, now: float) -> float:
-        """Returns the time since the last True [s]; 0 if the grant needs no renewal."""
+        """Returns the time since the last renewal [s]; 0 if the sender does not renew."""
         return self._source.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
-        """Does the grant hold? False if the sender is silent, or has not renewed the grant yet."""
+        """Is the grant renewed in time, or does the sender not renew?"""
         return not self._renews or (
             self._source.is_fresh(now) and self._received_for >= CONFIRMED_AFTER)
 
@@ -68,33 +71,35 @@ class _Grant:
 class Permission:
     """The permission that follows from the messages of all senders."""
 
-    def __init__(self, granted: bool, log: LogQueue) -> None:
-        """`granted`: is there a grant at the start? `log` takes the lines for the user."""
+    def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
+        """`log` takes the lines for the user."""
         #: Number of grants so far.
         self.count = 0
-        self._sensor_problem, self._patience = 'no sensors yet', ROBOT_START
-        # The grant, the last message, and the time of the last False, all by sender.
-        self._grants: Dict[str, _Grant] = {'': _Grant(math.nan, renews=False)} if granted else {}
-        self._last_value: Dict[str, bool] = {}
-        self._stops: Dict[str, float] = {}
+        self._sensor_problem = 'no sensors yet'
+        self._longest_wait = ROBOT_START    # time for which a grant waits for the sensors [s]
+        # The grants by sender. The grant at the start has the sender ''.
+        self._grants: Dict[str, _Grant] = (
+            {'': _Grant(math.nan, renews=False)} if granted_at_start else {})
+        self._last_value: Dict[str, bool] = {}    # the last message, by sender
+        self._stops: Dict[str, float] = {}        # time of the last False [s], by sender
         self._refused: Set[str] = set()    # senders whose ignored True was logged
-        self._now = math.nan           # the time of the last update
-        self._began_at = math.nan      # time of the first update, or of the end of a long sleep
+        self._now = math.nan           # time of the last update [s]
+        self._began_at = math.nan      # time of the first update, or of the end of a long sleep [s]
         self.sleep = SleepWatch()
         self._log = log
 
     @property
     def granted(self) -> bool:
-        """May the robot be driven? The value at the last :meth:`update`."""
+        """May the robot be driven, by the last :meth:`update`?"""
         return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property
     def has_grant(self) -> bool:
-        """Is there a grant that has not ended, perhaps a suspended grant?"""
+        """Does a grant exist, perhaps a suspended grant?"""
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
-        """Begin to hear senders. The start of the process is not a sleep."""
+        """Begin to hear senders. The time before is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
             self._grants[''] = _Grant(now, renews=False)
@@ -103,21 +108,21 @@ class Permission:
         """Take in the problem of the sensors, or ''. Call this after each :meth:`update`."""
         self._sensor_problem = sensor_problem
         if not sensor_problem:
-            self._patience = RESUME_TIME
+            self._longest_wait = RESUME_TIME
             for grant in self._grants.values():
                 grant.had_sensors = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        now, sender, granted = message.at, message.sender, message.content
+        now, sender, is_grant = message.at, message.sender, message.content
         self.update(now)
         if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
-        was_granted = self._last_value.get(sender, False)
-        self._last_value[sender] = granted
-        if message.age is Age.OLD and not granted and not any(self._grants):
-            return    # any() leaves out '', the grant at the start
-        if not granted:
+        is_repeated = self._last_value.get(sender, False)
+        self._last_value[sender] = is_grant
+        if message.age is Age.OLD and not is_grant and set(self._grants) <= {''}:
+            return    # this False does not end the grant at the start
+        if not is_grant:
             self._stops = {other: at for other, at in self._stops.items()
                            if now - at <= OLDEST_GRANT}
             self._stops[sender] = now
@@ -132,8 +137,8 @@ class Permission:
         elif self.sleep.doubt:
             self._refuse(sender, f'Control from {sender} does not count: {self.sleep.doubt}. '
                                  'False, then True, gives it again')
-        elif not was_granted:
-            self._grants[sender] = _Grant(now, message.renews)
+        elif not is_repeated:
+            self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
             self.count += 1
         elif not self.has_grant:
@@ -141,7 +146,7 @@ class Permission:
                                  'then True, gives control again')
 
     def _refuse(self, sender: str, text: str) -> None:
-        """Log only once that a sender's True is ignored: a sender may repeat the True for ever."""
+        """Log once that the True of a sender is ignored, since it may be repeated for ever."""
         if sender not in self._refused:
             self._refused.add(sender)
             self._log.add(text, warning=True)
@@ -158,14 +163,14 @@ class Permission:
                 self._grants = {}
                 self._log.add('Control is gone: ' + self.sleep.as_text(), warning=True)
         for sender, grant in list(self._grants.items()):
-            if not grant.had_sensors and now - grant.granted_at > self._patience:
-                self._end(sender, f'{self._sensor_problem} for {self._patience:.0f} s (is the '
+            if not grant.had_sensors and now - grant.granted_at > self._longest_wait:
+                self._end(sender, f'{self._sensor_problem} for {self._longest_wait:.0f} s (is the '
                                   'robot running?)')
             elif grant.silent_for(now) > EXPIRE_AFTER:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant if the number of renewals shows that the True was delayed too long."""
+        """End a grant if its renewals show that the True was sent too early."""
         if grant.granted_at - grant.sent_before > OLDEST_GRANT:
             self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.granted_at):
@@ -176,5 +181,5 @@ class Permission:
     def _end(self, sender: str, reason: str) -> None:
         self._log.add(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
                       'gives it again', warning=True)
-        self._refused.add(sender)    # so the refusal of the sender's next True is not logged
+        self._refused.add(sender)    # the refusal of the next True need not be logged
         del self._grants[sender]

@@ -1,15 +1,12 @@
-"""How old are the messages of a node? A source may be silent, a message late, the process asleep.
+"""The limits of silences, delays and sleeps for the nodes that drive.
 
-The arrivals of messages show a silent source (:class:`Freshness`). The stamps of messages show a
-delay (:class:`Lateness`). A process sleeps when it is stopped, swapped out, or its computer is
-suspended. A long time between two looks at the clock is a sleep (:class:`SleepWatch`).
-
-The table below has every limit of a silence, a delay or a sleep by which a node that drives
-decides. The robot's own limits are in robot/turtlebot3.py.
+Freshness finds a silent source by the arrivals of its messages. Lateness finds a delayed message by
+its stamp. SleepWatch finds a sleep of this process by a long time between two looks at the clock. A
+process sleeps when it is stopped, swapped out, or its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
-infinite age. If the clock goes back, the last message is treated as just received. Otherwise the
-message would be treated as fresh for too long.
+infinite age. If the clock goes back, the last message is treated as just received. Otherwise it
+would be fresh for too long.
 """
 import math
 from collections import deque
@@ -23,20 +20,19 @@ SENSOR_TIMEOUT = 0.22
 FROZEN_TIME = 0.6
 #: A reading may be repeated for this long, since a new sample was not due.
 SHORT_REPETITION = 0.05
-#: A motion continues by itself after a silence of the sensors of at most this length. A longer
-#: silence after a grant, a goal or a turn makes it void.
+#: A motion continues by itself after a silence of the sensors of at most this length.
 RESUME_TIME = 2.0
 #: The same limit before the first message of a robot. A board needs up to 14 s to start.
 ROBOT_START = 20.0
 #: A turn that is typed before the robot is connected waits this long for the robot.
 ROBOT_WAIT = 5.0
-#: A board that resets is silent for longer than this. A reset by the firmware takes 2.6 s.
+#: A board that resets is silent for longer than this. The firmware needs 2.6 s.
 RESET_SILENCE = 1.0
 #: A pad, or a page that drives, is lost if it is silent for longer than this.
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The displacement that the odometry may show grows with the silence, up to this silence.
+#: The odometry may show a longer displacement after a longer silence, up to this silence.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -45,7 +41,7 @@ LONGEST_SILENCE = 5.0
 GYRO_GAP = 0.15
 #: Between two wheel samples with a longer gap the motion is unknown.
 WHEEL_GAP = 0.3
-#: Between two samples of moving wheels with a longer gap only the mean rate is known.
+#: Between two samples of moving wheels with a longer gap, only the mean rate is known.
 MEAN_ONLY_GAP = 0.08
 #: Between two samples of a sensor with a longer gap the values are not interpolated.
 INTERPOLATED_GAP = 0.3
@@ -81,7 +77,7 @@ LONGEST_AGE = 0.1
 REPEATS_WITHIN = 2.0
 #: A message that was latched before a node began to listen arrives within this time.
 LATCHED_WITHIN = 0.3
-#: After a press of A, a message of move_to_goal may be older than the press for this long.
+#: Messages of move_to_goal within this time after a press of A may be older than the press.
 CROSSING_TIME = 0.3
 #: After taking the robot back the pad waits until move_to_goal has stopped.
 HAND_BACK_TIME = 0.15
@@ -90,8 +86,8 @@ HAND_BACK_TIME = 0.15
 
 #: Time from one renewal of a permission to the next.
 RENEWAL_PERIOD = 0.1
-#: A renewal that comes later than this after the grant confirms the grant. An earlier renewal may
-#: have been delayed together with the grant, and does not show that the sender is alive.
+#: A renewal confirms its grant if it comes later than this after the grant. An earlier renewal may
+#: have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
 #: A grant whose renewals stop is suspended after this silence.
 SUSPEND_AFTER = 0.5
@@ -99,7 +95,7 @@ SUSPEND_AFTER = 0.5
 EXPIRE_AFTER = 2.0
 #: A True that was sent longer ago than this is ignored.
 OLDEST_GRANT = 2.0
-#: A reset that was requested longer ago than this is ignored, since the robot may have moved.
+#: A reset that was requested longer ago than this is refused, since the robot may have moved.
 OLDEST_RESET = 1.0
 #: After this silence a sender of goals or turns has paused, and may send the same request again.
 SENDER_PAUSE = 2.0
@@ -131,7 +127,7 @@ class Freshness:
         self._received_at: Optional[float] = None
 
     def received(self, now: float) -> float:
-        """Take in a valid message. Returns the silence before it [s]."""
+        """Take in a valid message. Returns the silence before this message [s]."""
         silence, self._received_at = self.age(now), now
         self.count += 1
         return silence
@@ -142,27 +138,27 @@ class Freshness:
         return age if age > 0.0 else 0.0
 
     def is_fresh(self, now: float) -> bool:
-        """True while the last message is at most `timeout` old."""
+        """Is the last message at most `timeout` old?"""
         return self.age(now) <= self.timeout
 
     @property
     def silence(self) -> str:
-        """The text for a source that is not fresh: 'no imu', or 'no imu yet'."""
+        """The text for a source that is not fresh, such as 'no imu' or 'no imu yet'."""
         return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
     def silence_with_age(self, now: float) -> str:
-        """Returns the text of `silence` with the duration: 'no imu for 1.2 s'."""
+        """Returns the text of `silence` with its duration, such as 'no imu for 1.2 s'."""
         age = self.age(now)
         return self.silence if math.isinf(age) else f'{self.silence} for {age:.1f} s'
 
 
 class SleepWatch:
-    """Did this process sleep? Looks at the clock for one node."""
+    """Finds a sleep of this process."""
 
     def __init__(self) -> None:
         #: Length of the sleep that the last update found [s], or 0.
         self.slept_for = 0.0
-        #: True if present messages may be older than a sleep. Then only a stop is obeyed.
+        #: May messages be older than a sleep? Then only a stop is obeyed.
         self.is_waking = False
         #: The end of the last sleep [s].
         self.woke_at = -math.inf
@@ -177,39 +173,38 @@ class SleepWatch:
         self.is_waking = now - self.woke_at < WAKING_TIME
 
     def start(self, now: float) -> None:
-        """Ignore the time until now."""
+        """Treat the time until now as awake."""
         self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
         self._looks.received(now)
 
     @property
     def doubt(self) -> str:
-        """The reason why requests that move the robot or its frame are ignored now, or ''."""
+        """The reason why a request of a motion or a reset is ignored now, or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:
-        """Returns the sleep that the last update found: '' or 'this node did not run for 3.2 s'."""
+        """Returns '', or the last update's sleep as in 'this node did not run for 3.2 s'."""
         return f'this node did not run for {self.slept_for:.1f} s' if self.slept_for else ''
 
 
 class Lateness:
-    """The delay of a message beyond the usual delay of its sender. The usual delay is the least
-    delay in the last `DELAY_WINDOW` seconds for which the sender was heard. If the sender's clock
-    is set, the usual delay is right again after `DELAY_WINDOW` seconds."""
+    """Finds the delay of a message beyond the usual delay of its sender. The usual delay is the
+    least delay in the last `DELAY_WINDOW` seconds, without silences of the sender."""
 
     def __init__(self) -> None:
-        self._least = Least()
+        self._least = WindowMinimum()
         self._received_for = 0.0
         self._last = Freshness('the sender')
 
     def of(self, stamp: float, arrival: float) -> float:
-        """Returns the extra delay [s] of a message of this stamp [sender's clock] and arrival."""
+        """Returns the extra delay [s] of a message. `stamp` is on the sender's clock [s]."""
         self._received_for += min(self._last.received(arrival), MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None
         return arrival - stamp - self._least.value
 
 
-class Least:
+class WindowMinimum:
     """The least value of the last `DELAY_WINDOW` seconds."""
 
     def __init__(self) -> None:
@@ -219,7 +214,7 @@ class Least:
         self.value: Optional[float] = None
 
     def add(self, time: float, value: float) -> None:
-        """Take in a value. If `time` goes back, the latest time is used."""
+        """Take in a value. If `time` goes back, earlier values stay for longer."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

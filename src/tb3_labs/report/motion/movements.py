@@ -42,7 +42,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
-from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFilter
+from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFinder
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.report.motion.resets_and_goals import robot_in_odom
 from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_per_run
@@ -236,12 +236,12 @@ def _continuous_odometry(run: RunData) -> Tuple[Poses, List[float]]:
     """Returns (the odometry without its jumps, the times at which the pose is lost [s]). The jumps
     are found as in move_to_goal."""
     odometry, imu = run.odometry, run.imu
-    jumps, timing, first_T_odom, poses, lost = JumpFilter(), SampleTiming(), Pose2(), [], []
+    jumps, timing, first_T_odom, poses, lost = JumpFinder(), SampleTiming(), Pose2(), [], []
     newest = last_until(imu.arrival, odometry.arrival)
     for k, index in enumerate(newest.clip(0)):
         if odometry.arrival[k] - imu.arrival[index] > RESET_SILENCE:
             index = min(index + 1, len(imu) - 1)    # the IMU was silent before this sample
-        shift, jump = jumps.filter(
+        shift, jump = jumps.find(
             timing.on_odometry(OdometrySample(
                 odometry.time[k], odometry.pose(k), float(odometry.linear[k]),
                 float(odometry.angular[k])), odometry.arrival[k]),

@@ -1,14 +1,13 @@
-"""The robot's body: wheels that move it, and an IMU that measures its turning.
+"""The wheels that move the robot, and the IMU that measures its turning.
 
 A motor follows its goal speed with a first-order lag. So its speed and its angle have a closed
-form, for steps of any length. The robot drives in arcs, which are exact at constant speed.
-While the speed changes, the arcs are short: the error is some micrometres per start or stop.
+form, for steps of any length. The robot drives in arcs, which are exact at constant speed. While
+the speed changes, the arcs are short, and their error is some micrometres per start or stop.
 
-The IMU's yaw is the true yaw plus a constant (the IMU is zeroed only when the board boots), a drift
-that grows with time, and white noise. The IMU's rate of turn is the true rate plus the drift's rate
-and another white noise. Yaw and rate were measured earlier than their stamp, by the `lag`.
-
-The gyro shows the rate minus the bias of the last calibration, and has a dead zone.
+The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
+The rate of turn of the IMU is the true rate plus the drift's rate, the bias that the last
+calibration of the gyro left, and another white noise. The gyro has a dead zone. Yaw and rate were
+measured earlier than their stamp, by the `lag`.
 
 Units: SI. Motor angles are in radians, positive forwards. Source of the noise: the yaw of a Burger
 at rest changes by a few 0.001 deg from one sample to the next.
@@ -16,7 +15,7 @@ at rest changes by a few 0.001 deg from one sample to the next.
 import copy
 import math
 from collections import deque
-from typing import Any, Deque, Iterator, List, Sequence, Tuple
+from typing import Any, Deque, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -27,14 +26,24 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: Longest arc while the speed changes [s].
 LONGEST_ARC = 1.0 / 60.0
-#: A motor whose speed is this near to its goal speed has reached the goal speed [rad/s].
+#: A motor has reached its goal speed if it differs by less than this [rad/s].
 STEADY_SPEED = 1e-6
 #: Bias of a gyro that is not calibrated, measured on one robot [rad/s].
 UNCALIBRATED_BIAS = math.radians(0.71)
-#: The resolution of the gyro [rad/s]. The range of 2000 deg/s has 16 bit with a sign.
+#: The resolution of the gyro, whose range of 2000 deg/s has 16 bit with a sign [rad/s].
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
 #: The firmware shows a rate of at most this as 0 [rad/s].
 GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
+
+
+class TurnCurve(NamedTuple):
+    """The yaw now, and the rate of turn from now on. In t seconds the rate of turn will be
+    `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
+
+    yaw: float            # not wrapped [rad]
+    steady_rate: float    # [rad/s]
+    fading_rate: float    # 0 at constant speed [rad/s]
+    lag: float            # [s]
 
 
 class Drivetrain:
@@ -49,8 +58,8 @@ class Drivetrain:
         self.set_physics(lag=0.0, mismatch=0.0, slip=0.0)
 
     def set_physics(self, lag: float, mismatch: float, slip: float) -> None:
-        """Set the `lag` of the motors [s]. The right wheel is smaller by the fraction `mismatch`.
-        The fraction `slip` of the wheels' travel does not move the robot."""
+        """Set the `lag` of the motors [s]. The right wheel is smaller by the share `mismatch`. The
+        share `slip` of the wheels' travel does not move the robot."""
         self._lag = lag
         self._left_radius = self._model.wheel_radius * (1.0 - slip)
         self._right_radius = self._left_radius * (1.0 - mismatch)
@@ -76,10 +85,9 @@ class Drivetrain:
         self._fading_rate = right * right_excess - left * left_excess
 
     @property
-    def turning(self) -> Tuple[float, float, float, float]:
-        """(yaw, a, b, lag). In t seconds the rate of turn will be a + b exp(-t / lag) [rad/s]. At
-        constant speed b = 0. The yaw [rad] is not wrapped."""
-        return self._yaw, self._steady_rate, self._fading_rate, self._lag
+    def turn_curve(self) -> TurnCurve:
+        """The robot's turn from now on."""
+        return TurnCurve(self._yaw, self._steady_rate, self._fading_rate, self._lag)
 
     @property
     def pose(self) -> Pose2:
@@ -133,48 +141,43 @@ class Drivetrain:
 
 
 class ImuModel:
-    """The IMU. At the start the true yaw is `yaw`, and the IMU's yaw minus it is `offset` [rad]."""
+    """The IMU with its noise, drift and bias."""
 
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
-        #: Yaw of the IMU minus true yaw [rad].
+        """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
+        #: Yaw of the IMU minus true yaw, without noise [rad].
         self.error = offset
         self._noise = _pairs_of_normal_numbers(seed)
         #: Error of the gyro's rate after the last calibration [rad/s].
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
-        #: Motions that are not yet measured to their end, oldest first. A motion has its start [s],
-        #: the yaw of the IMU at its start, and the last three values of Drivetrain.turning.
-        self._motions: Deque[Tuple[float, float, float, float, float]] = deque()
-        self.follow(0.0, (yaw, 0.0, 0.0, 0.0))
+        #: (start [s], turn of the IMU from then on), for motions that are not measured to their
+        #: end yet, oldest first.
+        self._motions: Deque[Tuple[float, TurnCurve]] = deque()
+        self.follow(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`follow` afterwards.
-
-        A gyro that drifts, or is noisier than the firmware's gyro, has no dead zone.
-        """
+        [rad/s] and the `lag` [s]. Call :meth:`follow` afterwards. A gyro that drifts, or is noisier
+        than the firmware's gyro, does not have a dead zone."""
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
 
-    def follow(self, now: float, motion: Tuple[float, float, float, float]) -> None:
-        """From `now` [s] on, follow `motion`, which is the Drivetrain's `turning`."""
+    def follow(self, now: float, turn: TurnCurve) -> None:
+        """Measure this turn of the robot from `now` [s] on."""
         self.error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
-        yaw, steady_rate, fading_rate, lag = motion
         if self._motions and self._motions[-1][0] >= now:
             self._motions.pop()
-        self._motions.append((now, yaw + self.error, steady_rate + self._drift + self.bias,
-                              fading_rate, lag))
+        self._motions.append((now, turn._replace(
+            yaw=turn.yaw + self.error, steady_rate=turn.steady_rate + self._drift + self.bias)))
 
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
-        """Returns an ImuSample for each of `stamps` [s], which are in order of time.
-
-        The rate of turn is a + b exp(-t / lag), see Drivetrain.turning. The yaw is the integral of
-        the rate. The loop runs for every IMU sample and decides the speed of the simulation.
-        Therefore it has local names and few calls.
-        """
+        """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
+        integral of the rate of a TurnCurve."""
+        # local names and few calls, since this loop decides the speed of the simulation
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp
@@ -183,7 +186,7 @@ class ImuModel:
             moment = stamp - age
             while len(motions) > 1 and motions[1][0] <= moment:
                 motions.popleft()
-            since, yaw, rate, fading_rate, lag = motions[0]
+            since, (yaw, rate, fading_rate, lag) = motions[0]
             dt = moment - since
             yaw += rate * dt
             if fading_rate:
@@ -197,7 +200,7 @@ class ImuModel:
 
 
 def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """Yields endless pairs of independent standard normal numbers."""
+    """Yields pairs of independent standard normal numbers without end."""
     generator = np.random.default_rng(seed)
     while True:
         pairs: Any = generator.standard_normal((1000, 2)).tolist()
@@ -208,17 +211,16 @@ class Body:
     """The drivetrain and the IMU of one robot."""
 
     def __init__(self, model: RobotModel, start: Pose2, imu_offset: float, seed: int) -> None:
-        """`imu_offset`: yaw of the IMU minus true yaw at the start [rad]."""
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion whose wheels are not yet read to its end
+        # (start [s], drivetrain), for motions whose wheels are not read to their end yet
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
     def yaw(self) -> float:
         """The true yaw [rad], not wrapped."""
-        return self.drivetrain.turning[0]
+        return self.drivetrain.turn_curve.yaw
 
     def move_to(self, stamp: float) -> None:
         """Advance the drivetrain, and the error of the IMU, to `stamp`."""
@@ -226,7 +228,7 @@ class Body:
         if dt > 0.0:
             self.drivetrain.advance(dt)
             self._moved_until = stamp
-            self.imu.follow(stamp, self.drivetrain.turning)
+            self.imu.follow(stamp, self.drivetrain.turn_curve)
 
     def at(self, now: float) -> Drivetrain:
         """Returns the drivetrain at `now`, which is not before the last :meth:`move_to`."""
@@ -235,18 +237,17 @@ class Body:
         return later
 
     def motion_changed(self) -> None:
-        """Begin a new motion. Call this after a change of goal speeds, physics or IMU settings."""
-        self.imu.follow(self._moved_until, self.drivetrain.turning)
+        """Begin a new motion, after a change of goal speeds, physics or settings of the IMU."""
+        self.imu.follow(self._moved_until, self.drivetrain.turn_curve)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
     def use_bias(self, bias: float) -> None:
-        """Let the gyro's rate be wrong by `bias` from now on [rad/s]."""
+        """Let the gyro be wrong by `bias` [rad/s] from now on."""
         self.imu.bias = bias
         self.motion_changed()
 
     def wheel_angles_at(self, moment: float) -> Tuple[float, float]:
-        """Returns the (left, right) angle of the motors [rad] at `moment` [s], which is not before
-        the last call's moment."""
+        """Returns the (left, right) angle of the motors [rad]. `moment` [s] never goes back."""
         motions = self._unread_motions
         while len(motions) > 1 and motions[1][0] <= moment:
             motions.popleft()

@@ -1,8 +1,8 @@
 """May a motion continue? The sensors must be alive, and the robot must obey.
 
 A sensor is lost if its messages stop. A sensor is frozen if it repeats one reading while the robot
-moves, because the driver of the sensor hangs. A robot is stalled if commands to move bring it no
-nearer to its goal. A robot has settled when its samples show it at rest.
+moves, because the driver of the sensor hangs. A robot is stalled if it gets no nearer to its goal
+in spite of commands to move. A robot has settled when its samples show it at rest.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -13,7 +13,7 @@ from typing import Any, Optional
 from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
-#: The reason why a robot stands although its sensors are fresh.
+#: The text about a robot that must stand although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If the command is to drive faster than this, the readings must show a motion [m/s].
 SURE_DRIVE_SPEED = 0.02
@@ -23,10 +23,10 @@ SURE_TURN_RATE = 0.1
 STALL_TIME = 1.3
 #: The robot got nearer if the remaining way has shrunk by at least this much [m or rad].
 STALL_STEP = 0.004
-#: A drive waits for the robot to settle for at most this time in total [s].
+#: The rests of one drive may take this time in total [s].
 LONGEST_REST = 4.0
-#: The goal is missed if the remaining way grows again by this much [m or rad]. In a short stall of
-#: the network a robot overshoots by less.
+#: The goal is missed if the remaining way grows again by more than this [m or rad]. A robot
+#: overshoots by less in a short stall of the network.
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
 MOVING_SPEED = 0.005
@@ -35,26 +35,26 @@ SETTLING_TIME = 0.03
 
 
 class SensorStatus(Enum):
-    """The state of the sensors during a motion, and what the robot must do."""
+    """The state of the sensors during a motion."""
 
-    FRESH = 'go on'
-    SILENT = 'stand'
-    BACK_SOON = 'fresh again after a short silence: go on, knowing that it stood'
-    TIMED_OUT = 'silent for too long, or fresh again after that: give up, the robot may be anywhere'
+    FRESH = 'the robot may move'
+    SILENT = 'the robot must stand'
+    RECOVERED = 'the sensors are fresh again after a short silence, in which the robot stood'
+    TIMED_OUT = 'the silence was too long: the robot may be anywhere, and the motion ends'
 
 
 class Sensor(Freshness):
-    """A sensor that a motion needs: the time and the content of the last message."""
+    """Remembers when the last message of a sensor arrived, and the content of the message."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         #: Content of the last message, without the stamp.
         self.reading: Any = None
-        #: Time for which the reading has not changed although it must change [s].
+        #: Time for which the reading was repeated although it must change [s].
         self.repeated_for = 0.0
         #: The longest time between two messages since the last pause [s].
         self.longest_gap = 0.0
-        self._changed_at = math.nan    # time of the last change; NaN: the time of the next check
+        self._changed_at = math.nan    # time of the last change [s]; NaN: not known
 
     def received(self, now: float, reading: Any = None) -> float:
         """Take in a valid message with this content. Returns the silence before it [s]."""
@@ -66,7 +66,7 @@ class Sensor(Freshness):
         return silence
 
     def check_repetition(self, must_change: bool, now: float) -> None:
-        """Set `repeated_for`. `must_change`: does the robot move, so that readings must change?"""
+        """Update `repeated_for`. `must_change`: must the reading change, since the robot moves?"""
         if not (must_change and self._changed_at <= now):    # the clock may have gone back
             self._changed_at = now
         self.repeated_for = now - self._changed_at
@@ -82,21 +82,19 @@ class Sensor(Freshness):
 
 
 class SensorWatch:
-    """Finds silent sensors of a motion, and sensors frozen at the last
-    :meth:`Sensor.check_repetition`."""
+    """Finds lost and frozen sensors among the sensors of a motion."""
 
     def __init__(self, *sources: Sensor) -> None:
         self._sources = sources
-        #: The status at the last :meth:`update`. The first update after a silence finds BACK_SOON
-        #: or TIMED_OUT, the next update finds FRESH.
+        #: The status at the last :meth:`update`. RECOVERED lasts for one update.
         self.status = SensorStatus.SILENT
-        #: The reason why the robot stands; '' while all sensors are fresh.
+        #: The reason why the robot must stand; '' if it may move.
         self.hold_reason = ''
         #: Length of the last silence, without the time before the request of the motion [s].
         self.silent_for = 0.0
-        self._patience = ROBOT_START    # longest time that a motion waits for the sensors [s]
-        self._silent_since = math.nan   # begin of the silence [s]; NaN: the time of the next update
-        self._were_fresh = False        # were the sensors fresh at the last update?
+        self._longest_wait = ROBOT_START    # time for which a motion waits for the sensors [s]
+        self._silent_since = math.nan    # begin of the silence [s]; NaN: not known
+        self._were_fresh = False         # were the sensors fresh at the last update?
 
     def request_motion(self) -> None:
         """Begin to wait for the sensors of a motion that is requested now."""
@@ -108,15 +106,15 @@ class SensorWatch:
         """
         for source in self._sources:
             source.clock_went_back(now)
-        # A TurtleBot3 that was just connected sends one message. Then it calibrates its gyro for
-        # 2.6 s, and must not move.
+        # after its first message a new TurtleBot3 calibrates its gyro for 2.6 s, and must stand
         are_fresh = self.are_fresh(now) and all([source.count > 1 for source in self._sources])
         silent_for = now - self._silent_since if self._silent_since <= now else 0.0
-        self._silent_since = now - silent_for
-        is_late = silent_for > self._patience
-        if are_fresh and (is_checked or not self._were_fresh):
+        is_late = silent_for > self._longest_wait
+        if are_fresh and (is_checked or not self._were_fresh):    # a new wait would begin now
             self._silent_since = now - max([source.age(now) for source in self._sources])
-            self._patience = RESUME_TIME
+            self._longest_wait = RESUME_TIME
+        else:
+            self._silent_since = now - silent_for
         self._were_fresh = are_fresh
         if are_fresh and is_checked:
             self._end_silence(silent_for, is_late)
@@ -129,13 +127,13 @@ class SensorWatch:
         self.silent_for = silent_for
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
-        """Set the status of fresh sensors, at the first update after a silence or later."""
+        """Set the status of sensors that are fresh, perhaps since this update."""
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
         if is_late:
             self.status, self.silent_for = SensorStatus.TIMED_OUT, silent_for
         elif gap > SENSOR_TIMEOUT:
-            self.status, self.silent_for = SensorStatus.BACK_SOON, gap
+            self.status, self.silent_for = SensorStatus.RECOVERED, gap
         else:
             self.status = SensorStatus.FRESH
             return
@@ -148,17 +146,15 @@ class SensorWatch:
             source.pause()
 
     def problem(self, now: float, with_age: bool = False) -> str:
-        """Returns a text about the lost sensors, or '' while all sensors are fresh.
-
-        If one sensor is lost, the text also names each sensor that is silent for half its timeout.
-        """
+        """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
+        names each sensor that is silent for half its timeout."""
         if self.are_fresh(now):
             return ''
         return ', '.join(source.silence_with_age(now) if with_age else source.silence
                          for source in self._sources if source.age(now) > 0.5 * source.timeout)
 
     def frozen(self) -> str:
-        """Returns a text about the frozen sensors, or ''."""
+        """Returns a text about the sensors that are frozen; '' if all sensors work."""
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
         return ' and '.join(f'{source.name} {fault}' for source in self._sources
                             if source.repeated_for > FROZEN_TIME)
@@ -168,26 +164,24 @@ class SensorWatch:
 
 
 class StallWatch:
-    """Finds a stall in one state of a drive, or in one turn."""
+    """Finds a robot that is stalled, in one state of a drive or in one turn."""
 
     def __init__(self) -> None:
-        self._least: Optional[float] = math.inf    # None: take the next remaining way
+        # The shortest remaining way so far [m or rad]; None: not known since a silence.
+        self._least: Optional[float] = math.inf
         self._stalled_for = 0.0
         self._rested_for = 0.0
 
     def resume(self) -> None:
-        """Accept a longer remaining way, since the robot stood while its sensors were silent.
-
-        The time without progress is kept. Otherwise a bad network would hide a stalled robot.
-        """
+        """Accept a longer remaining way after a silence of the sensors. The time without progress
+        is kept. Otherwise a bad network would hide a stalled robot."""
         self._least = None
 
     def update(self, remaining: float, linear: float, angular: float, dt: float,
                must_move: bool = True) -> str:
-        """Take in the remaining way [m or rad], the measured speeds [m/s, rad/s], and the time
-        since the last update [s]. `must_move`: is the command to move, not to rest? Returns a text
-        about the problem, or ''.
-        """
+        """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad], the
+        measured speeds [m/s, rad/s], and the time since the last update [s]. `must_move`: is the
+        command to move, not to rest?"""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= LONGEST_REST:
@@ -209,10 +203,8 @@ class StallWatch:
 
 
 class Settling:
-    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion?
-
-    The samples are ordered by the time of measurement, since a sample that is read again is old.
-    """
+    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion? The times of
+    measurement count, since one sample may be read several times."""
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
@@ -220,7 +212,7 @@ class Settling:
         self._last = 0.0      # time of the latest sample [s]
 
     def update(self, at_rest: bool, measured_at: float) -> None:
-        """Take in the latest sample. `at_rest`: does the sample show a robot at rest?"""
+        """Take in the latest sample. `at_rest`: does this sample show a robot at rest?"""
         if not at_rest:
             self.since = None
         elif self.since is None or measured_at < self.since:
