@@ -23,7 +23,7 @@ from tb3_labs.supervision.timeouts import LATCHED_WITHIN, SENDER_PAUSE
 
 from costs import process_of
 from drive_case import DriveCase
-from node_case import STARTING, ZERO, TestProgram, path_of
+from node_case import STARTING, ZERO, NodeProgram, TestProgram, path_of
 from thumb import A, B, Thumb, WithThumb
 
 #: Time from a stop to the last command that moves the robot [s].
@@ -38,6 +38,9 @@ UNDER_WAY = 0.1
 
 
 class StopsTest(WithThumb, DriveCase):
+    """A move_to_goal that a test leaves behind serves the next test that asks for one."""
+
+    mover = None
 
     @classmethod
     def setUpClass(cls):
@@ -47,9 +50,11 @@ class StopsTest(WithThumb, DriveCase):
         cls.cancels = rospy.Publisher('move2goal/cancel', GoalID, queue_size=1)
         cls.thumb = Thumb()
 
+    @classmethod
+    def tearDownClass(cls):
+        cls.mover.kill()
+
     def setUp(self):
-        self.wait_until_unheard({self.control: Bool(False), self.cancels: GoalID()})
-        self.forget_parameters('move_to_goal')
         self.thumb.sticks(0.0, 0.0)
         for topic in ('cmd_vel', 'goal_state', 'control_holder'):
             self.observer.forget(topic)
@@ -59,12 +64,29 @@ class StopsTest(WithThumb, DriveCase):
 
     # -- parts of the tests
 
-    def move_to_goal(self, *arguments):
+    def move_to_goal(self):
         """A node with a goal far away, without control."""
-        node = self.start('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3', *arguments)
+        if self.mover is None or self.mover.status is not None:
+            return self.start_move_to_goal()
+        self.observer.forget('goal_state')
+        self.drive_far()
+        self.wait_for_state('waiting for control')
+        return self.mover
+
+    def start_move_to_goal(self):
+        """As move_to_goal(), but the node starts now."""
+        type(self).mover = NodeProgram('move2goal_tf.py', '_goal_x:=90', '_max_angular:=0.3')
         self.wait_for_state('waiting for control', seconds=STARTING)
         self.wait_for_subscriber(self.control, self.goals, self.actions, self.cancels)
-        return node
+        return self.mover
+
+    def end_move_to_goal(self):
+        """From now on no node hears the topics of move_to_goal, and no parameter of it is left."""
+        if self.mover:
+            self.mover.kill()
+        self.wait_until_unheard({self.control: Bool(False), self.cancels: GoalID()})
+        self.forget_parameters('move_to_goal')
+        self.observer.forget('goal_state')
 
     def wait_until_turns_are_heard(self):
         """By a controller that is there before this sender: so its first turn is accepted."""
@@ -121,8 +143,9 @@ class StopsTest(WithThumb, DriveCase):
     def test_the_first_word_of_a_sender_that_latches_is_a_stop_and_its_last_gives_once(self):
         """It was connected all the time, and had sent nothing: its False is not an old one. But a True that a new
         connection repeats is an old one."""
+        self.end_move_to_goal()
         student = self.student()
-        node = self.move_to_goal()
+        node = self.start_move_to_goal()
         self.let_it_drive(self.give_control)
         self.let_pass(LATCHED_WITHIN)
         said = rospy.get_time()
@@ -138,6 +161,7 @@ class StopsTest(WithThumb, DriveCase):
 
     def test_a_permission_that_waits_on_the_parameter_server_gives_none(self):
         """A launch that ended at once, a start that was refused, rosparam: a later start waits."""
+        self.end_move_to_goal()
         refused = self.start('move2goal_tf.py', '_goal_x:=900', '_has_control:=true')
         self.assertEqual(refused.wait(STARTING), 1)
         self.assertFalse(rospy.has_param('move_to_goal/has_control'))
@@ -146,29 +170,31 @@ class StopsTest(WithThumb, DriveCase):
         without.wait_for('has_control without _, or on the parameter server, gives no control')
         without.end()
         rospy.set_param('move_to_goal/has_control', True)
-        node = self.move_to_goal()
+        node = self.start_move_to_goal()
         node.wait_for('has_control without _, or on the parameter server, gives no control')
         self.is_stopped(rospy.get_time(), 0.0)
         self.assertFalse(rospy.has_param('move_to_goal/has_control'))
 
     def test_a_launch_gives_control_to_one_start_only(self):
         """roslaunch repeats a node's arguments if it starts the node again (respawn)."""
+        self.end_move_to_goal()
         file = tempfile.NamedTemporaryFile('w', suffix='.launch')
         self.addCleanup(file.close)
         file.write('<launch><node pkg="tb3_labs" type="move2goal_tf.py" name="move_to_goal" output='
                    '"screen" respawn="true" args="_goal_x:=90 _has_control:=true"/></launch>')
         file.flush()
-        for _ in range(2):       # each launch is a person's act
+        for kills in 1, 0:       # each launch is a person's act
             launch = TestProgram(['roslaunch', '--disable-title', '--skip-log-check', file.name])
             try:
                 launch.wait_for('MOVE_FORWARD', STARTING)
                 self.assertFalse(rospy.has_param('move_to_goal/has_control'))
-                self.observer.forget('goal_state')
-                os.kill(process_of('move_to_goal'), signal.SIGKILL)
-                launch.wait_for('This launch gave control before', STARTING)
-                self.wait_for_state('waiting for control', seconds=STARTING)
-                self.rest()
-                self.is_stopped(rospy.get_time(), 0.0)
+                for _ in range(kills):
+                    self.observer.forget('goal_state')
+                    os.kill(process_of('move_to_goal'), signal.SIGKILL)
+                    launch.wait_for('This launch gave control before', STARTING)
+                    self.wait_for_state('waiting for control', seconds=STARTING)
+                    self.rest()
+                    self.is_stopped(rospy.get_time(), 0.0)
             finally:
                 launch.end(seconds=40.0)
 
@@ -246,10 +272,11 @@ class StopsTest(WithThumb, DriveCase):
         self.let_it_drive(self.give_control)
 
     def test_a_latched_goal_of_the_action_is_not_taken_again(self):
+        self.end_move_to_goal()
         student = self.student()
         student.type('goal')
         student.wait_for('said', STARTING)
-        node = self.move_to_goal()
+        node = self.start_move_to_goal()
         node.wait_for('/move2goal/goal: a message of /student from before this node could hear it')
 
     # -- sleep
@@ -269,6 +296,7 @@ class StopsTest(WithThumb, DriveCase):
     # -- terminals
 
     def test_a_terminal_that_is_closed_ends_a_node_with_a_zero(self):
+        self.end_move_to_goal()
         for executable in ('move2goal_tf.py', 'turtlebot_controller.py'):
             terminal, process = run_in_terminal(executable)
             self.addCleanup(process.kill)
@@ -297,6 +325,7 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(closed)
 
     def test_a_terminal_that_takes_no_text_holds_up_neither_a_drive_nor_its_stop_nor_the_last_zero(self):
+        self.end_move_to_goal()
         node = self.start('move2goal_tf.py', '_goal_x:=90', terminal=True)
         self.wait_for_state('waiting for control', seconds=STARTING)
         self.wait_for_subscriber(self.control, self.goals)
