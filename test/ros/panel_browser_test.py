@@ -17,7 +17,7 @@ from panel_page import PanelPage, address_of
 
 PORT = free_port()
 #: Pictures a second: to draw them is most of the computing here.
-RATE = 5
+RATE = 4
 #: A page that is frozen or cut off has stopped the robot after this time [s].
 LOST = 0.5
 #: Between the browser and the panel.

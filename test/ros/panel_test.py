@@ -32,13 +32,13 @@ from panel_page import PanelPage, address_of
 PORT = free_port()
 #: An ordinary user's process may have so many files open.
 USUAL_FILES = 1024
+#: Pictures a second.
+RATE = 10
 #: The node gamepad knows the delay of a pad after this time [s].
 HEARD = 0.45
-
-
 #: Texts in place of a value: JSON, and text that is not JSON.
-VALUES = ['4e9', '-4e9', '1e12', '0.5', '-0.5', '0', '1e308', '-1e308', '1e999', 'NaN', '-Infinity', '1' + 300 * '0',
-          'null', 'true', '""', '"\\ud800"', '"' + 200 * 'x' + '"', '[]', '{}', '[[1, 2], {}]', '100 * [', '']
+VALUES = ['4e9', '-0.5', '1e308', '1e999', 'NaN', '1' + 300 * '0', 'null', 'true', '"\\ud800"', '"' + 200 * 'x' + '"',
+          '[[1, 2], {}]', '']
 
 
 def with_value(message, literal):
@@ -66,14 +66,16 @@ class PanelTest(PanelCase):
 
     @staticmethod
     def start_panel(*arguments):
-        return NodeProgram('panel.py', '_port:={}'.format(PORT), *arguments)
+        return NodeProgram('panel.py', '_port:={}'.format(PORT), '_rate:={}'.format(RATE), *arguments)
 
     def setUp(self):
         self.opened = []
         self.open_with_all_nodes()
+        stops = self.page.picture['stops']
         self.page.ask('stop')
         self.rest()
         self.page.wait_for(page='', has_control=False)
+        self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the stop')
 
     def open(self, address=None, **options):
         page = PanelPage(address or self.address, **options)
@@ -124,7 +126,9 @@ class PanelTest(PanelCase):
 
     # -- what a page shows
 
-    def test_requests_that_are_not_finished_keep_no_page_out_and_push_no_page_out(self):
+    def test_frozen_pages_and_unfinished_requests_keep_no_page_out_and_push_no_page_out(self):
+        frozen = self.open()
+        frozen.freeze(4.5)
         others = [self.open() for _ in range(3)]
         self.addCleanup(may_open, USUAL_FILES)
         may_open(4 * USUAL_FILES)
@@ -141,8 +145,10 @@ class PanelTest(PanelCase):
         self.observer.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
         for page in (self.page, *others):
             before = page.pictures
-            page.wait_until(lambda now=page, had=before: now.pictures > had + 5, 5.0, 'pictures')
-        self.assertLess(self.panel.text.count('Traceback'), 1)
+            page.wait_until(lambda now=page, had=before: now.pictures > had + 3, 5.0, 'pictures')
+        self.assertNotIn('Traceback', self.panel.text)
+        self.assertTrue(frozen.closed.wait(10.0))
+        self.assertFalse(self.page.closed.is_set())
 
     def test_a_picture_shows_the_robot_as_it_is(self):
         self.here()
@@ -166,13 +172,6 @@ class PanelTest(PanelCase):
             seen['heading_deg'], math.degrees(pose.yaw) + 140.6)), 1.5)
         self.assertEqual((seen['state'], seen['phase']), ('waiting for control', 'waiting'))
 
-    def test_a_page_that_takes_nothing_is_dropped_and_no_other(self):
-        frozen = self.open()
-        frozen.freeze(6.0)
-        self.assertTrue(frozen.closed.wait(10.0))
-        self.assertLess(frozen.pictures, 120)
-        self.assertFalse(self.page.closed.is_set())
-
     def test_invalid_messages_of_other_nodes_are_dropped(self):
         topics = {'/tf': TFMessage([TransformStamped()]), 'local_pose': PoseStamped(),
                   'ground_truth': PoseStamped(), 'imu': Imu(), 'odom': Odometry(),
@@ -185,7 +184,7 @@ class PanelTest(PanelCase):
         for publisher, message in publishers.items():
             publisher.publish(message)
         before = self.page.pictures
-        self.page.wait_until(lambda: self.page.pictures > before + 20, 5.0, 'more pictures')
+        self.page.wait_until(lambda: self.page.pictures > before + RATE, 5.0, 'more pictures')
         for publisher in publishers:
             publisher.unregister()
         self.assertIsNone(self.panel.status)
@@ -213,7 +212,7 @@ class PanelTest(PanelCase):
         self.assert_stopped(since)
         # the same joy again, but nobody gripped it again
         self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the loss')
-        for _ in range(20):
+        for _ in range(8):
             self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)
             self.let_pass(0.1)
         self.assertLessEqual({command for _, command in self.observer.all('cmd_vel', since + LOSS)},
@@ -316,7 +315,7 @@ class PanelTest(PanelCase):
         for text in texts:
             self.page.send_text(text)
         shown = other.pictures      # a node that fails ends within a second
-        other.wait_until(lambda: other.pictures > shown + 30, 20.0, 'pictures')
+        other.wait_until(lambda: other.pictures > shown + 1.5 * RATE, 20.0, 'pictures')
         self.assertEqual(other.ask('stop', seconds=20.0)[1].split(',')[0], 'control taken')
         self.assertIsNone(self.panel.status)
         self.assertFalse(self.page.closed.is_set())
