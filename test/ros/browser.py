@@ -29,7 +29,9 @@ MISSING = '' if webdriver and CHROMIUM and DRIVER else (
 #: Nothing is looked up in the network; root and containers have no sandbox.
 FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
-         '--disable-dev-shm-usage', '--disable-extensions', '--window-size=900,700')
+         '--disable-dev-shm-usage', '--disable-extensions',
+         '--disable-features=PreloadTopChromeWebUI,InitialWebUI,SpareRendererForSitePerProcess,OptimizationHints',
+         '--window-size=900,700')
 #: Time between two questions to the page, each of which costs as much as a picture [s].
 PERIOD = 0.1
 #: On a busy machine a new browser answers no question for half a minute and more [s].

@@ -138,10 +138,10 @@ class Move2GoalTest(DriveCase):
 
     def test_the_last_of_many_resets_at_once_holds_at_rest_and_while_turning(self):
         def call(caller, begun):
-            """Resets of one of ten callers, 100 in a second: [(declared, answer)]."""
+            """The resets of one of ten callers, which make 100 a second together: [(declared, answer)]."""
             chance, made = random.Random(caller), []
             reset = rospy.ServiceProxy('reset_pose', ResetPose)     # a proxy is for one thread
-            for number in range(caller, 100, 10):
+            for number in range(caller, 50, 10):
                 time.sleep(max(0.0, begun + 0.01 * number - time.time()))
                 declared = [chance.uniform(-most, most) for most in (5.0, 5.0, 180.0)]
                 for _ in range(100):
@@ -212,7 +212,7 @@ class Move2GoalTest(DriveCase):
             self.odom_T_local() @ self.observer.latest('local_pose')[1], 'odom', 0.0).pose
         there, goal = Pose2(5.0, 5.0, math.radians(90.0)), PoseStamped(message.header,
                                                                        message.pose.pose)
-        for k in range(12):
+        for k in range(6):
             self.declare()
             self.observer.forget('current_goal')
             with ThreadPoolExecutor(1) as pool:

@@ -14,7 +14,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
 #: Memory and threads count from here on, when every history has been filled [simulated s].
-WARM = 30.0
+WARM = 20.0
 #: A line of the controller that ends a request for a turn begins thus.
 ENDS = 'Turned', 'Turn given up', 'cannot turn'
 NODES = ('move_to_goal', 'controller', 'turtlebot3')
