@@ -1,6 +1,5 @@
 """A real browser for tests: Chromium without a window, driven by selenium."""
 import contextlib
-import glob
 import os
 import pathlib
 import shutil
@@ -49,21 +48,6 @@ window.makeTestPad = (axes, pressed) => {
     timestamp: performance.now(), axes: axes,
     buttons: Array.from({length: 17}, (_, number) => button(pressed.includes(number)))};
   if (isNew) dispatchEvent(new Event('gamepadconnected'));
-};
-"""
-#: `window.longestSilence` is the longest time of less than a second between two messages of hands [s], since the page
-#: was loaded, or since it was set to 0.
-SILENCE_METER = """
-window.longestSilence = 0;
-let lastJoy = 0;
-const send = WebSocket.prototype.send;
-WebSocket.prototype.send = function (text) {
-  if (text.includes('"joy"')) {
-    const gap = (performance.now() - lastJoy) / 1000;
-    if (gap < 1) window.longestSilence = Math.max(window.longestSilence, gap);
-    lastJoy = performance.now();
-  }
-  return send.call(this, text);
 };
 """
 
@@ -126,7 +110,7 @@ class Browser:
         options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
         self._driver = webdriver.Chrome(service=Service(DRIVER), options=options)
         self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument',
-                                     {'source': GAMEPAD + SILENCE_METER})
+                                     {'source': GAMEPAD})
         self._driver.set_script_timeout(SLOWEST)
         self._tab = self._driver.current_window_handle
         self._driver.get(address)
@@ -156,16 +140,8 @@ class Browser:
                         seconds, str(values))
 
     @property
-    def longest_silence(self):
-        """Longest time between two messages of the page's hands [s]."""
-        try:
-            return self.run('return window.longestSilence')
-        except WebDriverException:
-            return 0.0    # it has been killed
-
-    @property
     def notes(self):
-        """The lines of the page's log that the panel has warned of."""
+        """The lines of the page's log that are of the panel."""
         try:
             return [line for line in self.text('log').splitlines() if '/panel' in line]
         except WebDriverException:
@@ -247,25 +223,22 @@ class Browser:
         self._driver.close()
         self._driver.switch_to.window(self._tab)
 
-    def kill(self):
-        """The browser ends at once, as if it had crashed."""
-        for process in _processes_with(self._folder):
-            try:
-                os.kill(process, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
-
     def freeze(self):
         """All processes of the browser stand still, as on a laptop that is suspended."""
-        for process in _processes_with(self._folder):
-            os.kill(process, signal.SIGSTOP)
+        self._signal(signal.SIGSTOP)
 
     def thaw(self):
-        for process in _processes_with(self._folder):
-            os.kill(process, signal.SIGCONT)
+        self._signal(signal.SIGCONT)
+
+    def _signal(self, number):
+        """Send a signal to all processes whose command line has this browser's folder."""
+        for process in pathlib.Path('/proc').glob('[0-9]*'):
+            with contextlib.suppress(OSError):    # it has ended meanwhile
+                if self._folder.encode() in (process / 'cmdline').read_bytes():
+                    os.kill(int(process.name), number)
 
     def close(self):
-        self.kill()
+        self._signal(signal.SIGKILL)
         self._driver.service.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
 
@@ -281,15 +254,3 @@ class Browser:
 
     def _find(self, element):
         return self._driver.find_element(By.ID, element)
-
-
-def _processes_with(words):
-    """The numbers of the processes whose command line holds `words`."""
-    found = []
-    for line in glob.glob('/proc/[0-9]*/cmdline'):
-        try:
-            if words.encode() in pathlib.Path(line).read_bytes():
-                found.append(int(line.split('/')[2]))
-        except OSError:
-            pass    # it has ended meanwhile
-    return [number for number in found if number != os.getpid()]

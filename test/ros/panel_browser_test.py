@@ -49,7 +49,6 @@ class PanelBrowserTest(PanelCase):
         if self.browser is None:
             type(self).browser = Browser(CABLE.address(self.address))
         self.page = self.browser
-        self.page.run('window.longestSilence = 0')
         self.page.wait_until(lambda: all((self.page.picture('can') or {'': False}).values()),
                              STARTING, 'all nodes')
         self.page.click('stop')

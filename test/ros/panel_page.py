@@ -35,9 +35,6 @@ class PanelPage:
         self.closed = threading.Event()
         self._changed = threading.Condition()
         self._held = None                # the message that is repeated, or None
-        self._repeated_at = None         # while it is
-        #: Longest time between two of them [s].
-        self.longest_silence = 0.0
         self._number = 0
         place, _, query = address.partition('?')
         self._request = HTTPRequest(
@@ -144,12 +141,9 @@ class PanelPage:
     async def _repeat(self):
         while True:
             await asyncio.sleep(PERIOD)
-            held, before = self._held, self._repeated_at
-            self._repeated_at = None if held is None else time.monotonic()
+            held = self._held
             if held is not None:
                 self.send('joy', **held)
-                if before is not None:
-                    self.longest_silence = max(self.longest_silence, self._repeated_at - before)
 
     def _write(self, text):
         if self._socket is not None and not self.closed.is_set():

@@ -191,36 +191,24 @@ class PanelTest(PanelCase):
 
     # -- driving
 
-    def test_control_is_over_with_the_page_that_gave_it(self):
-        for how in 'closed', 'silent':
-            self.drive_to_goal()
-            since = rospy.get_time()
-            (self.page.close if how == 'closed' else self.page.fall_silent)()
-            self.assert_stopped(since)
-            # a page that comes, or comes back, gives nothing by itself
-            page = self.page = self.open() if how == 'closed' else self.page
-            page.hold(pad={})
-            page.wait_for(has_control=False)
-            self.assert_stands()
-            page.let_go()
-
-    def test_a_page_that_falls_silent_or_is_closed_while_its_stick_drives_stops(self):
-        self.drive_by_stick()
-        since = rospy.get_time()
-        stops = self.page.picture['stops']
-        self.page.fall_silent()
-        self.assert_stopped(since)
-        # the same joy again, but nobody gripped it again
-        self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the loss')
-        for _ in range(8):
-            self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)
-            self.let_pass(0.1)
-        self.assertLessEqual({command for _, command in self.observer.all('cmd_vel', since + LOSS)},
-                             {ZERO})
-        self.drive_by_stick()
-        since = rospy.get_time()
-        self.page.close()
-        self.assert_stopped(since)
+    def test_a_page_that_falls_silent_or_is_closed_stops_what_it_drives(self):
+        for drive in self.drive_to_goal, self.drive_by_stick:
+            for lose in PanelPage.fall_silent, PanelPage.close:
+                drive()
+                since, stops = rospy.get_time(), self.page.picture['stops']
+                lose(self.page)
+                self.assert_stopped(since)
+                # a page that comes, or comes back, gives nothing by itself; nor does a joy that nobody gripped again
+                if lose is PanelPage.close:
+                    self.page = self.open()
+                self.page.wait_until(lambda known=stops: self.page.picture['stops'] > known, 5.0, 'the loss')
+                for _ in range(8):
+                    self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)
+                    self.let_pass(0.1)
+                self.page.wait_for(has_control=False)
+                self.assertLessEqual(
+                    {command for _, command in self.observer.all('cmd_vel', since + LOSS)}, {ZERO})
+                self.page.let_go()
 
     def test_a_stop_of_any_page_ends_everything_and_nothing_comes_back(self):
         other = self.open()
