@@ -48,7 +48,7 @@ class _Result(xmlrunner._XMLTestResult):
 
 
 #: A test is tried this often. A failure shows this many characters of its beginning and of its end.
-ATTEMPTS, SHOWN = 1, 1500
+ATTEMPTS, SHOWN = 3, 1500
 #: A test is void if a thread that sleeps was woken later than this [s],
 LATE = 0.1
 #: or if more than this number of processes wanted each core in the last minute.

@@ -113,7 +113,7 @@ def test_the_drive_of_the_four_states_arrives():
     seen = make_figures.drive()
     states = list(dict.fromkeys(state for _, _, state, *_ in seen))
     assert states[:3] == ['ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL']
-    assert seen[-1][1].distance_to(make_figures.GOAL) < make_figures.STOP_DISTANCE + 0.02
+    assert seen[-1][1].distance_to(make_figures.LAB_GOAL) < make_figures.DISTANCE_TOLERANCE + 0.02
 
 
 def test_a_turn_ends_if_it_is_wrapped():

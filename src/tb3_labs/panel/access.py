@@ -63,8 +63,11 @@ class Access:
             return f'this page is not offered as {name!r}: use one of {names}'
         if origin is not None and origin.lower() not in ('http://' + host, 'https://' + host):
             return f'requests of pages of other sites ({origin}) are refused'
-        # hmac takes only ASCII text; a browser may send any text
-        if token is not None and not hmac.compare_digest(*(
-                word.encode(errors='surrogatepass') for word in (token, self._token))):
+        if token is not None and not hmac.compare_digest(_as_bytes(token), _as_bytes(self._token)):
             return 'the token is missing or wrong: use the whole address that the panel printed'
         return None
+
+
+def _as_bytes(text: str) -> bytes:
+    """Returns a text for hmac, which takes only ASCII text. A browser may send any text."""
+    return text.encode(errors='surrogatepass')

@@ -124,43 +124,46 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
         raise ValueError(f'{text!r:.60} is not valid: an object with a known "type"') from None
     if message['type'] == 'stop':      # a stop with an invalid "id" is still a stop
         with suppress(ValueError):
-            return _request(message, read)
+            return _read_fields(message, read)
         return PageRequest('stop')
-    return _request(message, read)
+    return _read_fields(message, read)
 
 
-def _request(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST_TIME)
-    return PageRequest(message['type'], read(message), _checked(message, 'id', int, None),
-                       _checked(message, 'stops', int, None), sent_at)
+def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
+    sent_at = 0.0 if message.get('t') is None else _read_number(message, 't', LATEST_TIME)
+    return PageRequest(message['type'], read(message), _read_optional(message, 'id', int, None),
+                       _read_optional(message, 'stops', int, None), sent_at)
 
 
-def _pose(message: Dict) -> TypedPose:
+def _read_pose(message: Dict) -> TypedPose:
     # move_to_goal refuses invalid poses, too, but a page would not show the reason
     return TypedPose(
-        _number(message, 'x', MAX_DISTANCE, 'm'), _number(message, 'y', MAX_DISTANCE, 'm'),
-        _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
+        _read_number(message, 'x', MAX_DISTANCE, 'm'),
+        _read_number(message, 'y', MAX_DISTANCE, 'm'),
+        _read_number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
-def _grip(message: Dict) -> Grip:
-    pad, mouse = _checked(message, 'pad', dict, None), _checked(message, 'mouse', list, None)
+def _read_grip(message: Dict) -> Grip:
+    pad = _read_optional(message, 'pad', dict, None)
+    mouse = _read_optional(message, 'mouse', list, None)
     if pad is not None:
-        pad = BrowserPad(_number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
-                         *[_checked(pad, button, bool, False) for button in ('a', 'y', 'hold')])
+        sticks = [_read_number(pad, stick, 1.0) for stick in ('forward', 'left')]
+        buttons = [_read_optional(pad, button, bool, False) for button in ('a', 'y', 'hold')]
+        pad = BrowserPad(*sticks, *buttons)
     if mouse is not None:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
-        mouse = tuple(_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
-    return Grip(pad, mouse, _checked(message, 'first', bool, False))
+        mouse = tuple(_read_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
+    return Grip(pad, mouse, _read_optional(message, 'first', bool, False))
 
 
 #: {type of a request: function that reads the value of a message}
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'joy': _grip, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
-    'turn': lambda message: _number(message, 'degrees', LARGEST_TURN_DEG, 'deg')}
+    'joy': _read_grip, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
+    'turn': lambda message: _read_number(message, 'degrees', LARGEST_TURN_DEG, 'deg')}
 
 
-def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
+def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float:
     """Returns the number called `name`. ``ValueError`` if it is not from -`most` to `most`."""
     value = message.get(name)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
@@ -170,7 +173,7 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     return float(value)
 
 
-def _checked(message: Dict, name: str, kind: type, missing: Any) -> Any:
+def _read_optional(message: Dict, name: str, kind: type, missing: Any) -> Any:
     """Returns the value called `name`, or `missing` if the message does not have it. ``ValueError``
     if the type of the value is not `kind`."""
     value = message.get(name, missing)

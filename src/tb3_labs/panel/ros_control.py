@@ -213,8 +213,8 @@ class PanelRobot:
         self._joy.publish(message)
 
     def _send_mouse(self, position):
-        """Publish `mouse_info`; `position` is (x, y), or None if no mouse is held. As in
-        mouse_client.py, an inactive message comes before the first active one, and at the end."""
+        """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. An inactive
+        message comes before the first active one, and at the end, as from mouse_client.py."""
         if self._mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._mouse_active = bool(position)
