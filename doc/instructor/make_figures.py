@@ -3,7 +3,7 @@
 
     python3 doc/instructor/make_figures.py
 
-The two frames have the numbers of the sheets' worked example.
+The two frames have the numbers of the worked example in the sheets.
 `test/unit/test_worked_examples.py` computes these numbers in another way.
 
 Units: metres, degrees on labels; radians inside.

@@ -1,4 +1,4 @@
-"""A real browser for tests: Chromium without a window, driven by selenium."""
+"""A real browser for tests, which is Chromium without a window, driven by selenium."""
 import contextlib
 import os
 import pathlib
@@ -22,16 +22,16 @@ except ModuleNotFoundError:
 from tb3_labs.ros.clocks import wait_until
 
 CHROMIUM, DRIVER = shutil.which('chromium'), shutil.which('chromedriver')
-#: The reason why there is no browser; '' if there is one.
+#: The reason why the tests have no browser, or ''.
 MISSING = '' if webdriver and CHROMIUM and DRIVER else (
     'no browser: sudo apt install chromium chromium-driver python3-selenium')
-#: Nothing is looked up in the network; root and containers have no sandbox.
+#: The browser looks up nothing in the network, and has no sandbox, since root and containers have none.
 FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
          '--disable-dev-shm-usage', '--disable-extensions',
          '--disable-features=PreloadTopChromeWebUI,InitialWebUI,SpareRendererForSitePerProcess,OptimizationHints',
          '--window-size=900,700')
-#: Time between two questions to the page, each of which costs as much as a picture [s].
+#: Time between two questions to the page [s]. Each question costs as much as a picture.
 PERIOD = 0.1
 #: On a busy machine a new browser answers no question for half a minute and more [s].
 SLOWEST = 200.0
@@ -53,8 +53,8 @@ window.makeTestPad = (axes, pressed) => {
 
 
 class Cable:
-    """A cable to a port of this computer. Bytes that are sent while it is unplugged arrive when it is plugged in again,
-    as by TCP."""
+    """A cable to a port of this computer. Bytes that are sent while the cable is unplugged arrive when it is plugged in
+    again, as by TCP."""
 
     def __init__(self, port):
         self._port, self._plugged = port, threading.Event()
@@ -128,7 +128,7 @@ class Browser:
         return self._find(element).is_displayed()
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):
-        """Wait until `condition()` holds; RuntimeError with the page's picture if it does not."""
+        """Wait until `condition()` holds. Raises RuntimeError with the page's picture after `seconds`."""
         if not wait_until(condition, seconds, PERIOD):
             raise RuntimeError('waited {:.0f} s in vain for {}; the page: {}; {}; {}'.format(
                 seconds, what, self.run('return JSON.stringify(panel.latest)'),
@@ -162,7 +162,7 @@ class Browser:
         self._find(element).click()
 
     def type(self, **texts):
-        """Type into fields, in place of what they hold: field_x='1' into field-x."""
+        """Replace the texts of fields. field_x='1' types 1 into the field field-x."""
         for name, text in texts.items():
             field = self._find(name.replace('_', '-'))
             field.clear()
@@ -172,7 +172,7 @@ class Browser:
         ActionChains(self._driver).send_keys(key).perform()
 
     def _actions(self):
-        """Quick actions; the selenium of Debian 11 knows only slow ones."""
+        """Returns quick actions. The selenium of Debian 11 has only slow ones."""
         quick = {'duration': 50} if 'duration' in signature(ActionChains).parameters else {}
         return ActionChains(self._driver, **quick)
 
@@ -192,8 +192,8 @@ class Browser:
     def grip(self, element, across=0.0, up=0.0):
         """Press on the middle of an element, and move from there by parts of its half size.
 
-        The page marks an element that is held. A press does nothing while the element is not ready
-        yet, or if the page moves it at this moment: then again.
+        The page marks an element that is held. A press has no effect while the element is not ready, or if the page
+        moves the element at this moment. Then the person presses again.
         """
         box = self._find(element)
 
@@ -215,11 +215,11 @@ class Browser:
         self.run('makeTestPad(arguments[0], arguments[1])', list(axes), list(pressed))
 
     def hide(self):
-        """Open an empty tab in front of the page, which is hidden then."""
+        """Open an empty tab, which hides the page."""
         self._driver.switch_to.new_window('tab')
 
     def show(self):
-        """Close that tab: the page is seen again."""
+        """Close the empty tab, so that the page is visible again."""
         self._driver.close()
         self._driver.switch_to.window(self._tab)
 
@@ -243,7 +243,7 @@ class Browser:
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _steady(self, places):
-        """`places()` as soon as the map, which follows what it shows, has not moved for a while."""
+        """Waits until the map, which follows the robot, has not moved for STEADY. Returns `places()`."""
         last, since = places(), time.monotonic()
         while time.monotonic() - since < STEADY:
             now = places()

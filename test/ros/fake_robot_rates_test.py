@@ -36,7 +36,7 @@ def rate_of(entries):
 class FakeRobotRatesTest(NodeCase):
 
     def arrivals(self, kinds, count):
-        """Watch topics, {name: type}, until each has at least count(name) messages."""
+        """Watch the topics in `kinds`, {name: type}, until each topic has had at least count(name) messages."""
         for topic, kind in kinds.items():
             self.observer.watch(topic, kind)
         self.observer.wait_until(lambda: all(len(self.observer.all(topic)) >= count(topic) for topic in kinds),
@@ -52,8 +52,8 @@ class FakeRobotRatesTest(NodeCase):
                        for at, message in self.observer.all(topic)]
             self.assertAlmostEqual(rate_of(headers), rate, delta=rate / 100.0)
         share = (cpu_time(pid) - used) / (time.monotonic() - start)
-        # Measured: 0.06 of a core on a quiet machine. The cost depends on the machine and its load;
-        # this only finds an endless loop.
+        # The robot used 0.06 of a core on a quiet machine. The share depends on the machine and its
+        # load, so this limit only finds an endless loop.
         self.assertLess(share, 0.5)
         imu, odom = self.observer.latest('imu'), self.observer.latest('odom')
         self.assertEqual((imu.header.frame_id, odom.header.frame_id, odom.child_frame_id),

@@ -16,7 +16,7 @@ from tb3_labs.ros.conversions import to_pose2, to_twist
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
           '/tf': TFMessage}
-#: This process subscribes it with queue_size=1: rospy has one queue for a topic in a process.
+#: This process subscribes to this topic with queue_size=1. rospy has one queue for a topic in a process.
 NEWEST_ONLY = 'joint_states'
 DEADLINE = 30.0  # of a wait, wall clock [s]
 WHEEL_RADIUS = 0.033    # of a Burger [m]
@@ -50,7 +50,7 @@ class FakeRobotTest(unittest.TestCase):
                   and abs(self.last('imu').angular_velocity.z) < 0.01)
 
     def move(self, command, speed):
-        """Send one command; the robot is faster than `speed` [m/s] for a moment, then at rest."""
+        """Send one command. The robot is faster than `speed` [m/s] for a moment, and then at rest."""
         before = len(self.received['odom'])
         self.commands.publish(command)
         # the motion ends by itself after half a second, in which a busy machine may miss it

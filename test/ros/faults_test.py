@@ -1,4 +1,4 @@
-"""Faults during motion, with real processes: the time of the zero, the true place of the robot.
+"""Measures the time of the zero, and the true place of the robot, after faults of real processes.
 
 Prints a line with the measured times of each fault. The core's roll-outs (test/unit/test_stops.py)
 cover every state of a drive, frozen sensors, stuck robots and the robot's own reset.
@@ -132,7 +132,7 @@ class FaultsTest(DriveCase):
                 'no ' + name in state for name in lost))
             self.assertFalse(self.reset(0.0, 0.0, 0.0).success)
             self.set(**{name + '_silent': False for name in lost})
-            self.wait_for_speed(0.2, 5.0)     # it goes on by itself
+            self.wait_for_speed(0.2, 5.0)     # the drive goes on by itself
         self.set(imu_silent=True)
         self.wait_for_state('stopped')
         self.wait_for_state('gave up: no imu for 2.')      # the silence is too long for the drive to go on
@@ -178,7 +178,7 @@ class FaultsTest(DriveCase):
                 self.assertLess(rospy.get_time(), give_up, value)
                 rospy.rostime.wallsleep(0.005)
 
-        # among valid messages they have no effect
+        # among valid messages the invalid ones have no effect
         flood_until('goal_state', 'GOAL_REACHED', 20.0)
         self.rest()
         self.assertLess(self.place().distance_to(Pose2(0.6)), 0.01)
@@ -189,7 +189,7 @@ class FaultsTest(DriveCase):
             self.assertGreater(int(values[topic + ' dropped']), 10)
             warnings = node.text.count('invalid message on {} dropped'.format(topic))
             self.assertTrue(1 <= warnings <= 12, node.text)
-        # without valid messages they are a silence
+        # without valid messages the sensor is silent
         self.go_to(Pose2(3.0))
         self.wait_for_speed(0.2)
         self.set(imu_silent=True)

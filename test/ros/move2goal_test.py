@@ -64,7 +64,7 @@ class Move2GoalTest(DriveCase):
         self.observer.wait_for_rest('ground_truth', lambda sample: sample[1])
 
     def declared(self, x=0.0, y=0.0, yaw_deg=0.0):
-        """Declare a pose; the true local_T_world from then on, by the reply's own instant."""
+        """Declare a pose. Returns the true local_T_world at the instant of the reply."""
         self.observer.forget('goal_state')
         pose = Pose2(x, y, math.radians(yaw_deg))
         instant = self.declare(pose).stamp
@@ -76,14 +76,14 @@ class Move2GoalTest(DriveCase):
         return self.observer.latest('ground_truth')[1]
 
     def set_goal(self, pose, frame='local'):
-        """Send a goal, and wait until it is the one in force."""
+        """Send a goal, and wait until it is the current goal."""
         self.observer.forget('current_goal')
         self.observer.forget('goal_state')
         self.go_to(pose, frame)
         self.observer.wait_for('current_goal')
 
     def drive(self):
-        """Give control; the state in which the drive ends."""
+        """Give control. Returns the state in which the drive ends."""
         self.give_control()
         state = self.observer.wait_for('goal_state', is_over, 60.0)
         self.wait_for_rest()
@@ -254,7 +254,7 @@ class Move2GoalTest(DriveCase):
             Pose2(0.3, 0.0, 0.0)) < 0.1, what='the last feedback')
 
     def drive_by_action(self, goal):
-        """Send an action goal; returns when the robot moves."""
+        """Send an action goal, and wait until the robot moves."""
         self.observer.forget('goal_state')
         self.action.send_goal(self.goal(goal))
         self.observer.wait_until(lambda: self.action.get_state() == GoalStatus.ACTIVE, 10.0, 'active')
@@ -280,7 +280,7 @@ class Move2GoalTest(DriveCase):
         for pose, frame, reason in ((Pose2(math.nan, 0.0, 0.0), 'local', 'finite'),
                                     (Pose2(0.0, 1e9, 0.0), 'local', 'a number from -100 to 100 m'),
                                     (Pose2(), 'mars', 'mars')):
-            # by the topic: SimpleActionClient loses answers that come before it has noted its goal
+            # SimpleActionClient loses an answer that comes before it has noted its goal, so a topic is read
             self.observer.forget('move2goal/result')
             self.action.send_goal(self.goal(pose, frame))
             status = self.observer.wait_for('move2goal/result')

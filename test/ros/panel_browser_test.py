@@ -1,5 +1,5 @@
-"""The panel as a person uses it: in a real browser, by mouse, keys and gamepad. The result of each
-act is the simulated robot's true pose."""
+"""A person uses the panel in a real browser by mouse, keys and gamepad. The tests judge the simulated robot's true
+pose."""
 import math
 import unittest
 
@@ -16,11 +16,11 @@ from panel_case import LOSS, PanelCase
 from panel_page import PanelPage, address_of
 
 PORT = free_port()
-#: Pictures a second: to draw them is most of the computing here.
+#: Pictures a second. The browser computes mostly to draw them.
 RATE = 4
 #: A page that is frozen or cut off has stopped the robot after this time [s].
 LOST = 0.5
-#: Between the browser and the panel.
+#: The cable between the browser and the panel.
 CABLE = Cable(PORT)
 
 
@@ -59,7 +59,7 @@ class PanelBrowserTest(PanelCase):
         return ([self.browser] if self.browser else []) + self.others
 
     def here(self):
-        """Click "reset" with 0, 0, 0; the robot's true pose, at which local is."""
+        """Reset the local pose to 0, 0, 0. Returns the robot's true pose, which is the origin of local."""
         origin = self.rest()
         self.page.type(reset_x='0', reset_y='0', reset_yaw='0')
         self.page.click('reset')
@@ -156,7 +156,7 @@ class PanelBrowserTest(PanelCase):
                              'the confirmation')
 
     def test_b_takes_the_robot_from_another_page(self):
-        """STOP by its key, and by a gamepad whose buttons were not let go since it was plugged in."""
+        """B is a key, or a button of a gamepad that a person pressed before the gamepad was plugged in."""
         other = PanelPage(self.address)
         self.others.append(other)
         self.addCleanup(other.close)

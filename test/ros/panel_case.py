@@ -1,4 +1,4 @@
-"""Shared by the tests of the panel: when a robot moves, when it has stopped, which tests are void.
+"""The tests of the panel share these checks of the robot's motion, and the decision which tests are void.
 
 A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
 itself may be late, or its messages reach the panel late: such a test is void, see
@@ -37,7 +37,7 @@ class PanelCase(NodeCase):
             pose.yaw, start.yaw) < 2.0)
 
     def assert_stopped(self, since, within=LOSS):
-        """NodeCase's method, and then no other movement."""
+        """As NodeCase's method. Then the robot must stand."""
         super().assert_stopped(since, within)
         self.assert_stands()
 

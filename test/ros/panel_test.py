@@ -1,5 +1,5 @@
-"""The panel as its pages use it, without a browser. The actions and pictures of pages are compared
-with the simulated robot's true pose."""
+"""Pages without a browser use the panel. The tests compare their actions and pictures with the simulated robot's true
+pose."""
 import http.client
 import json
 import math
@@ -42,7 +42,7 @@ VALUES = ['4e9', '-0.5', '1e308', '1e999', 'NaN', '1' + 300 * '0', 'null', 'true
 
 
 def with_value(message, literal):
-    """The text of a message with any text in place of '@'."""
+    """Returns the text of a message with the text `literal` in place of the value '@'."""
     return json.dumps(message).replace('"@"', literal)
 
 
@@ -103,14 +103,14 @@ class PanelTest(PanelCase):
         return origin
 
     def drive_by_stick(self):
-        """Grip the pad, as a person does: the sticks begin in their middle."""
+        """Grip the pad as a person does. So the sticks begin in their middle."""
         self.page.hold(pad={})
         self.page.wait_for(pad='ready', page='this')
         self.page.hold(pad={'forward': 1.0})
         self.wait_until_it_moves()
 
     def press(self, button):
-        """Show a button as pressed in one message, once the node has heard the pad."""
+        """Press a button in one message, after the node has heard the pad for HEARD."""
         self.page.hold(pad={})
         self.let_pass(HEARD)
         self.page.hold(pad={button: True})
@@ -234,7 +234,7 @@ class PanelTest(PanelCase):
         self.page.wait_for(has_control=False)
 
     def test_a_stop_of_another_node_ends_what_the_page_holds(self):
-        publishers = {    # latched: the panel hears them when it is connected
+        publishers = {    # latched, so that the panel gets them as soon as it is connected
             rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True): Bool(False),
             rospy.Publisher('move2goal/cancel', GoalID, queue_size=1, latch=True): GoalID()}
         for publisher, message in publishers.items():
@@ -313,7 +313,7 @@ class PanelTest(PanelCase):
 
     @staticmethod
     def status_of(path, port=PORT, method='GET', **headers):
-        """(status, body) of a request as a program sends it."""
+        """Sends a request without a browser. Returns (status, body)."""
         connection = http.client.HTTPConnection('localhost', port, timeout=5.0)
         connection.putrequest(method, path, skip_host='Host' in headers)
         for name, value in headers.items():
@@ -339,7 +339,7 @@ class PanelTest(PanelCase):
     def test_another_address_needs_the_token_and_a_panel_may_only_show(self):
         shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false')
         self.addCleanup(shows.kill)
-        address = address_of(shows)    # the next port is taken: this one is in use
+        address = address_of(shows)    # PORT is in use, so the panel takes the next one
         self.observer.wait_for('/rosout', lambda line: line[0] == '/shows')
         # The name that this computer's nodes bear: in a container the host's browser finds it, too.
         place, port, token = re.match(r'(http://{}:(\d+)/)\?token=(\S{{10,}})$'.format(
@@ -348,7 +348,7 @@ class PanelTest(PanelCase):
         for wrong in '', '?token=' + token[:-1], '?token=%C3%A9':
             with self.assertRaises(ConnectionRefusedError, msg=wrong):
                 PanelPage(place + wrong)
-            status, body = self.status_of('/' + wrong, int(port))    # as a browser shows it
+            status, body = self.status_of('/' + wrong, int(port))    # a browser shows the body
             self.assertEqual(status, 403)
             self.assertIn('the token is missing or wrong: use the whole address', body)
         page = self.open(address)

@@ -1,5 +1,5 @@
-"""robot.launch over a real SSH connection, to this computer: the embedded robot stands in for the
-board, where the robot would start rosserial_python."""
+"""robot.launch over a real SSH connection to this computer. The embedded robot stands in for the board, for which a
+robot starts rosserial_python."""
 import getpass
 import math
 import os
@@ -24,8 +24,8 @@ CORE, BOARD = '/turtlebot3_core', '/board'
 SSHD = shutil.which('sshd', path=os.environ['PATH'] + ':/usr/sbin')
 LOADER = pathlib.Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'env_robot.sh'
 
-#: A stand-in for the board's driver on the robot: same package and call. Its name is another one,
-#: since it takes other parameters.
+#: A stand-in for the board's driver on the robot, with the same package and call. The node has another name, since it
+#: takes other parameters.
 SERIAL_NODE = '#!/bin/sh\nexec rosrun tb3_labs fake_turtlebot3.py "$@" __name:=board\n'
 MANIFEST = ('<package format="2"><name>rosserial_python</name><version>0.0.0</version>'
             '<description>a stand-in</description><license>BSD</license>'
@@ -40,7 +40,7 @@ def write(path, text, mode=0o600):
 
 
 def make_key(path):
-    """A key without a password; its public half."""
+    """Makes a key without a password. Returns its public half."""
     path.parent.mkdir(parents=True, exist_ok=True)
     subprocess.check_call(['ssh-keygen', '-q', '-t', 'ed25519', '-N', '', '-f', str(path)])
     return path.with_suffix('.pub').read_text()
@@ -128,7 +128,7 @@ class RobotTest(NodeCase):
         self.assertEqual(rospy.get_param(CORE + '/baud'), 115200)
         process = process_of(BOARD)
 
-        # TURTLEBOT3_MODEL has reached it: a Burger is slower
+        # the robot has got TURTLEBOT3_MODEL, since a Burger is slower
         drive = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         forward = Twist()
         forward.linear.x = 1.0

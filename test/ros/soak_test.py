@@ -1,4 +1,4 @@
-"""The real nodes, hour after hour: flat memory, no thread left behind, no growing error."""
+"""The real nodes run for hours. Their memory, threads and errors do not grow."""
 import math
 import random
 import time

@@ -1,4 +1,4 @@
-"""A stop stays a stop, on real nodes: hands, pads, sleeping and waking processes, closed terminals.
+"""A stop stays a stop on real nodes, with hands, pads, sleeping processes and closed terminals.
 
 In each test the robot stands although a sender repeated, woke up or reconnected, and drives again when a person asks.
 """
@@ -89,7 +89,7 @@ class StopsTest(WithThumb, DriveCase):
         self.observer.forget('goal_state')
 
     def wait_until_turns_are_heard(self):
-        """By a controller that is there before this sender: so its first turn is accepted."""
+        """Wait until a controller hears `turns`. The controller was there before, so it accepts the first turn."""
         self.wait_until_hears('controller', 'imu')
         self.turns = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turns.unregister)
@@ -107,7 +107,7 @@ class StopsTest(WithThumb, DriveCase):
         return node
 
     def let_it_drive(self, give):
-        """`give` control; returns when the robot moves."""
+        """Call give(), which gives control, and wait until the robot moves."""
         start = self.observer.latest('ground_truth')
         self.observer.forget('cmd_vel')
         give()
@@ -120,15 +120,15 @@ class StopsTest(WithThumb, DriveCase):
         self.thumb.press(A)
 
     def is_stopped(self, since, within=PROMPT):
-        """For a while no command moves the robot, except within `within` after `since`."""
+        """No command moves the robot for PATIENCE, except within `within` [s] after `since`."""
         self.let_pass(PATIENCE)
         late = [at - since for at, command in self.observer.all('cmd_vel', since + within)
                 if command != ZERO and at - since > within + self.hiccups.since(since, at)]
         self.assertEqual(late, [], 'commands after the stop')
 
     def stands_after_sleep(self, node):
-        """A node sleeps for long. A command from before it is sent when the process continues; a zero follows at
-        once."""
+        """A node sleeps for TOO_LONG. When the process continues, it may send a command from before its sleep. A zero
+        must follow at once."""
         node.send(signal.SIGSTOP)
         self.let_pass(TOO_LONG)
         node.send(signal.SIGCONT)
@@ -163,7 +163,7 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(rospy.get_time(), 0.0)
 
     def test_a_permission_that_waits_on_the_parameter_server_gives_none(self):
-        """A launch that ended at once, a start that was refused, rosparam: a later start waits."""
+        """A launch that ended at once, a refused start, or rosparam may leave the parameter. A later start waits."""
         self.end_move_to_goal()
         refused = self.start('move2goal_tf.py', '_goal_x:=900', '_has_control:=true')
         self.assertEqual(refused.wait(STARTING), 1)
@@ -202,7 +202,7 @@ class StopsTest(WithThumb, DriveCase):
                 launch.end(seconds=40.0)
 
     def test_a_tap_on_b_while_messages_are_held_up(self):
-        """The gamepad node gets them all at once: A given, B tapped, and let go again."""
+        """After the sleep the gamepad node gets the press of B and its end at once."""
         self.move_to_goal()
         pad = self.gamepad()
         self.let_it_drive(self.by_pad)
@@ -212,7 +212,7 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(rospy.get_time())
 
     def test_a_cancel_without_a_name_ends_any_goal_for_good(self):
-        """A goal that its sender repeats stays ended; if a person sends it once again, it is accepted."""
+        """A goal that its sender repeats stays ended. If a person sends the same goal once again, it is accepted."""
         node, number = self.move_to_goal(), itertools.count()
 
         def send(_=None):
@@ -334,7 +334,7 @@ class StopsTest(WithThumb, DriveCase):
         self.assertNotIn('MOVE_FORWARD', node.text)
         node.type('\x11')     # Ctrl+Q
         node.wait_for('MOVE_FORWARD')
-        # a node that ends prints its last lines after its last zero
+        # a node prints its last lines after its last zero
         self.let_it_drive(self.give_control)
         node.type('\x13')
         asked = rospy.get_time()
@@ -346,7 +346,7 @@ class StopsTest(WithThumb, DriveCase):
 
 
 def run_in_terminal(executable, *arguments):
-    """A node whose terminal is its own: (the terminal's other side, the process)."""
+    """Starts a node in a new terminal. Returns (the other side of the terminal, the process)."""
     ours, theirs = pty.openpty()
 
     def own_it():
