@@ -1,5 +1,4 @@
-"""A term's marks: the pages, the table with a person's columns, results.json, and marks that are kept
-from one run to the next."""
+"""The marks of a term have pages, a table with a person's columns, and results.json. A later run keeps them."""
 import csv
 import gc
 import io
@@ -58,8 +57,8 @@ def write(folder, student, seen, digest='digest', **more):
 
 @pytest.fixture(scope='module')
 def written(tmp_path_factory):
-    """(The folder of a class, its notes): a good node, a wrong node of a student with an odd name, a crash, and a
-    submission that could not be judged."""
+    """(The folder of a class, its notes). The class has a good node, a wrong node of a student with an odd name, a
+    crash, and a submission that could not be judged."""
     path = tmp_path_factory.mktemp('written')
     folder = folder_of(path)
     bobby, crash = turned(81.0), observation()
@@ -127,7 +126,7 @@ def test_the_table_and_results_as_gradescope_reads_them(written):
 
 
 def test_marks_are_not_written_through_a_link(tmp_path):
-    """A new file takes the place of a link; a folder that is one is refused."""
+    """A new file takes the place of a link. A folder that is a link is refused."""
     mine, marks = tmp_path / 'mine', tmp_path / 'marks'
     mine.write_text('mine')
     (marks / 'logs').mkdir(parents=True)
@@ -468,7 +467,7 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
 
 
 def test_what_the_preparation_of_a_node_finds_reaches_the_instructor(tmp_path, monkeypatch):
-    """Such as a first line that names a Python which this machine lacks."""
+    """The preparation finds, for example, that a first line names a Python which this machine lacks."""
     def prepares(_runner, _marks, reading, *_):
         reading.remarks.append('It was repaired.')
         reading.findings.append('It names another Python.')
