@@ -32,7 +32,7 @@ FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '-
          '--disable-features=PreloadTopChromeWebUI,InitialWebUI,SpareRendererForSitePerProcess,OptimizationHints',
          '--window-size=900,700')
 #: Time between two questions to the page [s]. Each question costs as much as a picture.
-PERIOD = 0.1
+PERIOD = 0.2
 #: On a busy machine a new browser answers no question for half a minute and more [s].
 SLOWEST = 200.0
 #: A map that has not moved for this long rests [s].

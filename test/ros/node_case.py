@@ -94,7 +94,7 @@ class TestProgram(processes.Program):
         """The lines printed so far."""
         return self.text.splitlines()
 
-    def wait_for(self, words, seconds=20.0, times=1):
+    def wait_for(self, words, seconds=STARTING, times=1):
         """Wait until `words` were printed `times` times. RuntimeError with the output if this takes
         longer than `seconds`."""
         with self._changed:
@@ -129,10 +129,6 @@ class NodeProgram(TestProgram):
 
     def __init__(self, executable, *arguments, prefix=(), **options):
         super().__init__(list(prefix) + command_of(executable) + list(arguments), **options)
-
-    def wait_for(self, words, seconds=STARTING, times=1):
-        """Program's method, with enough time for the start."""
-        super().wait_for(words, seconds, times)
 
 
 class NodeCase(unittest.TestCase):

@@ -85,7 +85,7 @@ class PanelBrowserTest(PanelCase):
         self.page.drag_in_local((-0.1, -0.1), (-0.1, -0.3))    # facing down: -90 degrees
         self.wait_for_pose('goal', -0.1, -0.1, -90.0)
         origin = self.here()
-        self.page.type(goal_x='-0.3', goal_y='0.3', goal_yaw='0')
+        self.page.type(goal_x='-0.15', goal_y='0.15', goal_yaw='0')
         self.page.click('goal')
         self.assert_stands()
         self.page.click('button-a')
@@ -96,7 +96,7 @@ class PanelBrowserTest(PanelCase):
                              'GOAL_REACHED')
         self.assertTrue(self.page.picture('has_control'))
         reached = origin.inverse() @ self.rest()
-        self.assertLess(reached.distance_to(Pose2(-0.3, 0.3)), 0.012)
+        self.assertLess(reached.distance_to(Pose2(-0.15, 0.15)), 0.012)
         self.assertLess(abs(math.degrees(reached.yaw)), 0.7)
         self.assertEqual(self.page.errors(), [])
 

@@ -3,7 +3,6 @@
 In each test the robot stands although a sender repeated, woke up or reconnected, and drives again when a person asks.
 """
 import itertools
-import math
 import os
 import pty
 import select
@@ -30,7 +29,7 @@ from thumb import A, B, Thumb, WithThumb
 PROMPT = 0.25
 #: An event did not set a robot in motion that stands this long after it [s]: a process that wakes reads waiting
 #: messages within 0.3 s (timeouts.WAKING_TIME).
-PATIENCE = 0.5
+PATIENCE = 0.4
 #: After a sleep of this length a process does not go on by itself [s].
 TOO_LONG = 2.2
 #: Longest time from a wake-up to a command that was begun before the sleep [s].
@@ -260,19 +259,6 @@ class StopsTest(WithThumb, DriveCase):
         first.kill()
         self.assertEqual(sender.wait(STARTING), 1)
         self.assertIn('move_to_goal is gone, and the goal with it', sender.lines[-1])
-
-    def test_refusals_that_repeat_are_one_line_and_move_no_terminal(self):
-        mover = self.move_to_goal()
-        for frame, pose in ((2 * '\x1b[2J', Pose2()), ('local', Pose2(math.nan))):
-            begun, lines = rospy.get_time(), mover.text.count('Goal refused')
-            for _ in range(100):
-                self.go_to(pose, frame)
-                rospy.rostime.wallsleep(0.01)
-            self.observer.wait_until(lambda: mover.text.count('Goal refused') > lines, what='a line')
-            most = 1.0 + rospy.get_time() - begun
-            self.assertLessEqual(mover.text.count('Goal refused') - lines, most)
-        self.assertNotIn('\x1b[2J', mover.text)
-        self.let_it_drive(self.give_control)
 
     # -- sleep
 

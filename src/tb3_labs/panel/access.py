@@ -53,8 +53,9 @@ class Access:
                 token: Optional[str]) -> Optional[str]:
         """Returns the reason why a request is refused; None if the request is accepted.
 
-        `host` and `origin` are headers of the request; a missing header is None. Only browsers send
-        an origin. `token` is the token in the request; None if the request needs no token.
+        `host` and `origin` are headers of the request, or None if the header is missing. Only
+        browsers send an origin. `token` is the token in the request, or None if the request needs
+        no token.
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)

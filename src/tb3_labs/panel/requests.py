@@ -69,9 +69,9 @@ class BrowserPad(NamedTuple):
 class Grip(NamedTuple):
     """The pad and the mouse that a person holds on a page."""
 
-    pad: Optional[BrowserPad] = None               # None: the person does not hold the pad
-    mouse: Optional[Tuple[float, float]] = None    # None: the person does not hold the mouse
-    is_first: bool = False                         # is this the first message of this grip?
+    pad: Optional[BrowserPad] = None               # None if the person does not hold the pad
+    mouse: Optional[Tuple[float, float]] = None    # None if the person does not hold the mouse
+    is_first: bool = False                         # is this the first message of the grip?
 
 
 class PageRequest(NamedTuple):
