@@ -177,7 +177,7 @@ class Browser:
         return ActionChains(self._driver, **quick)
 
     def drag_in_local(self, start, end):
-        """Drag on the map from one point to another, [x, y] in local [m]."""
+        """Drag on the map from `start` to `end`. A point is [x, y] in local [m]."""
         (x0, y0), (x1, y1) = self._steady(lambda: [
             self.run('return panel.pixel(arguments[0], arguments[1])', *point)
             for point in (start, end)])

@@ -104,13 +104,13 @@ def shares(seconds, *pids):
 
 
 def threads(pid):
-    """Number of threads of a process."""
+    """Returns the number of threads of a process."""
     with open('/proc/{}/stat'.format(pid)) as stat:
         # the command's name may hold any character
         return int(stat.read().rpartition(')')[2].split()[17])
 
 
 def memory(pid):
-    """Resident memory of a process [MB]."""
+    """Returns the resident memory of a process [MB]."""
     with open('/proc/{}/statm'.format(pid)) as statm:
         return int(statm.read().split()[1]) * _PAGE / 1048576.0

@@ -24,8 +24,8 @@ LINE = re.compile(r'Current heading is (\d+\.\d{6}) degrees\.$')
 
 
 def rate_of(entries):
-    """Returns the messages a second by the wall clock. `entries` are (time of arrival, header) [s]. Messages that this
-    process reads late are ignored: at either end the fastest of a sixth of them shows the pace of the robot's time."""
+    """Returns the messages a second by the wall clock. `entries` are (time of arrival, header) [s]. This process reads
+    some messages late. So at either end only the fastest message of a sixth of them shows the pace of the robot."""
     stamps = [header.stamp.to_sec() for _, header in entries]
     under_way = [arrival - stamp for (arrival, _), stamp in zip(entries, stamps)]
     sixth = len(entries) // 6
@@ -76,7 +76,7 @@ class FakeRobotRatesTest(NodeCase):
             self.assertLess(time.time() - start, 2.0 + self.hiccups.since(start))
 
     def test_nothing_but_the_samples_gives_a_hidden_fault_away(self):
-        """Mystery 4: an offset of the IMU of 115 deg."""
+        """Mystery 4 is an offset of the IMU of 115 deg."""
         node, logged = '/mystery/turtlebot3', []
         rospy.Subscriber('/rosout', Log, lambda log: log.name == node and logged.append(log.msg))
         robot = self.start('fake_turtlebot3.py', '__ns:=mystery', '_mystery:=4')

@@ -8,7 +8,6 @@ import math
 import re
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
@@ -35,7 +34,6 @@ class FaultsTest(DriveCase):
         cls.nodes = {}
         cls.observer.watch('imu', Imu)
         cls.observer.watch('odom', Odometry)
-        cls.observer.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.bad_imu = rospy.Publisher('imu', Imu, queue_size=1)
         cls.bad_odom = rospy.Publisher('odom', Odometry, queue_size=1)
         cls.observer.wait_for('ground_truth', seconds=STARTING)
@@ -58,7 +56,7 @@ class FaultsTest(DriveCase):
         self.robot.update_configuration(settings)
 
     def node(self, executable):
-        """The node that runs, or a new one."""
+        """Returns the running node, or starts a new one."""
         if executable not in self.nodes or self.nodes[executable].status is not None:
             if executable == MOVER:
                 self.wait_until_unheard({self.control: Bool(False)})
@@ -73,7 +71,7 @@ class FaultsTest(DriveCase):
             self.printed[executable]:], what=words)
 
     def drive(self, goal=Pose2(2.0, 0.0, 0.0)):
-        """A drive straight ahead, in full motion; `begin` is its first true pose."""
+        """Begin a drive straight ahead, and wait until it is fast. `begin` is its first true pose."""
         node = self.node(MOVER)
         self.wait_for_subscriber(self.control, self.goals)
         self.control.publish(False)
@@ -88,7 +86,7 @@ class FaultsTest(DriveCase):
         return node
 
     def turn(self):
-        """A turn, in full motion."""
+        """Begin a turn, and wait until it is fast."""
         node, start = self.node(TURNER), self.rest()
         self.observer.forget('cmd_vel')
         node.type('b')      # a line that is typed waits for the robot
@@ -97,7 +95,7 @@ class FaultsTest(DriveCase):
         return node
 
     def place(self):
-        """The robot's true place in the frame of move_to_goal."""
+        """Returns the robot's true pose in the frame of move_to_goal."""
         return self.begin.inverse() @ self.observer.latest('ground_truth')
 
     def stop_since(self, last, within, what):
@@ -114,7 +112,7 @@ class FaultsTest(DriveCase):
         return min(self.observer.all('ground_truth'), key=lambda entry: abs(entry[0] - time))[1]
 
     def silence_of(self, *topics):
-        """Wait until no message comes; the earliest of the topics' last arrivals."""
+        """Wait until no message comes. Returns the earliest of the topics' last arrivals."""
         self.observer.wait_until(lambda: all(
             rospy.get_time() - self.observer.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
         return min(self.observer.all(topic)[-1][0] for topic in topics)
@@ -182,13 +180,8 @@ class FaultsTest(DriveCase):
         flood_until('goal_state', 'GOAL_REACHED', 20.0)
         self.rest()
         self.assertLess(self.place().distance_to(Pose2(0.6)), 0.01)
-        status = self.observer.wait_for('/diagnostics',
-                                        lambda status: status.name.startswith('move_to_goal'))
-        values = {value.key: value.value for value in status.values}
         for topic in ('imu', 'odom'):
-            self.assertGreater(int(values[topic + ' dropped']), 10)
-            warnings = node.text.count('invalid message on {} dropped'.format(topic))
-            self.assertTrue(1 <= warnings <= 12, node.text)
+            self.assertIn('invalid message on {} dropped'.format(topic), node.text)
         # without valid messages the sensor is silent
         self.go_to(Pose2(3.0))
         self.wait_for_speed(0.2)

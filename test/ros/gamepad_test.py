@@ -21,7 +21,7 @@ MOVER = 'move2goal_tf.py', '_goal_x:=-0.2', '_goal_y:=0.2'
 
 
 class GamepadTest(WithThumb, DriveCase):
-    """Methods share the running nodes; each begins with a robot at rest that the pad holds."""
+    """Methods share the running nodes. Each begins with a robot at rest that the pad holds."""
 
     @classmethod
     def setUpClass(cls):
@@ -59,13 +59,13 @@ class GamepadTest(WithThumb, DriveCase):
         self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
 
     def let_it_drive(self):
-        """Press A; returns when the robot moves fast."""
+        """Press A, and wait until the robot moves fast."""
         self.observer.forget('cmd_vel')
         self.thumb.press(A)
         self.observer.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
 
     def said(self, words):
-        """The number of times the gamepad node printed `words` in this test."""
+        """Returns how often the gamepad node printed `words` in this test."""
         return self.pad.text[self.printed:].count(words)
 
     def press_y(self):

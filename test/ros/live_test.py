@@ -20,7 +20,7 @@ RUN = pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'run.py'
 
 
 def values_of(status):
-    """The values of a DiagnosticStatus, {name: value}."""
+    """Returns the values of a DiagnosticStatus, {name: value}."""
     return {item.key: item.value for item in status.values}
 
 
@@ -35,7 +35,7 @@ class LiveTest(NodeCase):
         cls.wait_for_subscriber(cls.control, cls.turn)
 
     def settings(self):
-        """The settings of move_to_goal, {name: value}, as ROS's own client reads them."""
+        """Reads the settings of move_to_goal, {name: value}, by ROS's own client."""
         client = Client(MOVER, timeout=20.0)
         self.addCleanup(client.close)
         return dict(client.get_configuration(timeout=10.0), groups=None)

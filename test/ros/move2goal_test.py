@@ -25,7 +25,7 @@ LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
 class Move2GoalTest(DriveCase):
-    """Methods share the running nodes; each begins with a robot at rest and control taken."""
+    """Methods share the running nodes. Each begins with a robot at rest and control taken."""
 
     @classmethod
     def watch(cls):
@@ -138,7 +138,7 @@ class Move2GoalTest(DriveCase):
 
     def test_the_last_of_many_resets_at_once_holds_at_rest_and_while_turning(self):
         def call(caller, begun):
-            """The resets of one of ten callers, which make 100 a second together: [(declared, answer)]."""
+            """Make the resets of one of ten callers, who make 100 a second together. Returns [(declared, answer)]."""
             chance, made = random.Random(caller), []
             reset = rospy.ServiceProxy('reset_pose', ResetPose)     # a proxy is for one thread
             for number in range(caller, 50, 10):
@@ -203,8 +203,8 @@ class Move2GoalTest(DriveCase):
             self.observer.wait_for('local_pose', lambda s: s[1].distance_to(target) < 1e-3, 5.0)
 
     def test_requests_in_odom_are_converted_in_the_order_of_their_arrival(self):
-        """`set_pose` in odom, and a goal there, 5 to 30 ms after a reset that waits for its samples:
-        odom is where the robot stands, so each is the pose that was just declared."""
+        """A pose in odom comes 5 to 30 ms after a reset that waits for its samples. The pose is the place of the robot,
+        so in local it is the pose that the reset declared. A goal at this pose comes later."""
         message = PoseWithCovarianceStamped()
         message.header.frame_id = 'odom'
         self.declared()

@@ -54,7 +54,7 @@ def plain_node(file, package=PACKAGE):
 
 
 def stamped(message):
-    """(stamp [s], Pose2) of a PoseStamped."""
+    """Returns (stamp [s], Pose2) of a PoseStamped."""
     return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
@@ -221,8 +221,8 @@ class NodeCase(unittest.TestCase):
         return zero
 
     def assert_stopped(self, since, within):
-        """The last movement was commanded at most `within` after `since` [s], apart from delays of
-        the machine; a zero followed."""
+        """The last command that moves the robot came at most `within` after `since` [s], apart from delays of the
+        machine. A zero followed."""
         self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
         moving = [at for at, command in self.observer.all('cmd_vel') if command != ZERO]
         self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))

@@ -23,7 +23,7 @@ STILL_TIME = 0.3
 class Observer:
     """Keeps the messages of the topics it watches, and waits for conditions.
 
-    Times of arrival are ROS time [s]; deadlines are wall time, since a clock may stand still.
+    Times of arrival are ROS time [s]. Deadlines are wall time, since a clock may stand still.
     """
 
     def __init__(self):
@@ -56,7 +56,7 @@ class Observer:
             return self._seen[topic][-1][1] if self._seen[topic] else None
 
     def forget(self, topic):
-        """Drop the values kept of `topic`."""
+        """Drop the values of `topic`."""
         with self._changed:
             self._seen[topic].clear()
 

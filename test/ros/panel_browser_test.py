@@ -26,7 +26,7 @@ CABLE = Cable(PORT)
 
 @unittest.skipIf(MISSING, MISSING)
 class PanelBrowserTest(PanelCase):
-    """Methods share nodes and browser; each begins with a robot at rest that nobody drives."""
+    """Methods share nodes and browser. Each begins with a robot at rest that nobody drives."""
 
     @classmethod
     def setUpClass(cls):

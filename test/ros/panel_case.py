@@ -23,7 +23,7 @@ class PanelCase(NodeCase):
 
     @staticmethod
     def is_at(shown, place, within):
-        """Is the pose of a picture (None: unknown) `within` [m] of the Pose2 `place`?"""
+        """Is the pose `shown` of a picture, which may be None, `within` [m] of the Pose2 `place`?"""
         return shown is not None and Pose2(*shown).distance_to(place) < within
 
     def assert_drives_forward(self, start):
@@ -32,7 +32,7 @@ class PanelCase(NodeCase):
         self.assertGreater((start.inverse() @ there).x, 0.09)
 
     def assert_turns(self, start, sign):
-        """The robot turns from the true pose `start`: left if `sign` is 1, right if it is -1."""
+        """The robot turns from the true pose `start`, to the left if `sign` is 1, to the right if it is -1."""
         self.observer.wait_for('ground_truth', lambda pose: 0.2 < sign * difference(
             pose.yaw, start.yaw) < 2.0)
 

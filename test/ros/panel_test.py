@@ -53,7 +53,7 @@ def may_open(number):
 
 
 class PanelTest(PanelCase):
-    """Methods share the nodes; each begins with a robot at rest that nobody drives."""
+    """Methods share the nodes. Each begins with a robot at rest that nobody drives."""
 
     @classmethod
     def setUpClass(cls):
@@ -93,7 +93,7 @@ class PanelTest(PanelCase):
         return self.opened
 
     def here(self):
-        """Declare the robot to be at the origin; returns its true pose, at which local is."""
+        """Reset the local pose to the origin. Returns the robot's true pose, which is the origin of local."""
         origin = self.rest()
         done, text = self.page.ask('reset', x=0, y=0, yaw_deg=0)
         self.assertTrue(done, text)
@@ -117,7 +117,7 @@ class PanelTest(PanelCase):
         self.page.hold(pad={})
 
     def drive_to_goal(self):
-        """Give control for a goal that is far away."""
+        """Let move_to_goal drive to a goal that is far away."""
         self.here()
         self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
         self.press('a')

@@ -63,7 +63,7 @@ class RobotTest(NodeCase):
 
     @classmethod
     def make_robot(cls):
-        """Make the robot's files: a workspace, and env_robot.sh with its values set."""
+        """Make the robot's workspace, and its env_robot.sh with the values set."""
         here = os.environ['CMAKE_PREFIX_PATH'].split(':')[0]
         packages = cls.folder / 'packages'
         write(packages / 'rosserial_python' / 'package.xml', MANIFEST)
@@ -78,7 +78,7 @@ class RobotTest(NodeCase):
 
     @classmethod
     def start_sshd(cls):
-        """sshd on a free port, for one key; and three homes that log in with or without the key."""
+        """Start sshd on a free port for one key. Make three homes that log in with or without the key."""
         cls.port = free_port()
         host_key = make_key(cls.folder / 'host_key')
         known = ''.join('{} {}\n'.format(name, host_key)
@@ -102,7 +102,7 @@ class RobotTest(NodeCase):
         cls.sshd.wait_for('Server listening')
 
     def launch(self, *arguments, home='home'):
-        """robot.launch to this computer by another user name: with the same one SSH is left out."""
+        """Start robot.launch for this computer. With the present user's name roslaunch would not use SSH."""
         given = {argument.split(':=')[0] for argument in arguments}
         common = {'robot': HOST, 'user': getpass.getuser(), 'ssh_port': self.port,
                   'env_loader': self.loader}
@@ -116,7 +116,7 @@ class RobotTest(NodeCase):
         return program
 
     def end(self, program):
-        """Ctrl+C, so that no process is left behind, also on the robot."""
+        """End a program by Ctrl+C, so that it leaves no process behind, also on the robot."""
         if program.status is None:
             program.end(seconds=40.0)
         program.kill()

@@ -123,7 +123,7 @@ def tried_again(test):
 
 
 def rosrun(name, case):
-    """rostest.rosrun for a test of this package."""
+    """Does the work of rostest.rosrun for a test of this package."""
     xmlrunner._XMLTestResult = _Result
     case.hiccups = Hiccups()
     for test in unittest.defaultTestLoader.getTestCaseNames(case):

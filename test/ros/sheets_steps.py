@@ -90,8 +90,7 @@ def promised(output):
 
 
 def _pattern_of(line):
-    """A pattern of a line, with any space between its words, and any long numbers; ``...`` stands
-    for anything."""
+    """Returns a pattern of a line with any spaces and any long numbers. ``...`` stands for any text."""
     return NUMBER.join(
         '.*?'.join(r'\s+'.join(re.escape(word) for word in re.split(r'\s+', words))
                    for words in part.split('...'))

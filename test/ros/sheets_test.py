@@ -108,7 +108,7 @@ class Student:
             self._run(step, patience)
 
     def _prepare(self, before):
-        """Do what a step needs first: write a node, let time pass, end a terminal."""
+        """Do what stands in front of a step. Write a node, let time pass, or end a terminal."""
         if 'fill' in before:
             package, node = before['fill'].split('/')
             target = self.home / 'catkin_ws' / 'src' / package / 'src' / node

@@ -238,13 +238,13 @@ class StopsTest(WithThumb, DriveCase):
         self.assertEqual(node.text.count('repeats stays ended'), 1)
 
     def cancel(self):
-        """Cancel every goal; the robot stands."""
+        """Cancel every goal. The robot must stand."""
         asked = rospy.get_time()
         self.cancels.publish(GoalID())
         self.is_stopped(asked)
 
     def test_two_nodes_that_obey_one_word_are_named_and_a_dead_one_is_missed(self):
-        """Two move_to_goal that drive to one goal; send_goal.py to a node that is killed."""
+        """Two move_to_goal drive to one goal. Then the node is killed to which send_goal.py sent a goal."""
         first = self.move_to_goal()
         second = self.start('move2goal_tf.py', '_goal_x:=90', '__name:=second')
         self.observer.wait_until(lambda: self.control.get_num_connections() == 2, STARTING, 'both')
@@ -294,7 +294,7 @@ class StopsTest(WithThumb, DriveCase):
             self.is_stopped(closed)
 
     def closed_send_goal_cancels(self):
-        """The terminal of send_goal.py is closed; move_to_goal keeps control."""
+        """Close the terminal of send_goal.py. move_to_goal keeps control."""
         self.let_it_drive(self.give_control)
         terminal, process = run_in_terminal('send_goal.py', '90', '0', '0')
         self.addCleanup(process.kill)

@@ -55,13 +55,13 @@ class Thumb:
         return pressed
 
     def longest_silence(self, since):
-        """Longest time between two messages, after `since` [s, monotonic]."""
+        """Returns the longest time between two messages after `since` [s, monotonic]."""
         sent = [at for at in list(self._sent) if at >= since]
         return max([then - now for now, then in zip(sent, sent[1:])], default=0.0)
 
 
 class WithThumb:
-    """Mixin of a case with a `thumb`: a test is void if the thumb was silent."""
+    """Mixin of a case with a `thumb`. A test is void if the thumb was silent."""
 
     def excuse(self, begun):
         """The reason why a test that began at a time [s, monotonic] was void, or ''."""

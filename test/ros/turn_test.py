@@ -83,7 +83,7 @@ class TurnTest(NodeCase):
         self.assertNotIn((ZERO, ZERO), list(zip(commands, commands[1:])))
 
     def stands(self):
-        """It was stopped, rests, and no command follows."""
+        """The robot was stopped, rests, and no command follows."""
         self.stopped()
         self.rest()
         self.assert_silence()
