@@ -158,7 +158,7 @@ class FaultsTest(DriveCase):
         self.wait_for_state('gave up: the odometry runs on')
 
     def test_messages_that_cannot_be_true(self):
-        node, bad = self.drive(Pose2(0.6)), []
+        node, bad = self.drive(Pose2(0.4)), []
         for w, x in ((math.nan, 0.0), (math.inf, 0.0), (0.0, 0.0), (3.0, 0.0), (1.0, math.nan),
                      (1.0, 1.7e308), (1.0, 1e200), (1.0, -3e4)):
             imu, odom = Imu(), Odometry()
@@ -179,7 +179,7 @@ class FaultsTest(DriveCase):
         # among valid messages the invalid ones have no effect
         flood_until('goal_state', 'GOAL_REACHED', 20.0)
         self.rest()
-        self.assertLess(self.place().distance_to(Pose2(0.6)), 0.01)
+        self.assertLess(self.place().distance_to(Pose2(0.4)), 0.01)
         for topic in ('imu', 'odom'):
             self.assertIn('invalid message on {} dropped'.format(topic), node.text)
         # without valid messages the sensor is silent

@@ -16,8 +16,8 @@ from tb3_labs.ros.conversions import to_pose2
 from thumb import A, B, Y, Thumb, WithThumb
 
 #: A goal of the lab's direction, but near.
-GOAL = Pose2(-0.2, 0.2)
-MOVER = 'move2goal_tf.py', '_goal_x:=-0.2', '_goal_y:=0.2'
+GOAL = Pose2(-0.1, 0.1)
+MOVER = 'move2goal_tf.py', '_goal_x:=-0.1', '_goal_y:=0.1'
 
 
 class GamepadTest(WithThumb, DriveCase):

@@ -81,7 +81,7 @@ class PageRequest(NamedTuple):
     value: Any = None              # see READERS
     id: Optional[int] = None
     stops: Optional[int] = None    # number of stops that the page knew, None if missing
-    sent_at: float = 0.0           # [s, the panel's clock]; a missing time is 0, very late
+    sent_at: float = 0.0           # [s, the panel's clock]; if missing, 0, which is very late
 
     def lateness(self, now: float) -> float:
         """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
@@ -107,7 +107,7 @@ class Viewer:
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            # the page ends its grip: the person must let go, and grip again
+            # the page ends its grip, so the person must let go, and grip again
             self.send('refused', text=text)
 
 

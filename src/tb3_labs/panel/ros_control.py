@@ -126,7 +126,7 @@ class PanelRobot:
         def call():
             try:
                 fulfilled, text = True, call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # any: the panel must still stop the robot
+            except Exception as problem:    # of any kind, since the panel must stop robots
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
         in_thread(call)
@@ -230,6 +230,6 @@ class PanelRobot:
         """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # any: the panel must still stop the robot
+        except Exception as problem:    # of any kind, since the panel must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

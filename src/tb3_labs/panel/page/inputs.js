@@ -1,5 +1,5 @@
-// The inputs of a person who drives: sticks, buttons and the mouse pad on the screen, the keyboard,
-// and a real gamepad. Each pointer holds one element, so that several fingers work at once.
+// A person drives by sticks, buttons and the mouse pad on the screen, by the keyboard, or by a real
+// gamepad. Each pointer holds one element, so that several fingers work at once.
 
 import {clamp} from './pad.js';
 import {say} from './page.js';
@@ -72,7 +72,7 @@ export function mousePad(element, pad) {
 export function padButton(element, name, pad) {
   onHold(element, () => pad.press(name), () => {}, () => {});
   element.addEventListener('click', (event) => {
-    if (event.detail === 0) pad.press(name);      // 0: Enter; a pointer has pressed already
+    if (event.detail === 0) pad.press(name);      // of Enter, not of a pointer
   });
 }
 

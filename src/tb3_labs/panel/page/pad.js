@@ -158,7 +158,7 @@ export class Pad {
     }
     pad.forward = clamp(pad.forward);
     pad.left = clamp(pad.left);
-    // Each press makes two messages: the button is down in the first, and up in the second.
+    // Each press makes two messages. The button is down in the first, and up in the second.
     this._pressedButton = !this._pressedButton && isHeard ? this._presses.shift() ?? null : null;
     if (this._pressedButton) pad[this._pressedButton] = true;
     if (this._pressedButton === 'a') this._controlGivenAt = performance.now();
