@@ -1,4 +1,4 @@
-"""Runs the tests of a rostest. A skipped test is counted as skipped. A test that fails on a busy machine is tried again.
+"""Runs the tests of a rostest. A skipped test counts as skipped. A test that fails on a busy machine is tried again.
 
 rosunit (1.15 to 1.17) writes a skipped test into its file as a passed test, and test/count_results.py counts the tests
 of this file. On a busy machine a test may fail because a robot, a sender or a node waits for a processor.

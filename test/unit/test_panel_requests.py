@@ -147,15 +147,6 @@ def test_the_longest_message():
         'a message of 501 characters is refused: at most 500 are valid')
 
 
-@pytest.mark.parametrize('text', ['%s', '{"type": %s}', '{"type": "turn", "id": %s}',
-                                  '{"type": "joy", "mouse": [0, %s]}'])
-def test_a_message_as_deep_as_its_length_allows(text):
-    """Python reads and writes JSON to a depth that depends on the caller."""
-    depth = (500 - len(text)) // 2
-    refusal(text % ('[' * depth + ']' * depth))
-    refusal('[' * 500)
-
-
 # -- a pad with the numbers of the node gamepad
 
 OWN = dict(relinquish_button=4, regain_button=9, reset_button=0, hold_button=7)

@@ -147,9 +147,9 @@ def _read_grip(message: Dict) -> Grip:
     pad = _read_optional(message, 'pad', dict, None)
     mouse = _read_optional(message, 'mouse', list, None)
     if pad is not None:
-        sticks = [_read_number(pad, stick, 1.0) for stick in ('forward', 'left')]
-        buttons = [_read_optional(pad, button, bool, False) for button in ('a', 'y', 'hold')]
-        pad = BrowserPad(*sticks, *buttons)
+        buttons = [_read_optional(pad, name, bool, False) for name in ('a', 'y', 'hold')]
+        pad = BrowserPad(_read_number(pad, 'forward', 1.0), _read_number(pad, 'left', 1.0),
+                         *buttons)
     if mouse is not None:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
