@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The Transformation lab's demonstration, judged by the simulated robot's true pose.
+"""The demonstration of the Transformation lab, judged by the simulated robot's true pose.
 
-The node gives control to move_to_goal, which drives to its goal. Then it declares the local frame
-again at the robot's place, and the robot drives again. demo.launch starts it, and ends with it. Its
-exit status shows demo.sh whether every drive ended within tolerance.
+The node gives control to move_to_goal, which drives to its goal. Then the node declares the local
+frame again at the robot's place, and the robot drives again. demo.launch starts the node, and ends
+with it. demo.sh reads from the exit status whether every drive ended within tolerance.
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
@@ -18,7 +18,7 @@ Calls
     reset_pose    tb3_labs/ResetPose
 Parameters: see DemoConfig in tb3_labs.nodes.demonstration.
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 import contextlib
 import os
@@ -34,20 +34,20 @@ from tb3_labs.control.goal_state import GoalState, is_over
 from tb3_labs.nodes.demonstration import DemoConfig, DemoDrive, table
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
-from tb3_labs.ros.node import end, guarded, run
+from tb3_labs.ros.node import begin_shutdown, guarded, run
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import connection_of
 from tb3_labs.srv import ResetPose
 
-#: Longest wait for a message of a node, such as the end of a drive [s, wall clock].
+#: Longest wait for a message of a node, such as a state at the end of a drive [s, wall clock].
 MESSAGE_TIMEOUT = 120.0
 #: Longest wait for the recorder, which may have ended because the disk was full [s, wall clock].
 RECORDER_TIMEOUT = 15.0
-#: Control is given again if move_to_goal does not take it within this time [s, wall clock].
+#: If move_to_goal does not take control within this time, control is given again [s, wall clock].
 GRANT_PERIOD = 1.0
 #: The true pose is read this long after the end of a drive [s].
 REST_TIME = 0.5
-#: A drive begins at most this many times, if it is given up before the robot moves.
+#: A drive that is given up before the robot moves begins again, at most this many times.
 MOST_ATTEMPTS = 10
 #: Topics that a recording needs from its first moment on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
@@ -74,27 +74,27 @@ class Demo:
         self._received = {}     # {topic: [(time of arrival [s], value)]}
         self._granted = False   # does move_to_goal have control from this node?
         self._control_taken = False
-        # not latched, since a latched permission may be an old one
+        # not latched, since a latched permission may be old
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=10)
-        self._keep('goal_state', String, lambda message: message.data)
-        self._keep('has_control', Bool, lambda message: message.data)
+        self._store('goal_state', String, lambda message: message.data)
+        self._store('has_control', Bool, lambda message: message.data)
         for topic in ('current_goal', 'local_pose', 'ground_truth'):
-            self._keep(topic, PoseStamped, lambda message: to_pose2(message.pose))
-        self._listen('ctrl_relinq', Bool, self._on_control)
+            self._store(topic, PoseStamped, lambda message: to_pose2(message.pose))
+        self._subscribe('ctrl_relinq', Bool, self._on_control)
         threading.Thread(target=guarded(self._run), daemon=True).start()
 
-    def _keep(self, topic, kind, read):
+    def _store(self, topic, kind, read):
         """Store the latest value of `topic`. For goal_state store all values."""
         received = self._received[topic] = []
 
-        def keep(message):
+        def store(message):
             received.append((rospy.get_time(), read(message)))
             if topic != 'goal_state':
                 del received[:-1]
-        self._listen(topic, kind, keep)
+        self._subscribe(topic, kind, store)
 
     @staticmethod
-    def _listen(topic, kind, callback):
+    def _subscribe(topic, kind, callback):
         rospy.Subscriber(topic, kind, guarded(callback), queue_size=None, tcp_nodelay=True)
 
     def _on_control(self, message):
@@ -103,7 +103,7 @@ class Demo:
 
     def _run(self):
         for topic in ('local_pose', 'current_goal'):
-            self._first(topic)
+            self._await(topic)
         if self._config.record and not wait_until(recorder_listens, RECORDER_TIMEOUT):
             rospy.logwarn('The recorder does not listen: the recording will be incomplete')
         drives, problem = [], 'a drive ended outside the tolerance'
@@ -118,45 +118,44 @@ class Demo:
         if good and 'TB3_LABS_DEMO' in os.environ:
             Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
         if not self._config.stay:
-            end('' if good else problem)
+            begin_shutdown('' if good else problem)
             return
         if not good:
             rospy.logwarn(problem)
         print(WHAT_NEXT)
 
     def _drive(self, after_reset):
-        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. If a
-        busy computer's late sensors end the drive before the robot moves, the drive begins
-        again."""
-        after_reset = after_reset or self._first('has_control')[1]
-        _, world_T_local = self._first('ground_truth', rospy.get_time())
+        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. On a
+        busy computer late sensors may end a drive before the robot moves. Then it begins again."""
+        after_reset = after_reset or self._await('has_control')[1]
+        _, world_T_local = self._await('ground_truth', rospy.get_time())
         for attempt in range(MOST_ATTEMPTS):
             self._received['goal_state'].clear()
             if after_reset or attempt:
-                self._wait_for('a reset', is_reset)
+                self._wait_for('a reset', try_reset)
             self._give_control()
-            begun, state = self._first('goal_state', matches=lambda state: is_over(state) or (
+            begun, state = self._await('goal_state', matches=lambda state: is_over(state) or (
                 state == GoalState.ROTATE_TO_GOAL.name))
             if not is_over(state):
                 break
-        ended, state = self._first('goal_state', matches=is_over)
-        _, reached = self._first('ground_truth', ended + REST_TIME)
-        return DemoDrive(state, self._first('current_goal')[1], self._first('local_pose', ended)[1],
+        ended, state = self._await('goal_state', matches=is_over)
+        _, reached = self._await('ground_truth', ended + REST_TIME)
+        return DemoDrive(state, self._await('current_goal')[1], self._await('local_pose', ended)[1],
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
         """Publish permissions until move_to_goal has control. A node that has just started ignores
         a permission that may be old. After a person's stop no permission is published."""
-        def is_given():
-            has_control = self._control_taken or self._first('has_control')[1]
+        def try_to_give():
+            has_control = self._control_taken or self._await('has_control')[1]
             if not has_control:
                 self._control.publish(False)
                 self._control.publish(True)
-            return has_control or wait_until(lambda: self._first('has_control')[1], GRANT_PERIOD)
-        self._wait_for('move_to_goal to take control', is_given)
+            return has_control or wait_until(lambda: self._await('has_control')[1], GRANT_PERIOD)
+        self._wait_for('move_to_goal to take control', try_to_give)
         self._granted = True
 
-    def _first(self, topic, since=0.0, matches=lambda value: True):
+    def _await(self, topic, since=0.0, matches=lambda value: True):
         """Wait for the first value of `topic` that arrived at `since` [s] or later, and for which
         `matches(value)` is true. Returns (time of arrival [s], value)."""
         def values():
@@ -173,9 +172,9 @@ class Demo:
                 MESSAGE_TIMEOUT, what, [state for _, state in self._received['goal_state']]))
 
 
-def is_reset():
-    """Declare the local frame again at the robot's place. Returns whether move_to_goal did it. On a
-    busy computer sensors are late, and move_to_goal refuses the reset."""
+def try_reset():
+    """Declare the local frame again at the robot's place. Returns whether move_to_goal accepts the
+    reset. On a busy computer sensors are late, and move_to_goal refuses it."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 

@@ -28,7 +28,7 @@ Parameters
                   default. All that are not in STARTING may change while it runs:
                   dynparam set /turtlebot3 network_cut true
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 from dataclasses import dataclass, replace
 

@@ -22,7 +22,7 @@ Parameters
         tb3_labs.nodes.gamepad.pad
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 from tb3_labs.nodes.gamepad.ros_node import GamepadNode
 from tb3_labs.ros.node import run
 

@@ -8,7 +8,7 @@ platform. MARKS is a folder that gets marks.csv, overview.html, and for each stu
 results.json. A marked submission is not tried again until it changes. The instructors' page on
 marking has more.
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 import signal
 import threading
@@ -19,7 +19,7 @@ from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.mark_class import mark_class, print_problem
 from tb3_labs.terminal import run_tool
 
-#: Signals that end the marking. They come from Ctrl+C, the command kill, or a closed terminal.
+#: The signals of Ctrl+C, of the command kill, and of a closed terminal.
 END_SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 INTERRUPTED = threading.Event()
 
@@ -73,10 +73,10 @@ def main(words):
 
 
 def interrupt(*_):
-    """Interrupt the marking once. Later signals must not interrupt the end of the marking."""
-    for number in END_SIGNALS:      # a second set() within set() would wait for ever
+    """Interrupt the marking. Later signals are ignored, since the marking must end its trials."""
+    for number in END_SIGNALS:      # another signal within set() would block for ever
         signal.signal(number, lambda *_: None)
-    INTERRUPTED.set()       # Python ignores an exception in some places, and never the Event
+    INTERRUPTED.set()       # Python ignores the exception in some places
     raise KeyboardInterrupt
 
 

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""The real mouse of this computer as a topic: the IMU lab's mouse controller.
+"""Publishes the mouse of this computer, for the mouse controller of the IMU lab.
 
-Scrolling down activates the mouse, scrolling up deactivates it at once. While it is active, its
-position is sent at a steady rate, so a robot notices when this node dies. Else it is sent when the
-mouse moves.
+Scrolling down activates the mouse, and scrolling up deactivates it at once. While the mouse is
+active, its position is sent at a steady rate, so a robot notices when this node dies. While it is
+not active, its position is sent when it moves.
 
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to
                  the right, y up, (0, 0) in the middle
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 import os
 import threading
@@ -19,7 +19,7 @@ import rospy
 from std_msgs.msg import Bool
 
 from tb3_labs.msg import MouseController
-from tb3_labs.ros.node import end, guarded, run
+from tb3_labs.ros.node import begin_shutdown, guarded, run
 
 #: Time between two messages while the mouse is active [s].
 SEND_PERIOD = 1.0 / 30.0
@@ -33,14 +33,14 @@ class MouseNode:
         self._send_now = threading.Event()
         self._lock = threading.Lock()    # guards _closed and the publisher
         self._closed = False             # was the last message published?
-        # latched, so that a controller that starts learns at once whether the mouse is active
+        # latched, so a controller that starts later gets the state of the mouse at once
         self._publisher = rospy.Publisher('mouse_info', MouseController, queue_size=1,
                                           tcp_nodelay=True, latch=True)
         try:
             self._pointer = Pointer(self._on_scroll, self._on_move)
         except ValueError as problem:    # only this node ends, without a failure
             rospy.logwarn(str(problem))
-            end()
+            begin_shutdown()
             return
         rospy.on_shutdown(self._close)
         rospy.loginfo('Scroll down to drive by the mouse, scroll up to stop')
@@ -61,7 +61,7 @@ class MouseNode:
             try:
                 position = self._pointer.position()
             except ValueError as problem:
-                end(str(problem))
+                begin_shutdown(str(problem))
                 return
             with self._lock:
                 if not self._closed:
@@ -106,13 +106,14 @@ class Pointer:
             raise ValueError(f'cannot open the display {os.environ["DISPLAY"]}') from None
         self._mouse = mouse.Controller()
         self._root = display.Display().screen().root
-        # The listener is a daemon thread. On X11 its stop() and its join() would hang.
+        # the listener is a daemon thread, because on X11 its stop() and join() would hang
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        # If the display ends, the listener prints no traceback, since position() reports the end.
-        report = threading.excepthook
-        threading.excepthook = lambda died: died.thread is self._listener or report(died)
+        # if the display ends, the listener prints no traceback, since position() reports the end
+        print_traceback = threading.excepthook
+        threading.excepthook = lambda died: (
+            died.thread is self._listener or print_traceback(died))
         self._listener.start()
         self._listener.wait()
 

@@ -34,7 +34,7 @@ Parameters
     they may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 from tb3_labs.nodes.move_to_goal.ros_node import MoveToGoalNode, pop_permission
 from tb3_labs.ros.node import run

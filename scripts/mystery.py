@@ -53,8 +53,8 @@ def main(words):
 
 
 def _answer(words):
-    """Returns (number, name of the fault, value or None) from the words after --answer. The name
-    may be several words without quotation marks."""
+    """Returns (number, name of the fault, value or None) of the words after --answer. The name may
+    be several words, without quotation marks."""
     number, *name = words
     if not number.isdecimal() or len(number) > 9:
         raise ValueError(f'number = {number!r:.40} is not valid: a whole number from 1 to '
@@ -67,8 +67,10 @@ def _answer(words):
 
 def _description(name, fault):
     value = f'  value [{fault.unit}], right within {fault.tolerance:g}: {fault.value}.'
-    return '\n'.join([name] + [line for text in (value, '  ' + fault.symptom)
-                               for line in textwrap.wrap(text, 100, subsequent_indent='  ')])
+    lines = [name]
+    for text in (value, '  ' + fault.symptom):
+        lines += textwrap.wrap(text, 100, subsequent_indent='  ')
+    return '\n'.join(lines)
 
 
 if __name__ == '__main__':

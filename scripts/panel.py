@@ -21,7 +21,7 @@ Parameters
     ~port, ~address, ~control, ...: see PanelConfig in tb3_labs.panel.access
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 import sys
 

@@ -12,7 +12,7 @@ Subscribes
     goal_state       std_msgs/String: its words are printed
     distance_error, angle_error_deg   std_msgs/Float32 [m, deg]
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 import sys
 import threading
@@ -46,58 +46,59 @@ class Progress:
         self._remaining = {}    # {topic: latest value [m] or [deg]}
         self._last_state = None
         for topic in ('distance_error', 'angle_error_deg'):
-            subscribe(topic, Float32, lambda left, topic=topic: self._remaining.update(
-                {topic: left.data}))
+            subscribe(topic, Float32, lambda message, topic=topic: self._remaining.update(
+                {topic: message.data}))
         subscribe('goal_state', String, self._on_state, queue_size=None)
 
     def print_progress(self):
         """Print the remaining distance and angle, if the robot drives."""
         if self._last_state in DRIVING and len(self._remaining) == 2:
-            left = to_go(self._remaining['distance_error'], self._remaining['angle_error_deg'])
-            print(f'{self._last_state}: {left}', flush=True)
+            remaining = to_go(self._remaining['distance_error'], self._remaining['angle_error_deg'])
+            print(f'{self._last_state}: {remaining}', flush=True)
 
     def _on_state(self, message):
         is_of_the_last_goal = self._last_state is None and is_over(message.data)
         if message.data != self._last_state and not is_of_the_last_goal:
             self._last_state = message.data
             hint = f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
-            print(message.data + (hint if message.data == WAITING_FOR_CONTROL else ''), flush=True)
+            is_waiting = message.data == WAITING_FOR_CONTROL
+            print(message.data + (hint if is_waiting else ''), flush=True)
 
 
 def drive(goal):
-    """Send the goal, and wait for its end. Returns the exit status. A signal cancels the goal."""
+    """Send the goal, and wait until it ends. Returns the exit status. A signal cancels the goal."""
     rospy.init_node('send_goal', anonymous=True, disable_signals=True)
     client = actionlib.ActionClient('move2goal', MoveBaseAction)
     if not client.wait_for_server(rospy.Duration(SERVER_TIMEOUT)):
         print(f'send_goal: {rospy.resolve_name("move2goal")} does not answer: is move_to_goal '
               'running?', file=sys.stderr)
         return 1
-    over = threading.Event()
+    ended = threading.Event()
 
     def on_transition(handle):
         # SimpleActionClient (1.14.0) loses an answer that comes before its send_goal() has returned
         if handle.get_comm_state() == actionlib.CommState.DONE:
-            over.set()
+            ended.set()
 
     sent = client.send_goal(
         MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)), on_transition)
-    rospy.on_shutdown(lambda: over.is_set() or sent.cancel())
+    rospy.on_shutdown(lambda: ended.is_set() or sent.cancel())
     try:
         progress = Progress()
-        while not over.is_set():
+        while not ended.is_set():
             pause(0.0)    # raises Interrupted again, if rospy caught it
-            is_over = over.wait(LINE_PERIOD)
+            has_ended = ended.wait(LINE_PERIOD)
             if rospy.is_shutdown():
                 return 1
-            if not is_over and not client.status_sub.get_num_connections():
+            if not has_ended and not client.status_sub.get_num_connections():
                 print('send_goal: move_to_goal is gone, and the goal with it: start it, give it '
                       'control, and send the goal again', file=sys.stderr)
                 return 1
-            if not is_over:
+            if not has_ended:
                 progress.print_progress()
     except Interrupted:
         sent.cancel()
-        over.wait(SERVER_TIMEOUT)    # move_to_goal reports the canceled goal
+        ended.wait(SERVER_TIMEOUT)    # move_to_goal reports the canceled goal
         raise
     print(sent.get_goal_status_text())
     return 0 if sent.get_goal_status() == GoalStatus.SUCCEEDED else 1
@@ -125,5 +126,5 @@ def main(words):
 
 
 if __name__ == '__main__':
-    # run_tool() drops the error of a closed terminal, which would hide the Interrupted
+    # without run_tool() the error of a closed terminal would hide the Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

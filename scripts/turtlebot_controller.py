@@ -17,7 +17,7 @@ Parameters
     change while it runs: dynparam set /controller max_ang_z 1.0
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first: Ctrl+C ends the imports below)
+import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 from tb3_labs.nodes.controller.ros_node import ControllerNode
 from tb3_labs.ros.node import run
 

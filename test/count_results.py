@@ -2,10 +2,10 @@
 
 Usage: count_results.py FOLDER CTEST_STATUS LINT LOG
 
-FOLDER holds the result files, CTEST_STATUS is ctest's exit status, LINT is passed, failed or none,
-LOG is ctest's output. Prints the failures, the slowest tests, what was tried again on a busy machine, the
-reasons of skipped tests, and
-last `N passed, N failed(, N skipped)`. The exit status is 0 only if nothing failed and something ran.
+FOLDER has the result files. CTEST_STATUS is the exit status of ctest, and LOG its output. LINT is
+passed, failed or none. Prints the failures, the slowest tests, the repeated tests, the reasons of
+skipped tests, and last `N passed, N failed(, N skipped)`. The exit status is 0 only if nothing
+failed and something ran.
 """
 import pathlib
 import re
@@ -13,11 +13,11 @@ import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
 
-#: Number of the slowest tests that are listed.
+#: This number of the slowest tests is listed.
 SLOWEST = 10
-#: These lines of a failure's text are shown, from its beginning and from its end, each to this column.
+#: This number of first lines and of last lines of a failure is printed, each up to this column.
 FIRST, LAST, COLUMN = 6, 18, 200
-#: A test in ctest's output: name, seconds.
+#: A line of ctest's output, with the name of a test and its time [s].
 CTEST = re.compile(r'Test +#\d+: _ctest_tb3_labs_(?:pytest|rostest)_(\S+) .*? +([\d.]+) sec')
 
 
@@ -41,8 +41,7 @@ def outcomes(file):
             yield 'failed', name, '{}\n{}'.format(bad[0].get('message') or '', bad[0].text or '')
         elif case.find('skipped') is not None:
             yield 'skipped', name, case.find('skipped').get('message') or 'without a reason'
-        # A test node's own cases are in rosunit-NODE.xml; rostest-FILE.xml only says whether each
-        # node ended in time.
+        # rosunit-NODE.xml has the cases of a node. rostest-FILE.xml has only whether it ended in time.
         elif not file.stem.startswith('rostest-'):
             yield 'passed', name, ''
 
@@ -51,35 +50,34 @@ def main(folder, ctest_status, lint, log):
     """Count, print, and return the exit status."""
     found = [(file.stem, *outcome) for file in sorted(pathlib.Path(folder).rglob('*.xml'))
              for outcome in outcomes(file)]
+    has_failed = any(outcome == 'failed' for _, outcome, _, _ in found)
     if not found:
         found.append(('ctest', 'failed', 'no test ran', ''))
-    elif ctest_status != '0' and not any(outcome == 'failed' for _, outcome, _, _ in found):
-        found.append(('ctest', 'failed', 'ended with {}; see the full output'.format(
-            ctest_status), ''))    # such as a crash at the end
+    elif ctest_status != '0' and not has_failed:    # such as a crash after the last case
+        found.append(('ctest', 'failed', f'ended with {ctest_status}; see the full output', ''))
     if lint != 'none':
         found.append(('catkin_lint', lint, 'see above', ''))
     for test, outcome, case, text in found:
         if outcome == 'failed':
-            print('\nFAILED {}: {}'.format(test, case))
+            print(f'\nFAILED {test}: {case}')
             lines = text.strip().splitlines()
             if len(lines) > FIRST + LAST:
                 lines[FIRST:-LAST] = ['...']
-            print(''.join('  | {}\n'.format(line[:COLUMN]) for line in lines))
+            print(''.join(f'  | {line[:COLUMN]}\n' for line in lines))
     times = CTEST.findall(pathlib.Path(log).read_text(errors='replace'))
     if times:
         print('\nslowest:')
     for name, seconds in sorted(times, key=lambda test: -float(test[1]))[:SLOWEST]:
-        print('{:6.1f} s  {}'.format(float(seconds), name))
+        print(f'{float(seconds):6.1f} s  {name}')
     for _, outcome, case, _ in found:
         if outcome == 'repeated':
             print('tried again: ' + case)
-    for reason, number in Counter(text for _, outcome, _, text in found
-                                  if outcome == 'skipped').most_common():
-        print('skipped: {:3} x {}'.format(number, reason))
+    reasons = Counter(text for _, outcome, _, text in found if outcome == 'skipped')
+    for reason, number in reasons.most_common():
+        print(f'skipped: {number:3} x {reason}')
     count = Counter(outcome for _, outcome, _, _ in found)
-    print('{} passed, {} failed{}'.format(
-        count['passed'], count['failed'],
-        ', {} skipped'.format(count['skipped']) if count['skipped'] else ''))
+    skipped = f', {count["skipped"]} skipped' if count['skipped'] else ''
+    print(f'{count["passed"]} passed, {count["failed"]} failed{skipped}')
     return 1 if count['failed'] else 0
 
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Checks a node by the criteria of its lab, as a rostest: one test for each criterion, and the
-total.
+"""Checks a node by the criteria of its lab, as a rostest with a test for each criterion and a test
+for the total.
 
-The stimuli, the verdicts and the points come to the terminal while rostest waits for the end. A
-missed criterion beyond the handout fails no test, unless `~strict` is true.
+The stimuli, the verdicts and the points are printed on the terminal. A missed criterion beyond the
+handout fails no test, unless `~strict` is true.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
@@ -33,18 +33,18 @@ from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, re
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.marking.intake.node_start import NodeStart
-from tb3_labs.ros.node import end, leave
+from tb3_labs.ros.node import begin_shutdown, exit_process
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
-#: By this option rostest names the file for the results.
+#: The option by which rostest names the file for the results.
 XML_OPTION = '--gtest_output=xml:'
-#: A node's file lies at one of these depths in the folder of its package.
+#: The folders of a package that may have a node's file, as patterns.
 DEPTHS = '*', '*/*', '*/*/*'
 
 
 def marks_of_node():
-    """Try the node. Returns the node's Marks; None if mark.py started this trial. Then mark.py
-    judges the bag."""
+    """Try the node. Returns the node's Marks. Returns None if mark.py started this check, since
+    mark.py judges the bag itself."""
     name, package, executable, points, parts, record = (rospy.get_param('~' + name) for name in (
         'lab', 'pkg', 'type', 'points', 'parts', 'record'))
     node = rospy.get_param('~node', FINISHED)
@@ -54,7 +54,7 @@ def marks_of_node():
         raise ValueError(f'there is no lab {name!r}: {", ".join(LABS)}')
     lab = LABS[name]
     parts = lab.read_parts(parts)
-    for hidden in ('lab', 'points', 'parts', 'record'):      # the node must not read these
+    for hidden in ('lab', 'points', 'parts', 'record'):      # no node can read these any more
         rospy.delete_param('~' + hidden)
     worth = points_of(name, read_points(points))
     option = None
@@ -68,24 +68,24 @@ def marks_of_node():
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
         record_trial(name, package, executable, parts, path, option, print_line)
-        if is_of_class():
+        if is_started_by_mark():
             return None
         return marks_after_trial(Marks(''), read_trial(path), name, worth, parts)
 
 
 def print_line(line):
-    """Print a line on the terminal while rostest waits."""
+    """Print a line on the terminal, which shows standard error at once."""
     print(line, file=sys.stderr, flush=True)
 
 
-def is_of_class():
+def is_started_by_mark():
     """Has mark.py prepared the node and its environment?"""
     return NodeStart.from_environment().environment is not None
 
 
 def owner_text(package, executable):
-    """Returns words on the judged file. ``ValueError`` if rosrun cannot start the file."""
-    if is_of_class():
+    """Returns words on the place of the judged file. ``ValueError`` if rosrun cannot start it."""
+    if is_started_by_mark():
         return ''
     hint = '. For yours: pkg:=PACKAGE type:=FILE' if package == OWN_PACKAGE else ''
     try:
@@ -96,17 +96,15 @@ def owner_text(package, executable):
 
 
 def place_of(package, executable):
-    """Returns the path of the file that ``rosrun PACKAGE FILE`` would start.
-
-    Raises ``ValueError`` with the reason and the remedy if rosrun would start no file.
-    """
+    """Returns the path of the file that ``rosrun PACKAGE FILE`` starts. ``ValueError`` with the
+    reason and the remedy if rosrun starts no file."""
     packs = rospkg.RosPack()
     try:
         folder = Path(packs.get_path(package))
     except rospkg.ResourceNotFound:
         raise ValueError(f'there is no package {package} in this terminal; build its workspace, '
                          'and type: source devel/setup.bash') from None
-    # only rosrun itself knows the order in which it searches workspaces, relays and links
+    # rosrun itself is asked, since its search through workspaces, relays and links is complex
     rosrun = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, universal_newlines=True)
@@ -128,14 +126,14 @@ def place_of(package, executable):
 
 
 class Check(unittest.TestCase):
-    """A test whose result is known. A failure is one sentence, without a stack trace."""
+    """A test whose result is known already. Its failure is a sentence without a stack trace."""
 
     def __init__(self, name, failure=None):
         super().__init__()
         self._name, self._failure = name, failure
 
     def runTest(self):
-        """unittest requires this method, which is never called."""
+        """Do nothing. unittest requires this method, and never calls it."""
 
     def id(self):
         return 'check_lab.Check.' + self._name
@@ -152,31 +150,29 @@ class Check(unittest.TestCase):
 
 def checks_of(marks, strict):
     """Returns a Check for each criterion, and a Check for the total."""
-    checks = [Check('test_' + verdict.criterion.label,
-                    '' if verdict.outcome is Outcome.MET else verdict.line.strip())
-              for verdict in marks.verdicts
-              if strict or not verdict.criterion.extra or verdict.outcome is Outcome.MET]
-    return checks + [Check('test_total', '' if marks.is_full else total(marks))]
+    checks = []
+    for verdict in marks.verdicts:
+        is_met = verdict.outcome is Outcome.MET
+        if is_met or strict or not verdict.criterion.extra:
+            checks.append(Check('test_' + verdict.criterion.label,
+                                '' if is_met else verdict.line.strip()))
+    return checks + [Check('test_total', '' if marks.is_full else marks.points_text)]
 
 
 def lines_of(verdicts):
-    """Returns a line for each verdict. All criteria that could not be tried share one line."""
-    untried = [verdict for verdict in verdicts if verdict.observed == NOT_TRIED]
+    """Returns a line for each verdict. The criteria that could not be tried share one line."""
+    untried = [verdict for verdict in verdicts if verdict.reason == NOT_TRIED]
     lines = [verdict.line for verdict in verdicts if verdict not in untried]
     if untried and not untried[0].criterion.extra:
-        lines.append('  {:11}  {:8}  the other criteria could not be tried: {}'.format(
-            Outcome.MISSED.value.upper(), '0 of {:g}'.format(sum(each.worth for each in untried)),
-            ', '.join(each.criterion.name for each in untried)))
+        points = f'0 of {sum(each.worth for each in untried):g}'
+        names = ', '.join(each.criterion.name for each in untried)
+        lines.append(f'  {Outcome.MISSED.value.upper():11}  {points:8}  '
+                     f'the other criteria could not be tried: {names}')
     return lines
 
 
-def total(marks):
-    """Returns the points in words."""
-    return f'{marks.points:g} of {marks.worth:g} points'
-
-
 def report(checks):
-    """Hand the results to rostest, and return the exit status."""
+    """Report the results to rostest. Returns the exit status."""
     if '--text' in sys.argv:
         result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(checks))
     else:
@@ -198,7 +194,7 @@ def main():
     if marks is None:
         return report([])
     extra = lines_of(marks.extra)
-    for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, total(marks),
+    for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, marks.points_text,
                  'Beyond the handout:' if extra else '', *extra]:
         if line:
             print_line(line)
@@ -207,5 +203,5 @@ def main():
 
 if __name__ == '__main__':
     status = main()
-    end()
-    leave(status)
+    begin_shutdown()
+    exit_process(status)

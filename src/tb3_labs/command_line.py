@@ -9,11 +9,11 @@ from typing import Any, Callable, Union
 
 
 class Parser(argparse.ArgumentParser):
-    """Python's parser, but a wrong argument gives one line, and --job does not mean --jobs."""
+    """Python's parser. A wrong argument gives one line, and --job does not mean --jobs."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # A job that a script starts with `&` ignores SIGINT. A tool ends by SIGINT, as a node does.
+        # a job that a script starts with `&` ignores SIGINT, but a tool must end by SIGINT
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -23,7 +23,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number in `word`, or the word itself, which a Config refuses."""
+    """Returns the number in `word`, or `word` itself, which a Config refuses."""
     try:
         return float(word)
     except ValueError:
@@ -42,8 +42,8 @@ def whole_number(most: int) -> Callable[[str], int]:
 
 
 def output_folder(path: Union[str, Path]) -> Path:
-    """Returns the folder for a tool's output, and makes the folder if it is missing. ``OSError`` if
-    it cannot be made, or if it is a link, since a student's files may hold links."""
+    """Returns the folder for a tool's output. A missing folder is made. ``OSError`` if it cannot be
+    made, or if it is a link, since a student's files may have links."""
     folder = Path(str(path))
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
@@ -52,9 +52,11 @@ def output_folder(path: Union[str, Path]) -> Path:
 
 
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
-    """Write a whole file. The content goes into a new file, which is then renamed to `path`, so
-    that an interruption leaves the old file. If `path` is a link, the link is replaced, and its
-    target stays the same. A text is written as UTF-8. ``OSError`` if the file cannot be written."""
+    """Write a whole file. ``OSError`` if the file cannot be written. A text is written as UTF-8.
+
+    The content goes into a new file, which is then renamed to `path`. So an interruption leaves the
+    old file. If `path` is a link, the link is replaced, and its target stays the same.
+    """
     path = Path(str(path))
     if isinstance(content, str):
         content = content.encode('utf-8', errors='backslashreplace')
@@ -68,7 +70,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
 
 
 def reason(problem: BaseException) -> str:
-    """Returns the reason of a failure in one line, after the name of the file if there is one."""
+    """Returns the reason of a failure in one line, with the name of the file if there is one."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
     if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
@@ -77,7 +79,7 @@ def reason(problem: BaseException) -> str:
 
 
 def printable(text: str) -> str:
-    """Returns the text in one line. Invisible characters are escaped, such as \\n and \\xfc."""
+    """Returns the text in one line. Characters that are not printable are escaped, such as \\n."""
     def escaped(char: str) -> str:
         if '\udc80' <= char <= '\udcff':    # os.fsdecode() gives this for a byte that is not UTF-8
             return f'\\x{ord(char) - 0xdc00:02x}'

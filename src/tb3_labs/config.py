@@ -1,8 +1,8 @@
 """Settings that describe and check themselves.
 
-A configuration is a frozen dataclass whose fields are made by :func:`setting`. Default, unit,
-bounds and meaning of a field stand in one place. The dataclass refuses an invalid value with one
-sentence. The room `ros` reads, documents and reconfigures ROS parameters by the same fields.
+A configuration is a frozen dataclass, and :func:`setting` makes its fields. Default, unit, bounds
+and meaning of a field stand in one place. The dataclass refuses an invalid value with one sentence.
+The room `ros` reads, documents and changes ROS parameters by the same fields.
 
     @dataclass(frozen=True)
     class TurnConfig(Config):
@@ -27,7 +27,7 @@ def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = N
 
 @dataclass(frozen=True)
 class Config:
-    """Base of all configurations: checks every field made by :func:`setting`."""
+    """Base of all configurations. It checks every field that :func:`setting` made."""
 
     def __post_init__(self) -> None:
         for item in fields(self):
@@ -52,9 +52,9 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def _checked(item: Field, value: Any) -> Any:
-    """Returns `value` in the field's type; ``ValueError`` with field, value and valid values."""
+    """Returns `value` in the field's type. ``ValueError`` if it is not valid."""
     wanted, rule = type(item.default), item.metadata
-    # In Python a bool is an int, but "has_control: 2" and "rate: true" are mistakes.
+    # In Python a bool is an int. But "has_control: 2" and "rate: true" are mistakes.
     if wanted is float and type(value) is int:
         value = float(value)
     is_valid = (type(value) is wanted
@@ -68,16 +68,15 @@ def _checked(item: Field, value: Any) -> Any:
 
 
 def bounds_text(item: Field) -> str:
-    """Returns the valid values of a field in words: 'a number from 0 to 10 rad/s'."""
+    """Returns a text about the valid values of a field, such as 'a number from 0 to 10 rad/s'."""
     rule = item.metadata
     if rule['choices']:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
     kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
         type(item.default)]
-    low, high = (bound if isinstance(bound, int) or bound is None else f'{bound:g}'
-                 for bound in (rule['low'], rule['high']))
-    if high is not None:
-        kind += f' of at most {high}' if low is None else f' from {low} to {high}'
+    low, high = rule['low'], rule['high']
+    if high is not None:    # ten digits are enough for a whole number of 32 bits
+        kind += f' of at most {high:.10g}' if low is None else f' from {low:.10g} to {high:.10g}'
     elif low is not None:
-        kind += f' of at least {low}'
+        kind += f' of at least {low:.10g}'
     return f'{kind} {rule["unit"]}'.rstrip()

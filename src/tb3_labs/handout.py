@@ -12,7 +12,7 @@ LEFT_KEY, RIGHT_KEY = 'l', 'r'
 K_HDG = 0.1               # the command for each degree of error [rad/s]
 MIN_ANG_Z = 0.5           # the slowest turn [rad/s]
 MAX_ANG_Z = 1.5           # the fastest turn [rad/s]
-MOUSE_DEAD_ZONE = 0.25    # nearer to the screen's middle the mouse commands zero; the edge is at 1
+MOUSE_DEAD_ZONE = 0.25    # the command is zero up to here; the edge of the screen is at 1
 MOUSE_FULL = 0.5          # the command of the mouse at the edge of the screen [m/s], [rad/s]
 PRINTED_HEADING = 'Current heading is {} degrees'
 #: The last line that each node prints.
@@ -21,7 +21,7 @@ CONTROLLER_GOODBYE = 'Controller exiting. Halting robot.'
 
 # -- the Transformation lab
 
-#: The goal in the local frame: x, y [m], heading [deg]. This is the line to edit for another goal.
+#: The goal in the local frame, with x, y [m] and heading [deg]. Edit this line for another goal.
 GOAL_X, GOAL_Y, GOAL_YAW_DEG = -0.61, 0.61, 0.0
 STATES = ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED = (
     'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')
@@ -37,7 +37,8 @@ PAD_AXES, PAD_BUTTONS = 8, 11   # how many axes and buttons the most common pad 
 #: The indices of the pad's axes and buttons, from 0.
 LINEAR_AXIS, ANGULAR_AXIS = 1, 3
 BUTTON_A, BUTTON_B, BUTTON_Y = 0, 1, 2
-PRINTED_REACHED = 'Goal reached'    # a line begins with these words, and with the next two
+#: A printed line begins with one of these words.
+PRINTED_REACHED = 'Goal reached'
 PRINTED_POSE_SET = 'Local pose set'
 PRINTED_RESET = 'Pose reset successfully'
 

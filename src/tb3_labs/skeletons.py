@@ -2,7 +2,7 @@
 
 The folder doc/skeletons/LAB has the package's files as templates. In a template the text @PACKAGE@
 stands for the package's name. The name of a template may end in `.in`, so that ROS's tools do not
-find it as a package or a launch file. The name of the written file lacks this ending.
+use the template as a package or a launch file. The written file has the name without this ending.
 """
 import keyword
 import re
@@ -11,7 +11,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict
 
-#: This folder has a folder of templates for each lab.
+#: Each folder in this folder has the templates of a lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
@@ -35,9 +35,8 @@ def package_files(templates: Path, package: str) -> Dict[str, str]:
 
 def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
     """Returns the folder of a new `package` in `folder`, the folder src of a workspace.
-    ``ValueError`` if catkin would not find the package there, or would not accept its name.
-
-    `other_modules` are names of Python modules. A package with such a name would hide the module.
+    ``ValueError`` if catkin would not find the package there, or would not accept its name, or if
+    the package would hide a module of Python or one of `other_modules`.
     """
     if not PACKAGE_NAME.fullmatch(package):
         raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '

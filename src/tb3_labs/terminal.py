@@ -5,8 +5,8 @@ from typing import Any, Callable, List
 
 
 class SafeStream:
-    """A stream that drops a text if the terminal is closed, the disk full, or the pipe broken.
-    Otherwise a printed line could end a node before the last zero, or cost a student's marks."""
+    """A stream that drops a text if the terminal is closed, the disk full, or the pipe broken. An
+    exception could end a node before its last zero, or cost a student's marks."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream    # None if Python started without this stream
@@ -24,8 +24,8 @@ class SafeStream:
 
 
 def run_tool(main: Callable[[List[str]], int]) -> None:
-    """Call `main` with the words of the command line, and exit with the status that it returns. A
-    character that the terminal cannot show is escaped."""
+    """Call `main` with the words of the command line, and exit with its status. A character that
+    the terminal cannot show is escaped."""
     for name in 'stdout', 'stderr':
         with contextlib.suppress(AttributeError):    # the stream is None
             getattr(sys, name).reconfigure(errors='backslashreplace')

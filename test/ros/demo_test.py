@@ -20,16 +20,15 @@ from node_case import TestProgram
 from rosunit_internals import needs_setup
 
 SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
-#: A row of its table: the true error, and whether that is good.
+#: A row of the table about a good drive, with the true errors [mm], [deg].
 ROW = re.compile(r'^drive \d .*?([\d.]+) mm ([\d.]+) deg .* ok$', re.MULTILINE)
-#: The report's only origin is the first local_pose after a reset, whose heading is as noisy as the
-#: reset's own: together 0.007 deg, 0.1 mm across after 0.86 m. The limits are five times that, in
-#: mm and deg.
+#: The report takes its origin from the first local_pose after a reset. Its heading is as noisy as that
+#: of the reset: together 0.007 deg, or 0.1 mm after 0.86 m. The limits are five times as large [mm], [deg].
 MOST_DIFFERENCE = 0.5, 0.05
 
 
 def demo(*arguments, **options):
-    """demo.sh with a master of its own: (Program, address of the master)."""
+    """Start demo.sh with a new master. Returns (TestProgram, address of the master)."""
     uri = 'http://localhost:{}'.format(free_port())
     environment = dict(options.pop('environment', {}), ROS_MASTER_URI=uri)
     return TestProgram(list(options.pop('prefix', ())) + [SCRIPT, *arguments],
@@ -37,7 +36,7 @@ def demo(*arguments, **options):
 
 
 def left_behind(uri):
-    """The commands of the processes that were started with this master."""
+    """Returns the command lines of the processes that were started with this master."""
     found = []
     for process in processes_with(uri):
         with contextlib.suppress(OSError):    # it has ended
@@ -48,26 +47,26 @@ def left_behind(uri):
 @needs_setup
 class DemoTest(unittest.TestCase):
 
-    def test_both_drives_are_good_and_the_report_says_the_same(self):
+    def test_both_drives_are_good_and_the_report_agrees(self):
         with tempfile.TemporaryDirectory(prefix='demo_test_') as folder:
             run, uri = demo('use_sim_time:=true', 'record:=true', 'robot_set:={imu_rate: 60}',
                             prefix=['sh', '-c', 'cd {} && exec "$0" "$@"'.format(folder)])
             self.addCleanup(run.kill)
             self.assertEqual(run.wait(300.0), 0, run.text)
             self.assertEqual(left_behind(uri), [])
-            told = [[float(number) for number in row] for row in ROW.findall(run.text)]
+            table = [[float(number) for number in row] for row in ROW.findall(run.text)]
             path, = pathlib.Path(folder).glob('run_*.bag')
             recorded = read_run(str(path))
         reported = drives(recorded, robot_model('burger'))
-        self.assertEqual((len(told), len(epochs(recorded))), (2, 2), run.text)
+        self.assertEqual((len(table), len(epochs(recorded))), (2, 2), run.text)
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
-        for drive, printed in zip(reported, told):
+        for drive, printed in zip(reported, table):
             true = 1000.0 * drive.true[0], abs(math.degrees(drive.true[1]))
             for value, expected, most in zip(true, printed, MOST_DIFFERENCE):
                 self.assertLess(abs(value - expected), most)    # NaN is not less
 
-    def test_ctrl_c_ends_the_script_at_once_without_a_word(self):
-        """A Ctrl+C while its programs start, which print tracebacks then."""
+    def test_ctrl_c_ends_the_script_at_once_without_a_line(self):
+        """Ctrl+C while programs start would make them print tracebacks."""
         for after in (0.3, 1.0, 2.0):
             run, uri = demo('web:=false', 'stay:=true', terminal=True)
             self.addCleanup(run.kill)
@@ -77,13 +76,15 @@ class DemoTest(unittest.TestCase):
             self.assertEqual([line for line in run.lines if line.strip() and '[INFO]' not in line], [])
             self.assertEqual(left_behind(uri), [])
 
-    def test_what_is_refused_ends_it(self):
-        for argument, line in (('stya:=true', 'is stay:= meant?'),
-                               ('robot_set:={slp: 1}', '/turtlebot3/slp is unknown; is slip meant')):
-            run, uri = demo('web:=false', argument)
+    def test_an_unknown_argument_or_parameter_ends_the_demonstration(self):
+        cases = [('stya:=true', 'is stay:= meant?'),
+                 ('robot_set:={slp: 1}', '/turtlebot3/slp is unknown; is slip meant')]
+        runs = [demo('web:=false', argument) for argument, _ in cases]
+        for run, _ in runs:
             self.addCleanup(run.kill)
+        for (run, uri), (_, words) in zip(runs, cases):
             self.assertEqual(run.wait(200.0), 1, run.text)
-            said, = [each for each in run.lines if 'FATAL' in each or 'tb3_labs: ' in each]
-            self.assertIn(line, said)
+            line, = [each for each in run.lines if 'FATAL' in each or 'tb3_labs: ' in each]
+            self.assertIn(words, line)
             self.assertNotIn('RLException', run.text)
             self.assertEqual(left_behind(uri), [])

@@ -1,8 +1,8 @@
-"""Marks a submission whose node deletes, fills, forks, fakes and listens, one that fills the master,
-and a class of odd names.
+"""Marks three submissions. The node of the first one deletes files, fills the disk, forks, publishes
+false poses and reads secrets. The second one fills the master. All names of the third one are odd.
 
-All that they try to harm is a throw-away folder. The node forks no more than MOST_FORKS processes,
-if the sandbox does not hold.
+They try to harm a throw-away folder alone. If the sandbox does not hold, the node forks at most
+MOST_FORKS processes.
 """
 import csv
 import io
@@ -23,16 +23,17 @@ from tb3_labs.marking.intake import sandbox
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
 import sandboxes
+from sandboxes import hand_in
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'scripts' / 'imu_sub.py'
 START, END = '    IMU()\n', '        self.ctrl_c = True\n'
 MOST_FORKS = 600
-#: No other program sleeps for this time [s], and no test of another checkout.
+#: Only this test's node sleeps for this time [s], not even the same test of another checkout.
 SLEEP = str(800000 + os.getpid())
-#: Only the instructor's programs have it.
+#: A variable of the instructor's programs has this value.
 SECRET = 'the-instructors-password'
-#: The node does this before it works as it should; {victim} is a folder of the instructor's.
+#: The node does this, and then its right work. {victim} is a folder of the instructor's.
 MISDEEDS = '''    import glob, os, rosgraph, shutil, subprocess, sys, time, xmlrpc.client
     from dynamic_reconfigure.client import Client
     from geometry_msgs.msg import PoseStamped
@@ -80,19 +81,17 @@ FORK = '''        import os, time
         forks = 'n=0; while [ $n -lt {most} ]; do sleep 60 & n=$((n + 1)); done; wait'
         os.execv('/bin/sh', ['sh', '-c', forks])
 '''
-#: The master would need 1 GB for these parameters. Each is large: on a busy machine many small ones
-#: take longer than the marker waits for a node.
+#: The master would need 1 GB for these parameters. They are few, since on a busy machine many small
+#: parameters take longer than the marker waits for a node.
 FILL = '''    for number in range(8):
         rospy.set_param('/filled{}'.format(number), 'x' * 150000000)
 '''
-#: The instructor reads this, and no student.
-FINDINGS = ('A setting of the robot was changed: imu_noise_deg from 0',)
-
-
-#: A row of names as nobody should have them: in a program, a file system, a terminal, a table.
+#: Only the instructor reads this.
+FINDING = 'A setting of the robot was changed: imu_noise_deg from 0'
+#: Names that are odd in a program, a file system, a terminal or a table.
 NAMES = ('q"\'`$(id);&|', 'two\nlines', '.. .', 'l' * 200, '\u202eltr', '\u05d0\u05d1', '=1+1;=2',
          '-v', '<b>&amp;', '\x1b[2J', os.fsdecode(b'M\xfcller'), os.fsdecode(b'\xff' * 250))
-#: The node uses the names at the master, in a message, and on its terminal; then it ends.
+#: The node uses the names at the master, in a message, and on its terminal. Then the node ends.
 ODD_DEEDS = '''    import sys
     import rosgraph
     from nav_msgs.msg import Odometry
@@ -122,7 +121,7 @@ ODD_DEEDS = '''    import sys
 
 
 def replaced(path, *changes):
-    """The text of a file with these replacements of texts that are there."""
+    """Returns the text of a file in which each `old` text is replaced by `new`."""
     text = path.read_text(encoding='utf-8')
     for old, new in changes:
         assert old in text
@@ -132,7 +131,7 @@ def replaced(path, *changes):
 
 @unittest.skipIf(sandboxes.MISSING, sandboxes.MISSING)
 class HostileTest(unittest.TestCase):
-    """mark.py runs once, at home in a throw-away folder; the tests look at what is left."""
+    """mark.py runs once; its home is a throw-away folder. The tests read the files that are left."""
     IS_NODE = False
 
     @classmethod
@@ -144,9 +143,10 @@ class HostileTest(unittest.TestCase):
         cls.marks.mkdir(parents=True)
         (cls.home / 'thesis.txt').write_text('years of work')
         misdeeds = MISDEEDS.format(victim=str(cls.marks), secret=SECRET, seconds=SLEEP)
-        cls.hand_in(base / 'submissions' / 'mallory', (START, misdeeds + START), (
-            END, FORK.format(most=MOST_FORKS)))
-        cls.hand_in(base / 'submissions' / 'whale', (START, START + FILL))
+        hand_in(base / 'submissions', {
+            'mallory/imu_sub.py': replaced(
+                NODE, (START, misdeeds + START), (END, FORK.format(most=MOST_FORKS))),
+            'whale/imu_sub.py': replaced(NODE, (START, START + FILL))})
         cls.hand_in_odd(base / 'submissions')
         cls.done = subprocess.run(
             ['rosrun', 'tb3_labs', 'mark.py', str(base / 'submissions'), '--lab', 'imu', '-o',
@@ -162,16 +162,10 @@ class HostileTest(unittest.TestCase):
         cls.rows = {row['student']: row for row in csv.DictReader(io.StringIO(text, newline=''))}
 
     @classmethod
-    def hand_in(cls, folder, *changes):
-        folder.mkdir(parents=True)
-        (folder / 'imu_sub.py').write_text(replaced(NODE, *changes), encoding='utf-8')
-
-    @classmethod
     def hand_in_odd(cls, folder):
-        """Students with the row of names: of their folders, and of all that eve can name."""
+        """Hand in folders with these names, and eve's work, in which everything has such a name."""
         for name in NAMES:
             (folder / ('x' + name)).mkdir(parents=True)
-        eve = folder / 'eve'
         code = replaced(NODE, (START, ODD_DEEDS.format(names=NAMES) + START))
         files = {'odd/srv/{}.srv'.format(name): '---\n' for name in NAMES + ('Good',)}
         files.update({'odd/msg/{}.msg'.format(name): '---\n' for name in NAMES})
@@ -180,19 +174,17 @@ class HostileTest(unittest.TestCase):
         files.update({'odd/package.xml': '<package><name>odd</name></package>',
                       'lab/deep.py': 'x = ' + 'a.' * 50000 + 'a',
                       'lab/$(find rospy) "\n\u202e.py': code})
-        for name, text in files.items():
-            (eve / name).parent.mkdir(parents=True, exist_ok=True)
-            (eve / name).write_text(text, encoding='utf-8', errors='replace')
+        hand_in(folder / 'eve', files)
 
     @classmethod
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def test_the_robot_tells_nobody_where_it_truly_is(self):
+    def test_the_robot_gives_nobody_its_true_pose(self):
         self.assertIn('poses: [] -1', self.printed)     # -1: the robot refused
 
     def test_it_earns_what_its_node_does_and_no_more(self):
-        # the forks at its end may cost the points of the orderly end; all other points are fixed
+        # the forks may cost the point of the orderly end
         self.assertRegex(self.done.stdout, r'mallory: \d+ of \d+ points')
         points, full = re.findall(r'mallory: (\d+) of (\d+) points', self.done.stdout)[0]
         self.assertIn(int(full) - int(points), (0, 1))
@@ -207,7 +199,7 @@ class HostileTest(unittest.TestCase):
         self.assertRegex(self.printed, r'disk: \d+ .*No space left on device')
 
     def test_it_cannot_fork_without_end(self):
-        # the marker saw it first, or Linux did
+        # either the marker or Linux ended it
         self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
             processes.MOST_PROCESSES))
 
@@ -242,7 +234,6 @@ class HostileTest(unittest.TestCase):
 
     def test_the_instructor_is_told_and_no_student(self):
         overview = (self.marks / 'overview.html').read_text(encoding='utf-8').replace('&#x27;', "'")
-        for finding in FINDINGS:
-            self.assertIn(finding, self.done.stdout)
-            self.assertTrue(finding in overview, finding)
-            self.assertFalse(finding in self.page, finding)
+        self.assertIn(FINDING, self.done.stdout)
+        self.assertTrue(FINDING in overview)
+        self.assertFalse(FINDING in self.page)

@@ -1,8 +1,7 @@
 """Marks submissions whose marks are known.
 
-They are plain nodes in the layout of a course's repository; the same nodes with deliberate mistakes;
-and a skeleton as a student gets it. A plain node must earn full marks. Each mistake must lose its own marks, and no
-other marks. A skeleton must earn the points of its given parts, and no more.
+They are plain nodes with deliberate mistakes, in the layout of a course's repository, and a skeleton as a student
+gets it. Each mistake must lose its own marks, and no other marks. A skeleton must earn nothing.
 
 The check tests of this package's own nodes judge by the same criteria; test/benchmark/wrong_nodes.py
 marks many wrong nodes of each lab.
@@ -23,7 +22,6 @@ from pathlib import Path
 from typing import NamedTuple, Optional
 
 import rospkg
-import tb3_labs.msg
 
 from tb3_labs.skeletons import FOLDER, package_files, write_package
 from tb3_labs.marking.names import LAB_NODES
@@ -36,20 +34,18 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 import sandboxes
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-IMU, PAD = 'imu_sub.py', 'gamepad.py'
-EVERYTHING = 'everything'
-#: A machine that cannot make sandboxes marks without them; on any other machine they must work.
+#: A machine that cannot make sandboxes marks without them. On other machines sandboxes must work.
 UNPROTECTED = ['--unprotected'] * bool(sandboxes.MISSING)
-#: No other program sleeps for this time [s], nor does this test in another checkout.
+#: No other program sleeps for this time [s]. In another checkout, this test has another number.
 SLEEP = str(900000 + os.getpid())
-#: At Ctrl+C it hangs, and leaves a process.
+#: Lines of a node that hangs at Ctrl+C, and leaves a process behind.
 HANG = """        import subprocess
         import time
         subprocess.Popen(['sleep', '{}'], start_new_session=True)
         while True:
             time.sleep(1.0)
 """.format(SLEEP)
-#: More lines at a time than a person can read; they come within a second also on a slow machine.
+#: Lines of a node that prints more than a person can read, within a second even on a slow machine.
 FLOOD = """        def flood():
             import time
             while True:
@@ -63,51 +59,42 @@ FLOOD = """        def flood():
 
 
 class Case(NamedTuple):
-    """A submission: a plain node, the replacements in it (UNFILLED: the skeleton instead),
-    and the criteria it fails."""
+    """A submission with a mistake or several, and the criteria that it fails."""
 
     student: str
     node: str
-    changes: Optional[list]
-    lost: set
+    changes: Optional[list]     # replacements in the plain node; None: the skeleton is handed in
+    lost: Optional[set]         # None: all criteria
 
 
-#: Number of mark.py that run at a time. With more robots the machine is too slow, and mark.py tries each submission
-#: twice.
-AT_A_TIME = 3
-NO_WRAP = ('return 360 + yaw if yaw < 0 else yaw', 'return yaw')
-UNFILLED = None
-GAMEPAD = ('gamepad', 'buttons,no service')
-XBOX = GAMEPAD + ('--pad', 'xbox')
-#: This one comes as a zip file of a learning platform; that one from Windows.
+#: The names of a student who hands in a zip file, and of a student who works on Windows.
 ZIPPED, WINDOWS = 'no wrap', 'careless'
-TWO_JOBS = 'imu', 'heading'
-#: (lab, its parts, options of mark.py ...) -> submissions, the longest runs first. A submission has
-#: several mistakes if they lose different criteria, since each submission costs a robot and a master.
+#: (lab, its parts, options of mark.py ...) -> submissions. A submission may have several mistakes, since each
+#: submission needs a robot and a master.
+XBOX, HEADING = ('gamepad', 'buttons,no service', '--pad', 'xbox'), ('imu', 'heading', '--jobs', '2')
 CASES = {
     XBOX: [
-        # its flood is its way to say why a reset failed
-        Case(WINDOWS, PAD, [
+        # the flood is the node's way to say why a reset failed
+        Case(WINDOWS, 'gamepad.py', [
             ('    def joy_callback(self, msg):\n', '    def joy_callback(self, msg):\n' + FLOOD),
             ('msg.buttons[2]', 'msg.buttons[3]'), ('        if self.has_control:', '        if True:'),
             ('self.ctrl_pub.publish(False)', 'pass'), ('_request(0.0', '_request(1.0'),
             ('reset successfully', 'is done')],
              {'silent_meanwhile', 'regains', 'resets', 'says_success'}),
     ],
-    GAMEPAD: [
-        Case('good', PAD, [], set()),
-    ],
-    TWO_JOBS: [
-        Case(ZIPPED, IMU, [NO_WRAP, ('        self.ctrl_c = True\n', '        self.ctrl_c = True\n' + HANG)],
+    HEADING: [
+        Case(ZIPPED, 'imu_sub.py', [
+            ('return 360 + yaw if yaw < 0 else yaw', 'return yaw'),
+            ('        self.ctrl_c = True\n', '        self.ctrl_c = True\n' + HANG)],
              {'from_0_to_360', 'clean_exit'}),
-        Case('skeleton', IMU, UNFILLED, EVERYTHING),
+        Case('skeleton', 'imu_sub.py', None, None),
     ],
 }
 
 
 def hand_in(folder, case):
-    """Write a student's repository: the packages of all labs, as skeleton.py writes them, with the
-    nodes filled. The files have no exec bits, and one has Windows line endings."""
+    """Write a student's repository. It has the packages of all labs, as skeleton.py writes them, with
+    plain nodes. The nodes are not executable, and one has Windows line endings."""
     repository = folder / case.student
     repository.mkdir(parents=True)
     for name, lab in LAB_NODES.items():
@@ -115,7 +102,7 @@ def hand_in(folder, case):
         files = package_files(PACKAGE / FOLDER / name, package)
         place, code = 'src/' + node, plain_node(node, 'lab2')
         if node == case.node:
-            code = files[place] if case.changes is UNFILLED else changed(code, case.changes)
+            code = files[place] if case.changes is None else changed(code, case.changes)
         is_from_windows = node == case.node and case.student == WINDOWS
         files[place] = code.replace('\n', '\r\n') if is_from_windows else code
         write_package(files, repository / package)
@@ -127,7 +114,7 @@ def hand_in(folder, case):
 
 
 def changed(code, changes):
-    """A node with these replacements; each text to replace is there once."""
+    """Returns the code with replacements. Each text to replace is there once."""
     for old, new in changes:
         assert code.count(old) == 1, old
         code = code.replace(old, new)
@@ -135,46 +122,33 @@ def changed(code, changes):
 
 
 class MarkTest(unittest.TestCase):
-    """mark.py runs once for each lab and parts of it; the tests read its files."""
+    """mark.py runs once for each key of CASES. The tests read the files that it wrote."""
     IS_NODE = False
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # spaces happen
+        cls.folder = tempfile.TemporaryDirectory(prefix='mark test ')    # a path may have blanks
         os.chmod(cls.folder.name, 0o711)    # without sandboxes root's programs are another user
         cls.temporary = Path(cls.folder.name) / 'tmp'
         cls.temporary.mkdir()
-        cls.sourced = cls.workspace(Path(cls.folder.name) / 'devel')
-        with ThreadPoolExecutor(AT_A_TIME) as pool:
+        with ThreadPoolExecutor(len(CASES)) as pool:
             cls.runs = dict(zip(CASES, pool.map(cls.run_mark, CASES)))
 
     @classmethod
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    @staticmethod
-    def workspace(prefix):
-        """The variables of a terminal that has sourced a workspace with this package and, beside it,
-        one that no submission may see: it ends whatever imports rospy."""
-        modules = prefix / 'lib' / 'python3' / 'dist-packages'
-        (modules / 'rospy').mkdir(parents=True)
-        (modules / 'rospy' / '__init__.py').write_text('raise SystemExit("of the instructor")')
-        (modules / 'tb3_labs').symlink_to(os.path.dirname(os.path.dirname(tb3_labs.msg.__file__)))
-        return {name: '{}:{}'.format(folder, os.environ[name]) for name, folder in (
-            ('CMAKE_PREFIX_PATH', prefix), ('PYTHONPATH', modules))}
-
     @classmethod
     def run_mark(cls, key):
-        """Mark these submissions; (folder of the marks, output, exit status)."""
+        """Mark the submissions of a key. Returns (folder of the marks, output, exit status)."""
         lab, parts, *own = key
         base = Path(cls.folder.name) / ' '.join(key)
         for case in CASES[key]:
             hand_in(base / 'submissions', case)
         done = subprocess.run(
             [path_of('mark.py'), str(base / 'submissions'), '--lab', lab, '-o',
-             str(base / 'marks'), '--parts', parts, '--jobs', '2' if key == TWO_JOBS else '1',
-             *own] + UNPROTECTED,
-            env=dict(os.environ, TMPDIR=str(cls.temporary), **cls.sourced), stdout=subprocess.PIPE,
+             str(base / 'marks'), '--parts', parts, *own] + UNPROTECTED,
+            env=dict(os.environ, TMPDIR=str(cls.temporary)), stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, timeout=560, universal_newlines=True)
         return base / 'marks', done.stdout, done.returncode
 
@@ -185,27 +159,24 @@ class MarkTest(unittest.TestCase):
             return {row['student']: row for row in csv.DictReader(file)}
 
     def test_each_submission_loses_these_criteria_and_no_others(self):
-        lost, expected, said = {}, {}, []
         for key, cases in CASES.items():
             rows = self.rows(key)
             self.assertEqual(sorted(rows), sorted(case.student for case in cases))
             for case in cases:
                 row = rows[case.student]
                 names = list(row)
-                graded = [name for name in names[3:names.index('node')]
-                          if not name.startswith('extra_')]
-                self.assertEqual(float(row['points']), sum(float(row[name]) for name in graded))
-                this = key, case.student
-                lost[this] = {name for name in graded if float(row[name]) == 0.0}
-                expected[this] = set(graded) if case.lost == EVERYTHING else case.lost
-                if lost[this] != expected[this]:
-                    said.append('{}: {}'.format(this, self.words_of(*this)[-6000:]))
-        self.assertEqual(lost, expected, '\n'.join(said))
+                graded = {name: float(row[name]) for name in names[3:names.index('node')]
+                          if not name.startswith('extra_')}
+                self.assertEqual(float(row['points']), sum(graded.values()))
+                self.assertEqual(
+                    {name for name in graded if graded[name] == 0.0},
+                    set(graded) if case.lost is None else case.lost,
+                    self.words_of(key, case.student)[-6000:])
 
     def words_of(self, key, student):
         page = (self.runs[key][0] / (student + '.html')).read_text(encoding='utf-8')
         self.assertIn('id="timeline"', page)
-        self.assertNotIn(str(self.temporary), page)     # a place on this machine
+        self.assertNotIn(str(self.temporary), page)
         return ' '.join(html.unescape(re.sub('<[^>]*>', ' ', page)).split())
 
     def test_what_was_seen_is_told(self):
@@ -213,10 +184,9 @@ class MarkTest(unittest.TestCase):
                 (XBOX, WINDOWS, 'Windows line endings'),
                 (XBOX, WINDOWS, 'The pad was "xbox"'),
                 (XBOX, WINDOWS, '3 is Y'),
-                (TWO_JOBS, ZIPPED, 'still running 5 s after Ctrl+C'),
-                (TWO_JOBS, ZIPPED, 'see doc/imu_lab.md'),
-                (TWO_JOBS, 'skeleton', 'TODO 2 is open: nothing listens to imu'),
-                (GAMEPAD, 'good', 'The pad was "handout": axis 1 drives')):
+                (HEADING, ZIPPED, 'still running 5 s after Ctrl+C'),
+                (HEADING, ZIPPED, 'see doc/imu_lab.md'),
+                (HEADING, 'skeleton', 'TODO 2 is open: nothing listens to imu')):
             self.assertIn(sentence, self.words_of(key, student))
 
     def test_a_flood_fills_nothing(self):
@@ -231,7 +201,7 @@ class MarkTest(unittest.TestCase):
         self.assertNotIn('sleep ' + SLEEP, lines)
 
     def left(self, folder):
-        """The files in a folder for temporary ones, and the processes that use it."""
+        """Returns the files in a folder for temporary files, and the processes that use the folder."""
         lines = subprocess.check_output(['ps', '-eo', 'args'], universal_newlines=True)
         return os.listdir(str(folder)) + [line for line in lines.splitlines() if str(folder) in line]
 
@@ -240,21 +210,21 @@ class MarkTest(unittest.TestCase):
             folder = Path(tempfile.mkdtemp(dir=self.folder.name))
             folder.chmod(0o711)
             theirs, terminal = pty.openpty()
-            marking = subprocess.Popen(     # setsid: the terminal is its own
+            marking = subprocess.Popen(     # setsid makes the terminal mark.py's own
                 ['setsid', '--ctty', path_of('mark.py'), str(Path(self.folder.name) / ' '.join(
-                    TWO_JOBS) / 'submissions'), '--lab', 'imu', '-o', str(folder) + '_marks',
+                    HEADING) / 'submissions'), '--lab', 'imu', '-o', str(folder) + '_marks',
                  *UNPROTECTED],
                 env=dict(os.environ, TMPDIR=str(folder)), stdin=terminal, stdout=terminal,
                 stderr=terminal)
             os.close(terminal)
             self.assertTrue(wait_until(
                 lambda: any('check_lab.py' in line for line in self.left(folder)), 30.0), number)
-            if number == signal.SIGTERM:        # after SIGHUP, which a closed terminal sends
+            if number == signal.SIGTERM:        # the closed terminal sends SIGHUP first
                 self.assertNotIn(b'Traceback', os.read(theirs, 100000))
                 os.close(theirs)
             marking.send_signal(number)
             marking.wait(30.0)
-            if number == signal.SIGKILL:        # the files are the parent's
+            if number == signal.SIGKILL:        # nobody is left to remove the files
                 os.close(theirs)
                 self.assertTrue(wait_until(lambda: not [
                     line for line in self.left(folder) if ' ' in line], 10.0), self.left(folder))
@@ -262,6 +232,6 @@ class MarkTest(unittest.TestCase):
                 self.assertEqual(self.left(folder), [])
 
     def test_progress_is_told(self):
-        printed = self.runs[GAMEPAD][1]
-        self.assertIn('] good ...', printed)
-        self.assertRegex(printed, r'\[1/\d\] good: (\d+) of \1 points, \d+ s')
+        printed = self.runs[HEADING][1]
+        self.assertIn('] skeleton ...\n', printed)
+        self.assertRegex(printed, r'\[\d/2\] skeleton: 0 of \d+ points, \d+ s')

@@ -31,15 +31,15 @@ DEMO = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh')
 
 
 class Scenes(DriveCase):
-    """Each is played in a process of its own, since a process cannot change its master: a master, a
-    robot, and move_to_goal during a drive."""
+    """A scene has a master, a robot, and move_to_goal during a drive. It runs in a separate process,
+    since a process cannot change its master."""
 
     @classmethod
     def setUpClass(cls):
-        """See open(): a scene has a master of its own."""
+        """open() calls it, after the master of the scene has started."""
 
     def open(self, port, **on_robot):
-        """Start all, with a master at this port; `on_robot`: options of the robot's Node."""
+        """Start all nodes, and a master at this port. `on_robot` has options of the robot's Node."""
         self.port, self.stack = port, contextlib.ExitStack()
         self.addCleanup(self.stack.close)
         self.master = start_master(self.stack, port)
@@ -51,13 +51,13 @@ class Scenes(DriveCase):
         self.node = self.start('move2goal_tf.py')
 
     def open_here(self):
-        """Start all on this computer."""
+        """Start all nodes on this computer."""
         port = free_port()
         os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
         self.open(port)
 
     def drive(self, x):
-        """Drive towards (x, 0, 0); returns in full motion."""
+        """Drive towards (x, 0, 0). Returns when the robot drives fast."""
         self.observer.wait_for('goal_state', seconds=STARTING)
         self.wait_for_subscriber(self.control, self.goals)
         self.go_to(Pose2(x))
@@ -66,8 +66,8 @@ class Scenes(DriveCase):
         self.wait_for_speed(0.2)
 
     def go_back_to(self, x):
-        """Send this goal until it is reached: after a long cut, TCP waits for seconds before it sends again, separately
-        in each direction. Then the sensors' messages arrive again, but the commands do not yet."""
+        """Send this goal until it is reached. After a long cut TCP waits for seconds before it sends again, and
+        each direction waits separately. So messages of sensors may arrive before the commands do."""
         outcome = ''
         for _ in range(3):
             self.observer.forget('goal_state')
@@ -83,8 +83,8 @@ class Scenes(DriveCase):
         self.assertNotIn('Traceback', node.text)
 
     def master_gone_and_back(self):
-        """A master does not answer, as behind a network that is cut; it dies; a new one knows no
-        node. Connections go on, and no node waits for a master to drive, to stop or to end."""
+        """A master does not answer, as if the network were cut. Then it dies, and a new master knows no node.
+        Connections stay, and no node waits for a master to drive, to stop or to end."""
         self.open_here()
         self.drive(0.8)
         self.master.send(signal.SIGSTOP)
@@ -127,13 +127,13 @@ class Scenes(DriveCase):
         self.assert_sound(panel)
 
     def network_cut_and_back(self):
-        """Both sides stop. After a short cut the drive goes on, after a long one it is over."""
+        """Both sides stop. After a short cut the drive goes on. A long cut ends the drive."""
         hosts = TwoHosts()
         self.addCleanup(hosts.remove)
         hosts.enter('laptop')
         robot = {'prefix': hosts.prefix('robot'), 'environment': hosts.environment('robot')}
         self.open(11311, **robot)
-        # the robot's own messages of its true pose, on its side of the cut
+        # the true pose, as the robot's computer receives it during the cut
         truth = TestProgram(
             robot['prefix'] + ['rostopic', 'echo', '-p', '/ground_truth/pose/position/x'],
             environment=robot['environment'])
@@ -164,7 +164,7 @@ def connected_to(node):
 
 
 def rest_after(truth, cut):
-    """Seconds from `cut` to the last motion before the standstill in it, by lines of rostopic."""
+    """Returns the time from the cut to the last motion within 2 s, by lines of rostopic [s]."""
     lines = re.findall(r'^(\d+),(\S+)\n', truth.text, re.M)
     samples = [(int(at) * 1e-9, float(x)) for at, x in lines]
     assert samples[-1][0] > cut + 2.0, 'the truth is not told'
@@ -173,7 +173,7 @@ def rest_after(truth, cut):
 
 
 def listening(uri):
-    """{(address, port)} on which processes with this master listen."""
+    """Returns {(address, port)} on which the processes with this master listen."""
     inodes, found = set(), set()
     for process in processes_with(uri):
         for descriptor in process.glob('fd/*'):
@@ -194,7 +194,7 @@ class NetworkTest(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        """The scenes are independent: all run at the same time."""
+        """Start all scenes at the same time."""
         pool = ThreadPoolExecutor(len(SCENES))
         cls.addClassCleanup(pool.shutdown)
         cls.no_hosts = TwoHosts.missing()
@@ -203,14 +203,14 @@ class NetworkTest(unittest.TestCase):
 
     @staticmethod
     def play(scene):
-        """One scene in a process of its own: (exit status, output)."""
+        """Run a scene in a separate process. Returns (exit status, output)."""
         played = subprocess.run([sys.executable, os.path.realpath(__file__), scene],
                                 timeout=4.0 * STARTING, stdout=subprocess.PIPE,
                                 stderr=subprocess.STDOUT, universal_newlines=True)
         return played.returncode, played.stdout[-3000:]
 
     def check(self, scene):
-        played = self.played.pop(scene, None)    # another attempt plays it alone
+        played = self.played.pop(scene, None)    # another attempt runs it alone
         status, output = played.result() if played else self.play(scene)
         print(output)
         self.assertEqual(status, 0, output)
@@ -228,8 +228,7 @@ class NetworkTest(unittest.TestCase):
 
     @needs_setup
     def test_the_demonstration_on_a_full_disk_listens_on_the_loopback_only(self):
-        """From the README's own shell. The drive goes on although the disk is full, and the
-        recorder reports that the recording does not."""
+        """The drive goes on although the disk is full, and the recorder reports that it stops recording."""
         has_small_disk = os.geteuid() == 0 and not subprocess.call(
             ['unshare', '-m', 'true'], stderr=subprocess.DEVNULL)
         folder = tempfile.TemporaryDirectory()
@@ -241,7 +240,7 @@ class NetworkTest(unittest.TestCase):
         demo = TestProgram(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
                            environment={'ROS_MASTER_URI': uri})
         self.addCleanup(demo.kill)
-        demo.wait_for('MOVE_FORWARD', 3 * STARTING)    # by then all its programs run
+        demo.wait_for('MOVE_FORWARD', 3 * STARTING)    # now all its programs run
         sockets = listening(uri)
         demo.wait(2.0 * STARTING)
         print(demo.text[-3000:])

@@ -18,7 +18,7 @@ import rospy
 import rostest
 from rosunit import xmlrunner
 
-from tb3_labs.ros.node import leave
+from tb3_labs.ros.node import exit_process
 
 #: Decorator of a test, or a case, that starts scripts/setup.sh. In a workspace of one's own that
 #: would install packages, and make a second workspace within the sources.
@@ -138,5 +138,5 @@ def run(name):
     case, = [getattr(file, word) for word in vars(file) if word.endswith('Test')]
     if getattr(case, 'IS_NODE', True):
         rospy.init_node(name + '_test')
-        rospy.on_shutdown(threading.Thread(target=leave, daemon=True).start)
+        rospy.on_shutdown(threading.Thread(target=exit_process, daemon=True).start)
     rosrun(name, case)

@@ -1,5 +1,5 @@
-"""The students' archive in src of a workspace of one's own, without git, and with the Python
-environment in it: it is built, writes the skeletons, and checks a node."""
+"""The students' archive is unpacked in a workspace without git, and built. It writes the skeletons,
+and checks a node."""
 import inspect
 import os
 import pathlib
@@ -17,9 +17,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / 'unit'))
 from students_archive import MISSING, ROOT, unpack
 
 SOLUTION = ROOT / 'scripts' / 'imu_sub.py'
-#: Paths that lead to this package are not a student's.
+#: A student's variables have no path of this package.
 VARIABLES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH', 'ROS_PACKAGE_PATH', 'LD_LIBRARY_PATH'
-#: Messages are built for Python only, and make does not wait for a quiet machine (-l2).
+#: Only Python's messages are built. make does not wait for a quiet machine (-l2).
 SCRIPT = '''set -e
 cd {folder}
 export ROS_PACKAGE_PATH=src ROS_LANG_DISABLE=gencpp:geneus:genlisp:gennodejs ROS_PARALLEL_JOBS=-j2

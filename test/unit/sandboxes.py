@@ -1,5 +1,5 @@
-"""Can this machine make sandboxes at all? If it can, this package's sandboxes must work on it. And the
-environment in which mark.py reads a submission, whatever is sourced."""
+"""The files of a submission, the environment in which mark.py reads it, and the machine's sandboxes. If a
+machine can make sandboxes at all, those of this package must work on it."""
 import os
 import subprocess
 import sys
@@ -7,12 +7,23 @@ from unittest import mock
 
 import pytest
 
-#: Any sandbox needs this of a machine: a namespace in a namespace.
+
+def hand_in(folder, files):
+    """Write files: path -> text or bytes. Returns the folder."""
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return folder
+
+
+#: This command makes a namespace in a namespace, which any sandbox needs.
 BARE = ['bwrap', '--unshare-net', '--dev-bind', '/', '/', 'bwrap', '--unshare-pid',
         '--dev-bind', '/', '/', '--proc', '/proc', 'true']
 
 
 def _missing():
+    """Returns the reason why this machine can make no sandboxes, or ''."""
     try:
         subprocess.run(BARE, check=True, timeout=600.0)
     except (OSError, subprocess.SubprocessError) as problem:
@@ -20,12 +31,11 @@ def _missing():
     return ''
 
 
-#: '' or the reason why there can be none.
 MISSING = _missing()
 
 
 def skip_if_closed(place):
-    """Skip a test in which another account reads this path, if a folder above it is closed, such as /root."""
+    """Skip a test if another account cannot read this path, since a folder above it, such as /root, is closed."""
     for parent in place.parents:
         if not parent.stat().st_mode & 0o001:
             pytest.skip('{} is closed to other accounts'.format(parent))
@@ -33,7 +43,7 @@ def skip_if_closed(place):
 
 @pytest.fixture(scope='module')
 def ros_alone(tmp_path_factory):
-    """Meanwhile this process has ROS and this package, and no other workspace."""
+    """Until the end of the module this process has ROS and this package, and no other workspace."""
     from tb3_labs.marking import trial_runner
     made = trial_runner.marking_environment(tmp_path_factory.mktemp('ros'), os.environ)
     sourced = {os.getcwd(), *os.environ.get('PYTHONPATH', '').split(':')}

@@ -1,5 +1,5 @@
-"""A node of the Transformation lab, played in memory: its text runs with a stub of rospy beside a robot that
-moves as commanded. A drive, resets at rest and on the way, and a declared pose, as the check does it."""
+"""Runs the text of a node of the Transformation lab with a stub of rospy, beside a robot that moves as commanded. The
+node gets the same drives and resets as in the check."""
 import math
 import sys
 import types
@@ -18,25 +18,25 @@ HZ = 100
 
 
 def turned(yaw):
-    """A quaternion of this yaw."""
+    """Returns the quaternion of a yaw [rad]."""
     return SimpleNamespace(w=math.cos(yaw / 2.0), x=0.0, y=0.0, z=math.sin(yaw / 2.0))
 
 
 def posed(x, y, yaw):
-    """An odometry message, or what a request has."""
+    """Returns an odometry message with a pose. The request of a reset has a pose of this kind, too."""
     return SimpleNamespace(pose=SimpleNamespace(pose=SimpleNamespace(
         position=SimpleNamespace(x=x, y=y), orientation=turned(yaw))))
 
 
 def unchangeable(column):
-    """The array of a column, which several tests may share."""
+    """Returns a column as an array that no test can change, since several tests share it."""
     array = np.array(column, dtype=object if isinstance(column[0], str) else None)
     array.setflags(write=False)
     return array
 
 
 class SimulatedNode:
-    """A node and its robot; `offset`: the IMU's yaw minus the odometry's."""
+    """A node and its robot. `offset` is the IMU's yaw minus the odometry's yaw [rad]."""
 
     def __init__(self, text, pose=(0.0, 0.0, 0.0), offset=0.3):
         self.pose, self.offset, self.command, self.step = pose, offset, (0.0, 0.0), 0
@@ -82,7 +82,7 @@ class SimulatedNode:
             self.call(each, SimpleNamespace(pose=posed(*pose)))
 
     def run(self, seconds, turn=None):
-        """Let time pass; `turn`: the robot is turned by hand [rad/s]."""
+        """Let time pass. If `turn` is given, the robot is turned by hand at this rate [rad/s]."""
         for _ in range(round(seconds * HZ)):
             self.step += 1
             linear, angular = self.command if turn is None else (0.0, turn)
@@ -104,7 +104,7 @@ class SimulatedNode:
                         self.note(Variables, '/move_to_goal', name, str(value))
 
     def drive(self):
-        """Control is given until no command has moved the robot for 1.5 s."""
+        """Give control until no command has moved the robot for 1.5 s."""
         self.give(True)
         begin = last = self.step
         while self.step - begin < 40 * HZ and (
@@ -124,7 +124,7 @@ class SimulatedNode:
                        variables=columns[Variables])
 
 
-@lru_cache(maxsize=4)    # most tests read the same few runs
+@lru_cache(maxsize=4)    # many tests read the same runs
 def played(*changes, **robot):
     """The RunData of the plain node with these changes of its text, each (old, new). Its arrays cannot be changed."""
     text = PLAIN.read_text(encoding='utf-8')
@@ -144,7 +144,7 @@ def played(*changes, **robot):
     trial.run(2.356, 1.0)
     trial.give(True)
     trial.run(1.0)
-    trial.reset(0.0, 0.0, 0.0)      # on its way
+    trial.reset(0.0, 0.0, 0.0)      # in the middle of a drive
     trial.run(3.0)
     trial.give(False)
     trial.run(0.5)

@@ -1,7 +1,8 @@
-"""The runner of a core: commands leave in the order of the decisions, even if other parts wait."""
-import ast
-import pathlib
+"""The runner of a core sends commands in the order of the decisions, even if other parts wait."""
 import threading
+from types import SimpleNamespace
+
+import pytest
 
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros import core_runner
@@ -13,54 +14,50 @@ DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
 class RecordedCalls(list):
     """Takes the place of CmdVel, and of the Watchdog."""
 
-    def send(self, command):
-        self.append(command)
-
     def stop(self):
         self.append('a zero')
-
-    def set_awake(self, awake):
-        self.append(awake)
 
     def feed(self):
         """Nothing sleeps here."""
 
+    send = set_awake = list.append
     close = list.clear
 
 
-def test_what_waits_outside_holds_up_neither_a_drive_nor_a_stop(monkeypatch):
-    record, told, go_on = RecordedCalls(), [], threading.Event()
+def test_a_blocked_log_delays_neither_a_drive_nor_a_stop(monkeypatch):
+    record, logged, go_on, carried = RecordedCalls(), [], threading.Event(), threading.Event()
     monkeypatch.setattr(core_runner, 'CmdVel', lambda: record)
     monkeypatch.setattr(core_runner, 'Watchdog', lambda *_: record)
     for level in ('info', 'warn'):
         monkeypatch.setattr(core_runner.rospy, 'log' + level, lambda form, text, level=level: go_on.wait(
-            20.0) and told.append((form % text, level == 'warn')))
-    outputs, lines = [], [LogLine('driving, 50 %', False), LogLine('stopped', True)]
-    carried = threading.Event()
+            20.0) and logged.append((form % text, level == 'warn')))
+    lines = [LogLine('driving, 50 %', False), LogLine('stopped', True)]
+    outputs = [Output(DRIVE, True, lines[:1], True), Output(STOP, log_lines=lines[1:]), Output()]
+    waiting = list(outputs)
 
     def carry_out(output):
-        assert not node._lock.locked()
-        (carried.set if output.log_lines[0] is lines[1] else record.copy)()
+        assert not runner._lock.locked()
+        if output is outputs[1]:
+            carried.set()
 
-    node = core_runner.CoreRunner(lambda: outputs.pop(0), record.append, carry_out)
-    outputs += [Output(DRIVE, True, lines[:1], True), Output(STOP, log_lines=lines[1:]), Output()]
-    all_of_them = list(outputs)
-    node.handle(list)
-    node.check()
-    node.check()
-    assert record == ['a zero', DRIVE, all_of_them[0], True, STOP, all_of_them[1], False,
-                      all_of_them[2], False]
-    assert told == []
+    runner = core_runner.CoreRunner(lambda: waiting.pop(0), record.append, carry_out)
+    runner.handle(list)
+    runner.check()
+    runner.check()
+    assert record == ['a zero', DRIVE, outputs[0], True, STOP, outputs[1], False, outputs[2], False]
+    assert logged == []
     go_on.set()
-    assert carried.wait(20.0) and told == lines
+    assert carried.wait(20.0) and logged == lines
 
 
-def test_a_time_is_read_while_the_lock_is_held():
-    """The second of two resets had the older stamp: its time was read before it had waited for the lock."""
-    early = []
-    for path in pathlib.Path(core_runner.__file__).parents[1].rglob('*.py'):
-        for call in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
-            if isinstance(call, ast.Call) and getattr(call.func, 'attr', '') in ('take_in', 'ask'):
-                early += ['{}:{}'.format(path.name, call.lineno) for given in call.args
-                          if isinstance(given, ast.Call) and getattr(given.func, 'id', '').endswith('_time')]
-    assert early == []
+@pytest.mark.parametrize('command, sent', [
+    ((0.2, 1e-40), (0.2, 0.0)), ((-1e-300, -2.0), (0.0, -2.0)), ((2e-4, -2e-4), (2e-4, -2e-4)),
+    ((1e-40, -1e-40), None)])
+def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent):
+    published = []
+    monkeypatch.setattr(core_runner.rospy, 'Publisher',
+                        lambda *_, **__: SimpleNamespace(publish=lambda twist: published.append(
+                            (twist.linear.x, twist.angular.z))))
+    monkeypatch.setattr(core_runner, 'write_at_once', lambda publisher: None)
+    core_runner.CmdVel().send(Twist2(*command))
+    assert published == ([sent] if sent else [])

@@ -1,4 +1,4 @@
-"""The demonstration's judgement, and its table word for word."""
+"""The demonstration judges its drives, prints them as a table, and gives control."""
 import math
 import runpy
 from types import SimpleNamespace
@@ -33,58 +33,56 @@ def test_no_heading_is_minus_zero(yaw):
 
 
 @pytest.mark.parametrize('reached, good', [
-    (Pose2(0.0, 0.01, math.pi), True),                     # the bound itself
-    (Pose2(0.008, 0.008, math.pi), False),
-    (Pose2(0.0, 0.0, math.radians(-179.51)), True),        # across the half turn
-    (Pose2(0.0, 0.0, math.radians(-179.49)), False),
+    (Pose2(0.0, 0.01, math.pi), True), (Pose2(0.008, 0.008, math.pi), False),      # 0.01 m is good
+    (Pose2(0.0, 0.0, math.radians(-179.51)), True), (Pose2(0.0, 0.0, math.radians(-179.49)), False),
     (Pose2(math.nan, 0.0, math.pi), False)])
-def test_the_true_pose_judges(reached, good):
+def test_the_true_pose_decides(reached, good):
     goal = Pose2(0.0, 0.0, math.pi)
     assert drive(reached, goal=goal, believed=goal).is_good is good
-    assert drive(goal, goal=goal, believed=reached).is_good is True
+    assert drive(goal, goal=goal, believed=reached).is_good
 
 
 @pytest.fixture
 def demo(monkeypatch):
-    """A Demo without its node; a node as move_to_goal, which hears it `refuses` times in vain."""
+    """A Demo without a node. It takes the place of its publisher, too. move_to_goal takes control at a
+    True after a False, but ignores the first `ignored` True."""
     kind = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
     monkeypatch.setitem(kind._give_control.__globals__, 'wait_until',
                         lambda condition, seconds: any(condition() for _ in range(3)))
     made = object.__new__(kind)
     made._received = {'has_control': [(1.0, False)], 'goal_state': []}
     made._granted = made._control_taken = False
-    made.said, made.refuses, made._control = [], 0, made
+    made.sent, made.ignored, made._control = [], 0, made
 
-    def publish(word):
-        made.said.append(word)
-        # a True is accepted after a False only
-        counts = made.said[-2:] == [False, True] and len(made.said) > 2 * made.refuses
-        made._received['has_control'] = [(1.0, counts)]
+    def publish(value):
+        made.sent.append(value)
+        is_taken = made.sent[-2:] == [False, True] and made.sent.count(True) > made.ignored
+        made._received['has_control'] = [(1.0, is_taken)]
     made.publish = publish
     return made
 
 
-def said(word, sender):
-    return SimpleNamespace(data=word, _connection_header={'callerid': sender})
+def message(value, sender):
+    return SimpleNamespace(data=value, _connection_header={'callerid': sender})
 
 
-@pytest.mark.parametrize('refuses', [0, 2])
-def test_control_is_given_until_it_counts(demo, refuses):
-    demo.refuses = refuses
+@pytest.mark.parametrize('ignored', [0, 2])
+def test_control_is_given_until_move_to_goal_takes_it(demo, ignored):
+    demo.ignored = ignored
     demo._give_control()
-    assert demo.said == [False, True] * (refuses + 1)
+    assert demo.sent == [False, True] * (ignored + 1)
 
 
-def test_a_false_is_a_stop_after_control_was_given_and_none_before(demo):
-    demo._on_control(said(False, '/gamepad'))    # it starts
+def test_a_false_of_another_node_is_a_stop_only_after_control_was_given(demo):
+    demo._on_control(message(False, '/gamepad'))    # the pad starts
     demo._give_control()
     demo._received['goal_state'].append((2.0, 'ROTATE_TO_GOAL'))
-    demo._on_control(said(False, '/unnamed'))    # its own: rospy without a node
-    demo._on_control(said(True, '/gamepad'))
-    assert demo._first('goal_state') == (2.0, 'ROTATE_TO_GOAL')
-    demo._on_control(said(False, '/gamepad'))
-    with pytest.raises(demo._first.__globals__['ControlTaken']):
-        demo._first('goal_state')
+    demo._on_control(message(False, '/unnamed'))    # the demonstration's own False
+    demo._on_control(message(True, '/gamepad'))
+    assert demo._await('goal_state') == (2.0, 'ROTATE_TO_GOAL')
+    demo._on_control(message(False, '/gamepad'))
+    with pytest.raises(demo._await.__globals__['ControlTaken']):
+        demo._await('goal_state')
     demo._received['has_control'] = [(3.0, False)]
     demo._give_control()    # before the next drive
-    assert demo.said == [False, True]
+    assert demo.sent == [False, True]

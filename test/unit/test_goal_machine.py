@@ -83,8 +83,8 @@ def test_a_cancelled_drive_does_not_begin_anew():
 def test_errors_are_distance_and_signed_angle_the_short_way():
     distance, angle = errors(Pose2(0.0, 0.0, math.radians(170.0)),
                              Pose2(3.0, 4.0, math.radians(-170.0)))
-    assert distance == pytest.approx(5.0)
-    assert math.degrees(angle) == pytest.approx(20.0)
+    assert (distance, math.degrees(angle)) == pytest.approx((5.0, 20.0))
+    assert to_go(0.0126, -4.56) == '0.013 m to go, 4.6 deg off the final heading'
 
 
 @pytest.mark.parametrize('misses, starts, reached', [
@@ -148,7 +148,3 @@ def test_a_drive_that_does_not_get_on_is_given_up_however_often_it_is_interrupte
             machine.interrupt()
     assert reason in machine.failure
     assert STALL_TIME <= driven <= STALL_TIME + 0.1
-
-
-def test_the_remaining_way_in_words():
-    assert to_go(0.0126, -4.56) == '0.013 m to go, 4.6 deg off the final heading'

@@ -1,14 +1,13 @@
-"""Submissions as they come: names of learning platforms, archives."""
+"""Names that learning platforms give to submissions, and the unpacking of archives."""
 import os
 import pathlib
-import subprocess
-import sys
+import shutil
 import tempfile
 import zipfile
 
 import pytest
 
-from sandboxes import skip_if_closed
+from sandboxes import hand_in, skip_if_closed
 from tb3_labs.marking.intake import archives, read_submission
 from tb3_labs.marking.intake.archives import DEEPEST, NotJudged, UnpackLimits, digest, submitted_files, unpack
 from tb3_labs.marking.intake.submissions import (
@@ -45,16 +44,13 @@ NASTY = ['"><script>', "O'Hara; rm -rf ~", 'two\nlines', '\x1b[2Jann', '.._', '.
          'overview', 'ann.marks', ' ', 'a\\b', os.fsdecode(b'\xff' * 255)]
 
 
-@pytest.mark.parametrize('name', NASTY)
-def test_every_name_becomes_one_that_files_and_lines_can_have(name):
-    made = file_name(name)
-    assert made.isprintable() and '/' not in made and len(made.encode()) < 200
-    assert file_name(made) == made and made not in ('', '.', '..', 'overview')
-
-
-def test_a_usual_name_stays_and_odd_ones_are_told_apart():
-    assert [file_name(name) for name in ('Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0')] == [
-        'Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0']
+def test_every_name_becomes_a_different_one_that_files_and_lines_can_have():
+    for name in NASTY:
+        made = file_name(name)
+        assert made.isprintable() and '/' not in made and len(made.encode()) < 200
+        assert file_name(made) == made and made not in ('', '.', '..', 'overview')
+    for name in ('Ann-Li de Groot', 'M\xfcller', 'kim (2)', '\u05d0'):
+        assert file_name(name) == name
     assert file_name(os.fsdecode(b'M\x80\xff')) == 'M\\x80\\xff'
     names = NASTY + ['M\\xfcller', 'M\\xfcller_', 'x' * 254, '..', 'Ann', 'Ann ']
     found = by_student({name: read_name(name, True) for name in names})
@@ -64,7 +60,7 @@ def test_a_usual_name_stays_and_odd_ones_are_told_apart():
 # -- archives
 
 def zipped(path, files, **changes):
-    """A zip file; `files`: name -> text, or (name, text) of each entry."""
+    """Write a zip file. `files` has name -> text, or the pairs (name, text). Returns the path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(str(path), 'w', zipfile.ZIP_DEFLATED) as archive:
         for name, text in files.items() if isinstance(files, dict) else files:
@@ -79,7 +75,7 @@ def files_below(folder):
 
 
 def test_what_is_nobodys_work_is_not_unpacked(tmp_path):
-    """A link is not unpacked; Windows writes its own separators."""
+    """A link is not unpacked. Windows writes backslashes into a path."""
     path = zipped(tmp_path / 'a.zip', {
         'a/' + NODE: 'x', '__MACOSX/a/._x.py': 'x', 'a/.DS_Store': 'x', 'a/run.bag': 'x',
         'a/.git/config': 'x', 'a/build/x.py': 'x', 'a/builder.py': 'x', 'a\\b\\c.py': 'x'},
@@ -102,7 +98,7 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
-    """Sixty zip bombs of 90 kB each, and a sparse file of zeros."""
+    """The submission has sixty zip bombs of 90 kB each, and a sparse file of zeros."""
     monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
     (tmp_path / 'in').mkdir()
@@ -138,7 +134,7 @@ def test_an_entry_that_cannot_be_written_costs_no_other(tmp_path):
 
 
 def test_an_entry_that_is_damaged_packed_otherwise_or_has_a_password_costs_no_other(tmp_path):
-    """A program that makes zip files begins them with the folder /."""
+    """Some programs begin a zip file with the folder /."""
     data = zipped(tmp_path / 'a.zip', {'/': '', 'n.py': 'x', 'a.py': 'a photo'}).read_bytes()
     entry = data.rindex(b'PK\x01\x02')
     for number, (at, byte) in enumerate([(entry + 16, 0), (entry + 10, 97), (entry + 8, 1)]):
@@ -164,7 +160,7 @@ def test_a_full_disk_is_no_matter_of_names(tmp_path, monkeypatch):
     (b'', 'it is empty'), (b'PK\x03\x04 cut off', 'its end is missing, as if the upload was cut off'),
     (b'Rar!\x1a', 'it is no zip file, and only zip files are unpacked'), (None, '')])
 def test_a_file_that_is_no_zip_file_in_spite_of_its_name(tmp_path, data, said):
-    """The last file has false sizes."""
+    """The last file is a zip file with false sizes."""
     if data is None:
         data = zipped(tmp_path / 'a.zip', {'a.txt': 'x' * 5000}).read_bytes().replace(
             (5000).to_bytes(4, 'little'), (50).to_bytes(4, 'little'))
@@ -200,11 +196,13 @@ def test_what_canvas_numbers_was_handed_in_again_and_the_highest_number_counts(t
                        ('lee_1_31_lab7-1.zip', 'second')):
         zipped(tmp_path / 'in' / name, {'lab7/move2goal.py': text})
     for name, text in (('kim_2_9_imu_sub.py', 'old'), ('kim_2_11_imu_sub-1.py', 'older'),
-                       ('kim_2_12_imu_sub-10.py', 'new'), ('kim_2_13_imu_sub-9.py', 'x')):
+                       ('kim_2_12_imu_sub-10.py', 'new'), ('kim_2_13_imu_sub-9.py', 'x'),
+                       ('Zoe_4_assignsubmission_file_', 'a file without a name of its own')):
         (tmp_path / 'in' / name).write_text(text)
     found = submissions_in(tmp_path / 'in', print)
-    (kim, kim_said), (lee, lee_said) = (laid_out(one, tmp_path) for one in found)
+    (zoe, _), (kim, kim_said), (lee, lee_said) = (laid_out(one, tmp_path) for one in found)
     assert (kim, lee) == ({'imu_sub.py'}, {'lab7.unpacked/lab7/move2goal.py'})
+    assert zoe == {'Zoe_4_assignsubmission_file_'}
     assert [(tmp_path / 'work' / path).read_text() for path in (
         'kim/imu_sub.py', 'lee/lab7.unpacked/lab7/move2goal.py')] == ['new', 'third']
     assert lee_said == ['lab7.zip was handed in again: {} counts, not {}.'.format(*pair) for pair in (
@@ -221,34 +219,15 @@ def test_zip_files_that_differ_only_in_their_endings_stay_two(tmp_path):
 
 def test_folders_that_are_too_deep_are_left_out(tmp_path):
     deepest = tmp_path.joinpath(*'a' * DEEPEST)
-    (deepest / 'b').mkdir(parents=True)
-    for folder in (deepest, deepest / 'b'):
-        (folder / 'n.py').write_text('x')
+    hand_in(deepest, {'n.py': 'x', 'b/n.py': 'x'})
     assert submitted_files(tmp_path) == ([deepest / 'n.py'], [deepest / 'b'])
 
 
 def laid_out(submission, tmp_path):
-    """(the files that a submission consists of, remarks)."""
+    """Copy a submission. Returns (the files of the copy, all remarks)."""
     folder = tmp_path / 'work' / submission.student
     remarks, unread = copy_submission(submission.files, folder, lambda: any(folder.rglob('*.py')))
     return files_below(folder.resolve()), remarks + unread
-
-
-def test_a_folder_of_everything(tmp_path):
-    folder, told = tmp_path / 'in', []
-    zipped(folder / 'Ann_1_assignsubmission_file_' / 'work.zip', {NODE: 'x'})
-    zipped(folder / 'lee_LATE_2_22_lab2.zip', {'lee/' + NODE: 'x'})
-    (folder / 'kim_3_33_turtlebot_controller-1.py').write_text('x')
-    (folder / 'Zoe_4_assignsubmission_file_').write_text('x')      # without a name of its own
-    (folder / 'plain').mkdir()
-    (folder / 'grades.csv').write_text('x')
-    (folder / '__MACOSX').mkdir()
-    found = submissions_in(folder, told.append)
-    assert [submission.student for submission in found] == ['Ann', 'Zoe', 'kim', 'lee', 'plain']
-    assert len(told) == 1 and 'neither a folder nor a zip file' in told[0]
-    assert [laid_out(submission, tmp_path)[0] for submission in found[:4]] == [
-        {'work.unpacked/' + NODE}, {'Zoe_4_assignsubmission_file_'}, {'turtlebot_controller.py'},
-        {'lab2.unpacked/lee/' + NODE}]
 
 
 def in_zip(path, folder):
@@ -279,7 +258,7 @@ PACKAGE = '<package><name>{}</name></package>'
 
 
 @pytest.mark.parametrize('files, students', [
-    # one student's packages, with and without package.xml, zipped; a package; workspaces
+    # the packages of one student, a single package, or a workspace
     (['ann/lab1/package.xml', 'ann/lab2/' + NODE], 'ann'), (['ann/lab1/n.py', 'ann/final/n.py'], 'ann'),
     (['ann/lab1.zip', 'ann/lab2.zip'], 'ann'), (['ann/src/n.py', 'ann/msg/M.msg'], 'ann'),
     (['ann/tools/package.xml tools', 'ann/pictures/a.png'], 'ann'),
@@ -301,41 +280,38 @@ def test_a_zip_file_in_a_zip_file_is_not_unpacked_and_that_is_told_unless_there_
     files, said = laid_out(one, tmp_path)
     assert files == {'one.unpacked/a/inner.zip'}
     assert said == ['inner.zip was not unpacked: only zip files are, and none in others.']
-    (tmp_path / 'two').mkdir()
-    (tmp_path / 'two' / 'n.py').write_text('x')
-    (tmp_path / 'two' / 'inner.zip').write_bytes(inner)
-    assert laid_out(Submission('Bo', {tmp_path / 'two': ''}), tmp_path) == (
+    two = hand_in(tmp_path / 'two', {'n.py': 'x'})
+    (two / 'inner.zip').write_bytes(inner)
+    assert laid_out(Submission('Bo', {two: ''}), tmp_path) == (
         {'n.py'}, ['Left out, because it is a zip file beside the node: inner.zip.'])
 
 
 def test_what_is_left_out_or_cannot_be_unpacked_is_told(tmp_path):
-    (tmp_path / 'a').mkdir()
-    (tmp_path / 'a' / 'link').symlink_to('/etc/passwd')
-    (tmp_path / 'a' / 'work.zip').write_bytes(b'x')
-    (tmp_path / 'a' / 'work.rar').write_bytes(b'x')
-    files, remarks = laid_out(Submission('Ann', {tmp_path / 'a': ''}), tmp_path)
+    folder = hand_in(tmp_path / 'a', {'work.zip': 'x', 'work.rar': 'x'})
+    (folder / 'link').symlink_to('/etc/passwd')
+    files, remarks = laid_out(Submission('Ann', {folder: ''}), tmp_path)
     assert files == {'work.rar'}
     assert remarks[0] == 'Left out, because each is a link, a device, too deep, or may not be read: link.'
     assert 'cannot be unpacked' in remarks[1] and 'work.rar was not unpacked' in remarks[2]
 
 
 def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
-    """A link may lead to another student's work, to all files, or to one without an end."""
+    """A link may lead to another student's work, to the whole disk, or to an endless device."""
     (tmp_path / 'in' / 'ann').mkdir(parents=True)
     for name, target in (('bo', tmp_path / 'in' / 'ann'), ('cy', '/'), ('di.zip', '/dev/zero')):
         (tmp_path / 'in' / name).symlink_to(target)
     os.mkfifo(str(tmp_path / 'in' / 'ed.zip'))
+    hand_in(tmp_path / 'in', {'fay.csv': 'x', '__MACOSX/a': 'x', '.git/a': 'x'})
     told = []
     found = submissions_in(tmp_path / 'in', told.append)
     assert [submission.student for submission in found] == ['ann']
     assert told == ['left out, because it is {}: {}'.format(why, tmp_path / 'in' / name) for name, why in (
-        ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a file'))]
+        ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a file'),
+        ('fay.csv', 'neither a folder nor a zip file'))]
 
 
 def test_a_link_within_a_submission_is_read_as_its_files(tmp_path):
-    (tmp_path / 'in' / 'lab1' / 'deep').mkdir(parents=True)
-    for name in ('out.py', 'in/lab1/M.msg', 'in/lab1/deep/n.py', 'in/.git'):
-        (tmp_path / name).write_text(name)
+    hand_in(tmp_path, dict.fromkeys(('out.py', 'in/lab1/M.msg', 'in/lab1/deep/n.py', 'in/.git'), 'x'))
     os.link(str(tmp_path / 'out.py'), str(tmp_path / 'in' / 'lab1' / 'hard.py'))
     for link, target in (('msg', 'lab1'), ('n.py', 'lab1/deep/n.py'), ('loop', 'loop'), ('out', '../out.py'),
                          ('up', '..'), ('hard', 'lab1/hard.py'), ('git', '.git'), ('all', '/')):
@@ -360,29 +336,23 @@ def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, 
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root can become another user')
-def test_what_may_not_be_read_is_left_out_and_said():
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
-        skip_if_closed(folder)
-        folder.chmod(0o755)
-        for place, mode in (('shut', 0), ('names', 0o444), ('open', 0o755)):
-            (folder / place).mkdir()
-            (folder / place / 'n.py').write_text('x')
-            (folder / place).chmod(mode)
-        (folder / 'm.py').write_text('x')
-        (folder / 'm.py').chmod(0)
-        # the imports come first: a Python may lie where that user cannot read
-        program = 'import os, sys\nsys.path[:] = {!r}\n{}os.setuid(65534)\nprint(*submitted_files(Path({!r})))'.format(
-            sys.path, 'from pathlib import Path\nfrom tb3_labs.marking.intake.archives import submitted_files\n', name)
-        said = subprocess.check_output([sys.executable, '-c', program], universal_newlines=True)
-    assert said.replace(name + '/', '').replace('PosixPath', '') == (
-        "[('open/n.py')] [('names/n.py'), ('shut'), ('m.py')]\n")
+def test_what_may_not_be_read_is_left_out_and_said(request):
+    folder = pathlib.Path(tempfile.mkdtemp())
+    request.addfinalizer(lambda: shutil.rmtree(str(folder)))
+    skip_if_closed(folder)
+    hand_in(folder, {'shut/n.py': 'x', 'names/n.py': 'x', 'open/n.py': 'x', 'm.py': 'x'})
+    for name, mode in (('.', 0o755), ('shut', 0), ('names', 0o444), ('m.py', 0)):
+        (folder / name).chmod(mode)
+    os.setresuid(65534, 65534, 0)
+    try:
+        files, refused = submitted_files(folder)
+    finally:
+        os.setresuid(0, 0, 0)
+    assert [str(path.relative_to(folder)) for path in files + refused] == ['open/n.py', 'names/n.py', 'shut', 'm.py']
+    assert len(files) == 1
 
 
 def test_a_digest_depends_on_names_and_contents(tmp_path):
-    found = set()
-    for number, (name, text) in enumerate([('n.py', 'x'), ('n.py', 'y'), ('m.py', 'x'), ('n.py', 'x')]):
-        (tmp_path / str(number)).mkdir()
-        (tmp_path / str(number) / name).write_text(text)
-        found.add(digest(tmp_path / str(number)))
+    found = {digest(hand_in(tmp_path / str(number), {name: text})) for number, (name, text) in enumerate(
+        [('n.py', 'x'), ('n.py', 'y'), ('m.py', 'x'), ('n.py', 'x')])}
     assert len(found) == 3

@@ -1,7 +1,7 @@
 """Mouse positions into velocities, by the numbers of the course's mouse lab."""
 import pytest
 
-from tb3_labs.nodes.controller.mouse import Mouse, MouseState, mouse_twist
+from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event
 
@@ -36,9 +36,10 @@ def lost():
     (1.7, -3.0, -0.5, -0.5),          # a place beyond the edge of the screen is the edge
 ])
 def test_mouse(x, y, linear, angular):
-    twist = mouse_twist(x, y)
-    assert twist.linear == pytest.approx(linear)
-    assert twist.angular == pytest.approx(angular)
+    mouse = inactive_mouse()
+    hear(mouse, True, x, y, 0.1)
+    hear(mouse, True, x, y, 0.2)
+    assert mouse.twist == pytest.approx(Twist2(linear, angular))
 
 
 @pytest.mark.parametrize('active, x', [(True, 0.0), (False, 0.9)])

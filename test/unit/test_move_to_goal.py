@@ -96,15 +96,6 @@ def driving():
     return robot
 
 
-def test_commands_come_at_the_laws_own_rate_also_after_the_sensors_were_silent():
-    robot = driving()
-    robot.odom = False
-    robot.run(1.0)
-    robot.odom = True
-    robot.run(0.2)
-    assert len(robot.run(0.7)) == pytest.approx(21, abs=1)
-
-
 def test_a_reset_starts_the_drive_anew_in_the_new_frame():
     robot = driving()
     reset = robot.reset(Pose2(5.0, -1.0, math.pi / 2.0))
@@ -158,9 +149,7 @@ def test_a_pose_that_was_lost_is_not_driven_by_until_it_is_declared(silence, is_
 
 def test_a_reset_wants_every_sample_of_the_imu():
     robot = driving()
-    assert robot.core.idle_for(robot.now) >= 0.0
     robot.control(False)
-    assert robot.core.idle_for(robot.now) == LONGEST_IDLE
     robot.imu = False
     robot.run(0.05)
     robot.reset()
@@ -168,15 +157,6 @@ def test_a_reset_wants_every_sample_of_the_imu():
     robot.imu = True
     robot.run(0.05)
     assert robot.core.idle_for(robot.now) == LONGEST_IDLE
-
-
-def test_the_time_in_which_a_node_starts_is_no_sleep():
-    robot = CoreRobot(has_control=False)
-    robot.control(False)
-    robot.now += 5.0
-    robot.core.begin_control(robot.now)
-    robot.control(True)
-    assert robot.tick().has_grant
 
 
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():
@@ -213,22 +193,19 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
     assert robot.status.goal is None and robot.tick().fix is None
     robot.core.set_goal(Pose2(0.5, 0.0, 0.0))
     assert robot.status.text == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
-    attempt = robot.status.attempt
     robot.control(True)
-    assert robot.status.attempt == attempt + 1      # it may have been driven elsewhere meanwhile
-    assert robot.status.text == 'waiting: no imu yet, no odom yet' and not robot.status.begun
+    assert robot.status.text == 'waiting: no imu yet, no odom yet'
+    assert robot.status.attempt == 2      # it may have been driven elsewhere meanwhile
     robot.run(0.1)
-    assert robot.status.text == robot.status.state.name in DRIVING and robot.status.begun
+    assert robot.status.text == robot.status.state.name in DRIVING
     robot.imu = False
     robot.run(0.5)
     assert robot.status.text == 'stopped: no imu' and is_stopped(robot.status.text)
-    assert robot.status.sensor_problem == 'no imu'
     assert robot.reset().problem.startswith('no imu for 0.5 s')
     robot.run(RESUME_TIME)
-    assert robot.status.text == 'gave up: no imu for 2.0 s'
+    assert robot.status.text == 'gave up: no imu for 2.0 s' and is_over(robot.status.text)
     robot.imu = True
     assert set(robot.run(0.5)) == {None}
-    assert is_over(robot.status.text) and not robot.status.active
     robot.core.set_goal(Pose2(1.0, 0.0, 0.0))
     assert None not in robot.run(0.2)[2:]
 
@@ -236,16 +213,12 @@ def test_the_words_of_a_drive_from_waiting_to_its_end():
 def test_a_tick_gives_the_zero_at_once_and_each_event_once():
     robot = driving()
     robot.now += 0.001
-    output = robot.tick()
-    assert output.command is None and not output.stops_first     # no step is due
-    robot.control(False)
-    output = robot.tick()
-    assert output.command is None and output.stops_first
-    robot.control(True)
-    assert not robot.tick().stops_first
-    robot.cancel()
-    output = robot.tick()
-    assert output.command is None and output.stops_first
+    for act, drives in ((robot.tick, True), (lambda: robot.control(False), False),
+                        (lambda: robot.control(True), True), (robot.cancel, False)):
+        act()
+        output = robot.tick()
+        assert output.command is None and output.stops_first is not drives    # no step is due
+        assert output.watched is drives
     words = [robot.tick().status for _ in range(2)]
     assert output.status.text == 'gave up: canceled' and words == [None, None]
     assert [line.text for line in output.log_lines] == [
@@ -278,9 +251,6 @@ def test_a_client_hears_of_the_beginning_and_of_one_end():
     assert outcome is GoalOutcome.GIVEN_UP and 'jumped by' in reason
 
 
-# -- the effect of a wrong sign, a missing line or another constant
-
-
 @pytest.mark.parametrize('moved, told', [
     ((Pose2(), 1.0), 1), ((Pose2(1.3, 2.0, 1.8), 2.5), 0), ((Pose2(1.3, 2.0, -1.2), -0.5), 0)])
 def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(moved, told):
@@ -293,17 +263,6 @@ def test_who_was_driven_elsewhere_without_control_drives_when_it_is_given_again(
     assert robot.status.failure == '' and len(robot.refused) == told
     robot.control(True)
     assert None not in robot.run(0.2)[2:]
-
-
-def test_somebody_must_look_at_the_clock_while_it_drives_and_only_then():
-    robot = CoreRobot(has_control=False)
-    robot.run(0.1)
-    for act, is_watched in (
-            (lambda: robot.core.set_goal(Pose2(1.0)), False), (lambda: robot.control(True), True),
-            (robot.cancel, False), (lambda: robot.core.set_goal(Pose2(1.0)), True),
-            (lambda: robot.control(False), False)):
-        act()
-        assert robot.tick().watched is is_watched
 
 
 @pytest.mark.parametrize('in_odom', [False, True])
@@ -326,17 +285,17 @@ def test_a_place_that_is_far_away_is_a_mistake(in_odom):
 
 
 def test_a_goal_that_is_repeated_stays_cancelled_until_its_sender_pauses_or_changes_it():
-    robot, goal, sent = driving(), Pose2(3.0, 1.0), []
+    robot, goal = driving(), Pose2(3.0, 1.0)
 
     def repeat(seconds, **goal_id):
         """Send the goal every 0.5 s; returns True if the robot drove."""
         drove = False
         for _ in range(round(2 * seconds)):
-            if robot.ask(goal, 'program', **goal_id)[-1] != (GoalOutcome.REJECTED, STAYS_ENDED):
-                sent.append(robot.status.attempt)
+            robot.ask(goal, 'program', **goal_id)
             drove = any(robot.run(0.5)[1:]) or drove
         return drove
-    assert repeat(2.0, name='first', stamp=5) and len(set(sent)) == 1    # the drive goes on
+    attempt = robot.status.attempt
+    assert repeat(2.0, name='first', stamp=5) and robot.status.attempt == attempt + 1    # it goes on
     assert not robot.cancel('another') and not robot.cancel('', 4)
     assert robot.cancel() and not repeat(3.0)
     told = [line for line in robot.refused if 'that program repeats stays ended' in line]
@@ -372,19 +331,12 @@ def test_a_cancel_that_means_one_goal_ends_its_repetitions_with_other_names(whic
 
 def test_a_repeated_goal_does_not_drive_on_after_a_failure_nor_renew_the_wait_for_sensors():
     robot = driving()
-
-    def repeat(seconds):
+    for seconds, are_heard in ((1.0, True), (3.0, False), (1.0, True)):
+        robot.imu = robot.odom = are_heard
         for _ in range(round(2 * seconds)):
             robot.ask(Pose2(3.0), 'program')
             robot.run(0.5)
-    repeat(1.0)
-    robot.imu = robot.odom = False
-    repeat(3.0)
-    assert robot.status.text.startswith('gave up: no imu')
-    robot.imu = robot.odom = True
-    attempt = robot.status.attempt
-    repeat(1.0)
-    assert robot.status.attempt == attempt and robot.status.text.startswith('gave up: no imu')
+    assert robot.status.attempt == 2 and robot.status.text.startswith('gave up: no imu')
 
 
 def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_made():
@@ -404,11 +356,9 @@ def test_poses_in_odom_are_converted_by_the_frame_that_the_reset_before_them_mad
     assert (goal.x, goal.y, goal.yaw) == pytest.approx((-1.0, 1.0, 0.0))
 
 
-@pytest.mark.parametrize('only', ['imu', 'odom'])
-def test_a_jump_ends_the_drive_with_the_message_that_shows_it(only):
+def test_a_jump_of_the_imu_ends_the_drive_with_the_message_that_shows_it():
     robot = driving()
-    robot.imu, robot.odom = only == 'imu', only == 'odom'
-    robot.imu_yaw, robot.odom_pose = -1.5, Pose2(4.0, 2.0, 0.3)
+    robot.odom, robot.imu_yaw = False, -1.5
     robot.run(0.01)
     assert 'jumped by' in robot.status.failure
 
@@ -447,19 +397,10 @@ def test_the_time_of_a_stand_does_not_make_a_sensor_look_frozen(stand):
     assert robot.status.failure == ''
 
 
-class Resumed(DriveLaw):
-    """Counts how often an interrupted drive continues."""
-
-    times = 0
-
-    def resume(self, state, pose, goal):
-        self.times += 1
-        return super().resume(state, pose, goal)
-
-
 @pytest.mark.parametrize('stand', ['silence', 'suspended'])
 def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
-    robot, law = CoreRobot(has_control=False), Resumed(DriveConfig(), robot_model('burger'))
+    robot, law, resumed = CoreRobot(has_control=False), Ahead(), []
+    law.resume = lambda state, *_: resumed.append(state) or state
     robot.core.set_law(law)
     robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
 
@@ -468,7 +409,7 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
             robot.core.on_ctrl_relinq(Event(True, robot.now, 'pad', renews=True))
             robot.run(0.1)
     renewed()
-    assert law.times == 0
+    assert not resumed
     attempt = robot.status.attempt
     robot.imu = stand != 'silence'
     if robot.imu:
@@ -477,4 +418,4 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
         renewed()
     robot.imu = True
     renewed()
-    assert law.times == 1 and robot.status.attempt == attempt
+    assert len(resumed) == 1 and robot.status.attempt == attempt

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.control.goal_state import (
-    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, with_reason)
+    GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState)
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.panel.robot_view import RobotView
 from tb3_labs.robot.samples import OdometrySample
@@ -63,7 +63,7 @@ def test_each_kind_that_was_heard_stands_where_it_belongs(view):
 @pytest.mark.parametrize('words, phase', [
     *[(state.name, 'reached' if state is GoalState.GOAL_REACHED else 'driving')
       for state in GoalState],
-    *[(with_reason(word, 'stopped, waiting'), word) for word in (WAITING, STOPPED, GAVE_UP)],
+    *[(word + ': stopped, waiting', word) for word in (WAITING, STOPPED, GAVE_UP)],
     (WAITING_FOR_CONTROL, 'waiting'), ('', ''), ('MOVE_FORWARD ', ''), ('GOAL_REACHED twice', ''),
     ('not waiting', '')])
 def test_the_phase_is_the_kind_of_the_words(view, words, phase):

@@ -1,4 +1,4 @@
-"""The settings in the code, the files made from them, and the launch files agree."""
+"""The settings in the code, the files that are made from them, and the launch files agree."""
 import ast
 import re
 import sys
@@ -20,13 +20,13 @@ LAB_NODES = make_parameters.nodes()
 every_node = pytest.mark.parametrize('node', LAB_NODES, ids=lambda node: node.name)
 
 
-def test_the_files_are_as_the_command_makes_them():
+def test_the_files_are_those_that_the_command_makes():
     for path, text in make_parameters.made().items():
         assert (ROOT / path).read_text(encoding='utf-8') == text, \
             path + ' is old: python3 doc/instructor/make_parameters.py'
 
 
-def test_each_node_that_reads_settings_is_among_the_nodes():
+def test_each_node_that_reads_settings_is_in_the_list():
     places = [*(ROOT / 'scripts').glob('*.py'), *ROOT.glob('src/tb3_labs/nodes/*/ros_*.py')]
     readers = {path for path in places if 'read_config(' in path.read_text(encoding='utf-8')}
     assert readers - {ROOT / 'scripts/demo.py'} == {node.source for node in LAB_NODES}
@@ -40,9 +40,20 @@ def test_a_value_in_place_of_a_nodes_parameters_is_refused(given, monkeypatch):
         read_config(PadConfig)
 
 
+@pytest.mark.parametrize('word, valid', [
+    ('dead_zone:=0.2', '_dead_zone:=VALUE'), ('dead_zone', '_NAME:=VALUE'), ('_dead_zone=0.2', '_NAME:=VALUE')])
+def test_a_word_that_rospy_would_ignore_is_refused(word, valid, monkeypatch):
+    monkeypatch.setattr(rospy, 'get_param', lambda *_: {})
+    monkeypatch.setattr(sys, 'argv', ['gamepad.py', word])
+    with pytest.raises(ValueError, match='^' + word + ' is not an argument; .*' + valid):
+        read_config(PadConfig)
+    monkeypatch.setattr(sys, 'argv', ['gamepad.py', '_dead_zone:=0.2', 'joy:=joy2', '__ns:=robot3'])
+    assert read_config(PadConfig) == PadConfig()
+
+
 @every_node
-def test_a_launch_file_starts_a_node_with_what_it_takes_by_itself(node):
-    """The defaults of arguments, of the pad and of the YAML file: each parameter stands once, with its type."""
+def test_a_launch_file_starts_a_node_with_the_defaults_of_the_node(node):
+    """Arguments, the pad's file and the YAML file have each parameter once, with its type."""
     given = {arg.get('name'): yaml.safe_load(arg.get('default'))
              for arg in node.launch.findall('arg') if arg.get('name') in node.arguments}
     assert given.pop('model', None) in (None, '$(optenv TURTLEBOT3_MODEL burger)')
@@ -63,14 +74,13 @@ def test_a_launch_file_starts_a_node_with_what_it_takes_by_itself(node):
 
 @pytest.mark.parametrize('path', sorted((ROOT / 'launch' / 'params').glob('pad_*.yaml')),
                          ids=lambda path: path.stem)
-def test_a_pads_file_holds_the_numbers_of_one(path):
+def test_a_pads_file_has_all_numbers_of_a_pad(path):
     gamepad = next(node for node in LAB_NODES if node.name == 'gamepad')
     assert set(yaml.safe_load(path.read_text(encoding='utf-8'))) == set(gamepad.pad)
 
 
 @every_node
-def test_what_may_change_while_it_runs_is_what_the_nodes_offer(node):
-    """Only a node with LiveSettings has live parameters, and each such node has some."""
+def test_a_node_has_live_parameters_exactly_if_it_has_live_settings(node):
     source = node.source.read_text(encoding='utf-8')
     offers = any(isinstance(part, ast.Call) and getattr(part.func, 'id', '') == 'LiveSettings'
                  for part in ast.walk(ast.parse(source)))
@@ -78,7 +88,7 @@ def test_what_may_change_while_it_runs_is_what_the_nodes_offer(node):
 
 
 def set_by(command):
-    """(node, {name: value}) of the parameters that a command of a page gives."""
+    """Yields (node, {name: value}) for each parameter that a command of a page sets."""
     nodes = {node.name: node for node in LAB_NODES}
     for name, parameter, value in re.findall(r'dynparam set /(\w+) (\w+) (\S+)', command):
         assert dict((item.name, live) for item, live in nodes[name].settings)[parameter], command
@@ -90,7 +100,7 @@ def set_by(command):
 
 
 @by_name(PAGES)
-def test_the_pages_set_what_exists_to_what_is_valid(page):
+def test_the_pages_set_valid_values(page):
     for command in commands(page):
         for node, values in set_by(command):
             kinds = {item.name: kind for kind in node.configs for item in fields(kind)}

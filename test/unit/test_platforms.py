@@ -1,4 +1,4 @@
-"""Gradescope and GitHub Classroom: the zip file, results.json, and the steps of the workflow, without a robot."""
+"""Gradescope's zip file and results.json, and the workflow of GitHub Classroom, without a robot."""
 import base64
 import json
 import os
@@ -27,25 +27,24 @@ MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
 RUN = ROOT / 'doc' / 'instructor' / 'gradescope' / 'run_autograder'
 FLOW = yaml.safe_load((ROOT / 'doc' / 'instructor' / 'classroom.yml').read_text(encoding='utf-8'))
 JOB, = FLOW['jobs'].values()
-#: https://gradescope-autograders.readthedocs.io/en/latest/specs/: fields of the file and of a test, with their types.
-FORMATS = ('text', 'html', 'simple_format', 'md', 'ansi')
-SEEN, NUMBER = ('hidden', 'after_due_date', 'after_published', 'visible'), (int, float)
-FILE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': FORMATS,
-        'test_output_format': FORMATS, 'test_name_format': FORMATS, 'visibility': SEEN, 'stdout_visibility': SEEN,
-        'extra_data': dict, 'tests': list, 'leaderboard': list}
-TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': ('passed', 'failed'), 'name': str, 'name_format': FORMATS,
-        'number': str, 'output': str, 'output_format': FORMATS, 'tags': list, 'visibility': SEEN, 'extra_data': dict}
+#: The fields of the file and of a test in it, with their types or valid values. Source:
+#: https://gradescope-autograders.readthedocs.io/en/latest/specs/
+NUMBER, STATUS = (int, float), ('passed', 'failed')
+FORMAT, SEEN = ('text', 'html'), ('hidden', 'after_due_date', 'after_published', 'visible')
+FILE = {'score': NUMBER, 'execution_time': NUMBER, 'output': str, 'output_format': FORMAT, 'visibility': SEEN,
+        'stdout_visibility': SEEN, 'extra_data': dict, 'tests': list}
+TEST = {'score': NUMBER, 'max_score': NUMBER, 'status': STATUS, 'name': str, 'number': str, 'output': str,
+        'visibility': SEEN}
 
 
 def checked(text):
-    """The object of a results.json, if Gradescope takes it."""
+    """Returns the content of a results.json. It must have the fields that Gradescope knows."""
     found = json.loads(text)
     for fields, given in [(FILE, found)] + [(TEST, test) for test in found['tests']]:
         for name, value in given.items():
-            kind = fields[name]
-            assert value in kind if isinstance(kind[0] if isinstance(kind, tuple) else kind, str) else isinstance(
-                value, kind), (name, value)
-    assert isinstance(found['score'], NUMBER)       # required without tests
+            valid = fields[name]
+            assert value in valid if valid in (STATUS, FORMAT, SEEN) else isinstance(value, valid), (name, value)
+    assert isinstance(found['score'], NUMBER)       # Gradescope requires it if there are no tests
     return found
 
 
@@ -71,9 +70,9 @@ def test_each_submission_has_results_with_the_sentences_of_its_page(tmp_path, ha
 # -- Gradescope
 
 @pytest.mark.skipif(bool(MISSING), reason=MISSING)
-def test_the_zip_file_has_what_gradescope_starts_and_no_solution(tmp_path):
-    subprocess.run([sys.executable, str(MAKE), str(tmp_path / 'a.zip'), '--lab', 'gamepad', '--pad', 'xbox'],
-                   cwd=str(tmp_path), check=True)
+def test_the_zip_file_has_what_gradescope_starts_and_no_solution(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, 'path', sys.path[:])
+    runpy.run_path(str(MAKE))['make'](tmp_path / 'a.zip', ['--lab', 'gamepad', '--pad', 'xbox'])
     with zipfile.ZipFile(str(tmp_path / 'a.zip')) as file:
         modes = {info.filename: info.external_attr >> 16 for info in file.infolist()}
         assert file.read('options').decode().split('\n') == ['--lab', 'gamepad', '--pad', 'xbox', '']
@@ -94,7 +93,7 @@ def test_an_option_that_is_wrong_makes_no_zip_file(tmp_path, monkeypatch, capsys
 
 
 def stubbed(folder, rosrun):
-    """The environment of a machine with a set-up that does nothing, and this rosrun, a shell script."""
+    """Returns the environment of a machine on which setup.sh does nothing, and `rosrun` is a shell script."""
     for path, text in (('tb3_labs/scripts/setup.sh', ':\n'), ('bin/rosrun', '#!/bin/sh\n' + rosrun)):
         (folder / path).parent.mkdir(parents=True)
         (folder / path).write_text(text)
@@ -107,7 +106,7 @@ def stubbed(folder, rosrun):
      'm=$m/gradescope/submission; mkdir -p "$m"; echo \'{"score": 7, "tests": []}\' >"$m/results.json"', 7),
     ('exit 2', 0), ('sleep 60', 0), ('kill -KILL $PPID', 0)])
 def test_results_are_there_whatever_happens(tmp_path, rosrun, score):
-    """Also if the marking never ends. What a submission wrote before does not count."""
+    """The marking may fail, or never end. A results.json that a submission wrote does not count."""
     place = tmp_path / 'autograder'
     for name in ('submission', 'results'):
         (place / name).mkdir(parents=True)
@@ -132,7 +131,7 @@ def open_pytests_folders(tmp_path):
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='root alone can become another user')
 def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
-    """It has its own folder, and nothing beside it."""
+    """The program can use its own folder, and no other folder or process."""
     open_pytests_folders(tmp_path)
     (tmp_path / 'ws').mkdir()
     (tmp_path / 'marks').write_text('7')
@@ -180,8 +179,8 @@ def test_programs_have_no_sandbox_only_if_a_person_says_so(
 # -- GitHub Classroom
 
 def mark(folder, labs, made, *nodes):
-    """Run the step that marks, as GitHub does; `made`: lab -> results.json, `nodes`: the repository's. Returns
-    (status, output, result)."""
+    """Run the step that marks, as GitHub does. `made` maps a lab to its results.json. `nodes` are the files of the
+    repository. Returns (status, output, result)."""
     step, = [step for step in JOB['steps'] if step.get('id') == 'marks']
     for node in nodes:
         (folder / 'submission' / node).parent.mkdir(parents=True, exist_ok=True)
@@ -190,7 +189,7 @@ def mark(folder, labs, made, *nodes):
         place = folder / 'made' / lab / 'gradescope' / 'submission'
         place.mkdir(parents=True)
         (place / 'results.json').write_text(json.dumps(found))
-    environment = stubbed(folder, 'mkdir -p marks; cp -r "made/$7" marks/; exit 1')    # as without a node
+    environment = stubbed(folder, 'mkdir -p marks; cp -r "made/$7" marks/; exit 1')    # some lab lacks a node
     done = subprocess.run(
         ['bash', '-e', '-c', step['run']], cwd=str(folder), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         universal_newlines=True, env=dict(environment, LABS=labs, RUNNER_TEMP=str(folder), GITHUB_WORKSPACE=str(folder),
@@ -206,7 +205,7 @@ def case(name, score, worth):
 
 
 def test_the_workflow_sums_the_points_of_all_labs_and_tells_what_was_not_judged(tmp_path):
-    """As Classroom's reporter does, from the scores of the tests."""
+    """The workflow adds the scores of the tests, as Classroom's reporter does."""
     status, said, result = mark(tmp_path, 'imu turn move2goal gamepad', {
         'imu': {'tests': [case('a', 2.5, 2.5), case('beyond', 0, 0)], 'output': ''},
         'turn': {'tests': [case('b', 0, 4)], 'output': ''},

@@ -1,4 +1,4 @@
-"""The processes of a submission: their environment, their end, the limits of a sandbox."""
+"""The environment of a submission's processes, their end, and the limits of a sandbox."""
 import glob
 import json
 import os
@@ -21,7 +21,7 @@ from tb3_labs.marking.intake.sandbox import (
     ADDRESS_SPACE, ROOM, TASKS, USERS, NoSandbox, Sandbox, protection_problem)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
-#: A program prints what it sees; its arguments: a folder of its own, and places that are not.
+#: This program prints what it sees. Its arguments are a folder of its own, and paths that it must not see.
 LOOKS = '''
 import importlib.util, json, os, resource, signal, socket, sys
 own, *others = sys.argv[1:]
@@ -52,7 +52,7 @@ def test_a_ros_of_its_own_writes_below_its_folder_alone(tmp_path):
 
 @pytest.fixture
 def family():
-    """A process with two children, and an identity; nothing of it is left."""
+    """A process with two children and an identity. After the test all three are ended."""
     started = subprocess.Popen(['sh', '-c', 'sleep 60 & sleep 60 & wait'], start_new_session=True,
                                env=dict(os.environ, **{IDENTITY: 'of a test'}))
     deadline = time.monotonic() + 100.0
@@ -75,8 +75,8 @@ def test_only_what_has_the_identity_is_ended(family):
 
 
 class Bomb:
-    """Stands in for the module os on a computer with a full table of processes: if a process is killed or stopped, a
-    running one starts another, if there is room."""
+    """Stands in for the module os on a computer whose table of processes is full. If a process is killed or stopped,
+    a running process starts another one, as long as the table has room."""
 
     ROOM = 60
 
@@ -109,7 +109,7 @@ class Bomb:
 def test_programs_that_start_others_without_end_are_ended(monkeypatch):
     bomb = Bomb()
     monkeypatch.setattr(trial_runner, 'os', bomb)
-    monkeypatch.setattr(trial_runner, '_has', lambda pid, mark: pid in bomb.running | bomb.stopped)
+    monkeypatch.setattr(trial_runner, '_has_in_environment', lambda pid, mark: pid in bomb.running | bomb.stopped)
     ending = threading.Thread(target=kill_processes, args=('of a bomb',), daemon=True)
     ending.start()
     ending.join(10.0)
@@ -131,7 +131,7 @@ def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most,
     assert family.wait(100.0) == -9 and watch.exceeded == words
 
 
-#: Where this package, its build, and Python can lie, below one folder.
+#: The layouts of a workspace: the paths of this package, of its builds, and of Python.
 LAYOUTS = {
     'own folder': ('build/.ws/src/tb3_labs', ['build/.ws/devel'], 'build/.ws/venv'),
     'workspace': ('src/tb3_labs', ['devel', 'src/tb3_labs/build/.ws/devel'],
@@ -189,7 +189,7 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     assert 0 <= seen.pop('room') - ROOM < 1e6 or not sandbox.sized()
     limits = seen.pop('limits')
     assert limits[:3] == [LARGEST_FILE, ADDRESS_SPACE, 0]
-    assert limits[3] == TASKS or os.geteuid() != 0      # else it depends on Linux
+    assert limits[3] == TASKS or os.geteuid() != 0      # for others only a new Linux counts
     assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
 

@@ -1,7 +1,6 @@
-"""The README and doc/: each file and program that they name exists, and has the arguments that they use."""
+"""The files and programs that the README and doc/ name exist, and have the arguments that the pages use."""
 import fnmatch
 import re
-import xml.etree.ElementTree as ET
 
 from pages import (
     FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
@@ -33,7 +32,7 @@ def test_paths_in_backticks_exist(page):
         for word in re.split(r'[\s,;()\'"]+', code):
             word = PLACEHOLDER.sub('*', word[2:] if word.startswith('./') else word).strip('/')
             if 'build/' in word or ':' in word or word == '*':
-                continue        # made by the set-up, or a path of another machine
+                continue        # a file that the set-up makes, or a path of another computer
             whole = word.split('/')[0] in FOLDERS and '/' in word
             if whole or (OWN_FILE.fullmatch(word) and word not in OTHERS):
                 assert any(fnmatch.fnmatch(path, word) or not whole and path.endswith('/' + word)
@@ -64,14 +63,3 @@ def test_what_rosrun_starts_exists_with_its_options(page):
             assert path.exists(), command
             for option in re.findall(r'\s(--\w+)', rest):
                 assert repr(option) in path.read_text(encoding='utf-8'), command
-
-
-def test_the_changelogs_newest_version_is_the_packages():
-    """The form that catkin's release tools read."""
-    lines = (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8').splitlines()
-    headings = [text for text, rule in zip(lines, lines[1:]) if rule and rule == '-' * len(text)]
-    assert 'Forthcoming' not in headings[1:]
-    released = [re.match(r'(\d+\.\d+\.\d+) \(\d{4}-\d\d-\d\d\)$', text)
-                for text in headings if text != 'Forthcoming']
-    assert released and all(released)    # a malformed heading would be lost to catkin's tools
-    assert ET.parse(str(ROOT / 'package.xml')).getroot().findtext('version') == released[0].group(1)

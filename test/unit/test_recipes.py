@@ -1,5 +1,5 @@
-"""design.md's ways to add a pad and a criterion: in a copy the test adds a pad, and a criterion for each lab, as the
-page says. Then the tests that it names pass."""
+"""A pad and a criterion for each lab are added to a copy as design.md describes. Then the tests that
+the page names pass."""
 import os
 import re
 import shutil
@@ -51,8 +51,8 @@ def run(copy, *words):
 def test_a_pad_and_criteria_are_added_as_the_page_says(tmp_path):
     copy, pad, criterion = tmp_path / 'copy', way_to_add('a pad'), way_to_add("a lab's criterion")
     shutil.copytree(str(ROOT), str(copy), ignore=shutil.ignore_patterns(
-        'build', '.git', '__pycache__'))      # byte code has the path of its source
-    for made in tb3_labs.msg, tb3_labs.srv:    # generated, so not in the sources
+        'build', '.git', '__pycache__'))
+    for made in tb3_labs.msg, tb3_labs.srv:    # generated modules are not in the sources
         copy.joinpath('src', *made.__name__.split('.')).symlink_to(made.__path__[0])
 
     source, new = [copy / path.replace('NAME', 'ace') for path in re.findall(

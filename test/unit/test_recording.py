@@ -1,4 +1,4 @@
-"""The bag of a trial: it holds what was done and seen, and writers never wait for it."""
+"""The bag of a trial has what was done and seen. Who records never waits for the disk."""
 import errno
 import math
 import random
@@ -9,43 +9,34 @@ import pytest
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
 
-import rospy
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, Joy
-from std_msgs.msg import Header, String
+from sensor_msgs.msg import Joy
+from std_msgs.msg import String
 
+from recorded_trial import BEGIN, true_sensors
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.marks import Marks, marks_after_trial, points_of, read_points
 from tb3_labs.marking.trial.from_bag import MOST_PRINTED, read_trial
 from tb3_labs.marking.trial import ros_recording
 from tb3_labs.marking.trial.ros_recording import CHUNK_SIZE, PRINTED_A_SECOND, NodeOutput, Recording
-from tb3_labs.ros.conversions import to_pose_stamped, to_quaternion, to_twist
-
-BEGIN = 1.7e9
+from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """The time of ROS [s], which the test sets: clock[0]."""
+    """The time of ROS [s]. The test sets clock[0]."""
     now = [BEGIN]
     monkeypatch.setattr(ros_recording, 'ros_time', lambda: now[0])
     return now
 
 
 def robot(recording, at, yaw):
-    """The robot is at (1, 2) then, and says so by all its topics."""
-    header = Header(stamp=rospy.Time.from_sec(at), frame_id='odom')
-    imu, odometry = Imu(header=header, orientation=to_quaternion(yaw)), Odometry(header=header)
-    odometry.pose.pose = to_pose_stamped(Pose2(1.0, 2.0, yaw), 'odom', at).pose
-    recording.add('imu', (Imu._type, serialized(imu), Imu._md5sum, Imu), at)
+    """Record a robot that is at (1, 2). The IMU's sample is serialized, as a Recorder hands it over."""
+    pose, data = Pose2(1.0, 2.0, yaw), BytesIO()
+    odometry, imu = true_sensors(at, pose)
+    imu.serialize(data)
+    recording.add('imu', (imu._type, data.getvalue(), imu._md5sum, type(imu)), at)
     recording.add('odom', odometry, at)
-    recording.add('ground_truth', to_pose_stamped(Pose2(1.0, 2.0, yaw), 'world', at), at)
-
-
-def serialized(message):
-    buffer = BytesIO()
-    message.serialize(buffer)
-    return buffer.getvalue()
+    recording.add('ground_truth', to_pose_stamped(pose, 'world', at), at)
 
 
 def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
@@ -69,7 +60,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
             recording.event('end', facts={'moved': True, 'rested': False}, died=False)
             output.add('and this comes after it')
             output.flush()
-            recording.event('begin', name='r')      # it has no end: the trial was interrupted
+            recording.event('begin', name='r')      # the trial is interrupted in this stimulus
     recording.event('odd', text='nan m/s and 0 rad/s')
     recording.event('not offered', names=['mouse up'], reason='it does not listen to mouse_info')
     for _ in range(2):
@@ -82,7 +73,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert scene.end - scene.begin == pytest.approx(17 * step, abs=1e-3)
     assert (scene.printed, scene.lines) == ('l\ndone\n', 2)
     assert scene.facts == {'moved': True, 'rested': False}
-    assert scene.turned_deg == pytest.approx(85.0, abs=5.1)     # the samples within it
+    assert scene.turned_deg == pytest.approx(85.0, abs=5.1)     # a step of 5 degrees may be outside
     assert scene.commands[:, 1:].tolist() == [[0.1, 1.5]] * len(scene.commands)
     assert len(scene.commands) in (16, 17, 18)
     whole = seen.truth[-1][3] - seen.truth[0][3]
@@ -90,13 +81,13 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     [run] = seen.processes
     assert run.ready is not None and run.end is None and run.listens == ['/imu']
     assert run.printed == 'Input l or rl\ndone\nand this comes after it'
-    assert not seen.has('r') and seen.missing == {
+    assert not seen.has('r') and seen.not_offered == {
         'mouse up': 'it does not listen to mouse_info'}
     assert (seen.remarks, seen.findings) == (['Once.'], ['For the instructor.'])
     assert [words for _, words in seen.not_finite] == ['nan m/s and 0 rad/s']
     marks = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
     assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.worth
-    with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:     # others can read it, too
+    with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
         assert bag.get_type_and_topic_info().topics['/ground_truth'].message_count == 41
 
 
@@ -110,7 +101,7 @@ def test_who_records_does_not_wait_for_the_disk(tmp_path, monkeypatch):
     recording = Recording(tmp_path / 'trial.bag')
     for k in range(100):
         recording.event('remark', text=str(k))
-    assert not is_free.is_set()     # all were taken meanwhile
+    assert not is_free.is_set()     # nobody has waited for the disk
     is_free.set()
     recording.close()
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
@@ -164,7 +155,7 @@ def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
 
 
 def test_a_recording_that_a_full_disk_cut_off_is_none(tmp_path, monkeypatch):
-    """Its first part alone would have cost the node points."""
+    """The first part of a trial alone would cost the node points."""
     write = rosbag.Bag.write
 
     def full(bag, topic, *arguments, **options):

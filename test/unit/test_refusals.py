@@ -15,7 +15,6 @@ DYNPARAM = '../src/tb3_labs/ros/dynparam.py'
 NO_MASTER = 'http://localhost:1'
 AT_ONCE = 2.0       # [s]
 MARK = ['.', '--lab', 'turn', '-o', '../marks']
-GAMEPAD = ['.', '--lab', 'gamepad', '-o', '../marks']
 YAW, METRES = 'a number from -360 to 360 deg', 'a number from -100 to 100 m'
 #: (script, what is typed, words of the answer). Only the words of this package in argparse's own refusals.
 CASES = [
@@ -23,27 +22,20 @@ CASES = [
     ('mark.py', ['.', '--lab', 'trun', '-o', 'x'], ('--lab', 'trun', 'gamepad', '; --help tells more')),
     ('mark.py', MARK + ['--job', '2'], 'unrecognized arguments: --job 2'),
     ('mark.py', ['nowhere'] + MARK[1:], 'nowhere is neither a folder nor a zip file'),
-    ('mark.py', ['nowhere.zip'] + MARK[1:], 'nowhere.zip is neither a folder nor a zip file'),
     ('mark.py', ['miller/node.py'] + MARK[1:], 'miller/node.py is neither a folder nor a zip file'),
     ('mark.py', MARK + ['--points', 'nowhere'], 'the points, nowhere, cannot be read: No such file'),
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
     ('mark.py', MARK + ['--pad', 'xbox'], '--pad is for --lab gamepad alone'),
-    ('mark.py', GAMEPAD + ['--pad', 'xbx'], "there is no pad 'xbx'; valid: f310_d,"),
     ('mark.py', MARK + ['--jobs', '17'], "--jobs: '17' is not valid: a whole number from 1 to 16; --help"),
-    ('lab_report.py', ['x.bag', '--turn', '0'], "--turn: '0' is not valid: a whole number from 1 to 999"),
     ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; near it: miller'),
     ('mark.py', ['.', '--lab', 'turn', '-o', 'inside'], 'the marks would lie among the submissions'),
     ('lab_report.py', ['run_1.bag', 'run_2.bag', '--turn', '1'], 'run_2.bag'),
     ('skeleton.py', ['turn', '.', 'x\ny'], 'x\\ny'),
     ('mystery.py', ['--answer', '7', 'imu', 'offset', '130', 'deg'], "'imu offset 130 deg' is not a fault"),
     ('send_goal.py', ['1', '1', '90', 'deg'], 'usage: send_goal.py X Y YAW_DEG'),
-    (DYNPARAM, ['set', '/turtlebot3', 'slip', '0.1', '0.2'], 'usage: dynparam list'),
-    ('lab_report.py', [], ('RUN.bag', '; --help tells more')),
     ('lab_report.py', ['nowhere.bag'], 'nowhere.bag: there is no such file'),
-    ('lab_report.py', ['x.bag', '--goal', '1', '1'], ('--goal', '3')),
     ('lab_report.py', ['x.bag', '--goal', '1', '1', 'up'], "--goal: yaw_deg = 'up' is not valid: " + YAW),
     ('lab_report.py', ['x.bag', '--model', 'burgr'], ('burgr', 'burger', 'waffle_pi')),
-    ('send_goal.py', [], 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees'),
     ('send_goal.py', ['1,0'], 'with blanks between them, such as: 1 1 90'),
     ('send_goal.py', ['1', '1', '900'], 'yaw_deg = 900.0 is not valid: ' + YAW),
     ('send_goal.py', ['nan', '1', '0'], 'x = nan is not valid: ' + METRES),
@@ -54,7 +46,6 @@ CASES = [
     ('mystery.py', ['7'], ('--answer', '--list')),
     ('mystery.py', ['key', 'x'], "'x' is not valid: a number such as 7, or a range such as 1-12"),
     ('mystery.py', ['key', '1-99999999'], 'mystery = 10000 is not valid: a whole number from 1 to 9999'),
-    ('skeleton.py', ['trun', '.'], ('trun', 'gamepad', '; --help tells more')),
     ('skeleton.py', ['turn', '~nobody_at_all/src'], 'skeleton.py: '),
     ('mark.py', MARK + ['--jobs', 5000 * '9'], 39 * '9' + ' is not valid: a whole number from 1 to 16'),
     ('mystery.py', ['--answer', 5000 * '9', 'slip', '1'], ' is not valid: a whole number from 1 to 9999'),

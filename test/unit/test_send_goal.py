@@ -1,4 +1,4 @@
-"""An answer to a goal is used also if it comes before send_goal() has returned."""
+"""An answer to a goal may arrive before send_goal() has returned."""
 import runpy
 from types import SimpleNamespace
 

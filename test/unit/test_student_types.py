@@ -1,4 +1,4 @@
-"""The classes of a student's messages, made from examples without a line of their code."""
+"""The marker makes the classes of a student's messages from examples, without the student's code."""
 import importlib
 import io
 import os
@@ -8,7 +8,7 @@ from unittest import mock
 
 import genpy
 import pytest
-from sandboxes import ros_alone  # noqa: F401
+from sandboxes import hand_in, ros_alone  # noqa: F401
 from tb3_labs.marking.intake.workspace import build
 from tb3_labs.marking.labs.ros_gamepad import has_covariance, is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -28,18 +28,14 @@ TEXTS = {
     'msg/Lacking.msg': 'nowhere_msgs/Thing thing\n', 'msg/Itself.msg': 'Itself it\n',
     'msg/Huge.msg': 'float64[900000000] x\n', 'msg/Large.msg': 'Inner[90000] x\n',
     'srv/Set.srv': 'int8 n\ngeometry_msgs/PoseWithCovarianceStamped pose\n---\nbool success\nstring message\n',
-    # the same fields as in a package of the handout, which therefore is the same service
+    # its fields are those of a service of the handout, so it is the same service
     'srv/Same.srv': 'geometry_msgs/PoseWithCovarianceStamped pose\n---\n'}
 
 
 def built(tmp_path, texts, remarks):
-    """The examples of a package lab2 with these files."""
-    for name, text in texts.items():
-        path = tmp_path / 'lab2' / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return build({'lab2': tmp_path / 'lab2'}, tmp_path / 'python', dict(os.environ), remarks,
-                 NoSandbox())
+    """Write these files of a package lab2. Returns the examples of its types."""
+    folder = hand_in(tmp_path / 'lab2', texts)
+    return build({'lab2': folder}, tmp_path / 'python', dict(os.environ), remarks, NoSandbox())
 
 
 @pytest.fixture(scope='module')
@@ -54,7 +50,7 @@ def described(place):
 
 @pytest.fixture(scope='module')
 def theirs(place, described):
-    """The modules, which in the marking run in a box alone; nobody else can import them."""
+    """The modules of the student's types. In the marking only a sandbox imports them."""
     with mock.patch.object(sys, 'modules', dict(sys.modules)), mock.patch.object(
             sys, 'path', [str(place / 'python')] + sys.path):
         return importlib.import_module('lab2.msg'), importlib.import_module('lab2.srv')
@@ -88,7 +84,7 @@ def test_a_message_of_theirs_is_made_and_filled(described, theirs):
 
 
 def test_a_service_of_theirs_is_made(described, theirs):
-    """Its request declares the origin, its response reports success; nothing is read."""
+    """The request declares the origin, and the response reports success."""
     types = Types(described)
     assert types.service('lab2/Same') is types.service('tb3_labs/SetInitialPose') is SetInitialPose
     kind = types.service('lab2/Set')

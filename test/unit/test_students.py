@@ -1,5 +1,5 @@
-"""The students' archive: nothing of the solutions is in it, and nothing in it is missing;
-students.test builds it."""
+"""The students' archive has no part of the solutions, and all that its own files need. students.test
+builds it."""
 import ast
 import os
 import re
@@ -15,7 +15,7 @@ LAB_NODES = ['scripts/turtlebot_controller.py', 'scripts/move2goal_tf.py', 'scri
 PLAIN = ['scripts/imu_sub.py'] + [path.replace('/', '/plain_') for path in LAB_NODES]
 SOLUTIONS = LAB_NODES + ['src/tb3_labs/nodes/{}/ros_node.py'.format(room)
                          for room in ('controller', 'gamepad', 'move_to_goal')]
-#: Long lines of the solutions that any program may have.
+#: Lines of the solutions that other files may have too.
 IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
           'self._changed.notify_all()', 'except ValueError as problem:',
           'except rospy.ROSException:', "rospy.logwarn('%s', problem)",
@@ -23,7 +23,7 @@ IDIOMS = {'rospy.on_shutdown(self._close)', 'self._lock = threading.Lock()',
 
 
 def text_of(path):
-    """The text of a file, '' for a picture."""
+    """Returns the text of a file; '' for a picture."""
     try:
         return path.read_text(encoding='utf-8')
     except UnicodeDecodeError:
@@ -45,7 +45,7 @@ def archive(folder):
 
 
 def imports_of(text):
-    """Yields (name, files that may be meant) of each import from this package."""
+    """Yields each name that is imported from this package, and the files that may define it."""
     for node in ast.walk(ast.parse(text)):
         names = [alias.name for alias in getattr(node, 'names', ()) if isinstance(node, ast.Import)]
         if isinstance(node, ast.ImportFrom):
@@ -67,12 +67,15 @@ def test_each_line_of_the_list_leaves_something_out():
 
 def test_the_solutions_are_left_out_and_what_students_need_is_there(archive, folder):
     assert not set(archive) & set(SOLUTIONS + PLAIN)
-    assert not [path for path in archive if path.startswith(('doc/instructor/', 'test/ros/'))]
+    assert not [path for path in archive if path.startswith('doc/instructor/')]
     assert {'launch/fake_robot.launch', 'launch/checks/check_turn.test', 'scripts/lab_report.py',
             'scripts/mark.py', 'scripts/setup.sh', 'msg/MouseController.msg',
             'srv/ResetPose.srv', 'doc/imu_lab.md', 'CMakeLists.txt', 'LICENSE', '.gitignore',
             'src/tb3_labs/geometry/se2.py', 'README.md', 'doc/panel.png'} <= set(archive)
     assert os.access(str(folder / 'scripts' / 'setup.sh'), os.X_OK)
+    assert 'demo.sh' not in archive['README.md'] and 'tar -xzf students.tar.gz -C ~' in archive['README.md']
+    assert [path for path in archive if path.startswith(('test/', '.ci', 'CHANGELOG'))
+            or path == 'scripts/test.sh'] == ['test/.run_test.py']      # it starts a check
 
 
 def test_no_solution_stands_in_another_file(archive):
@@ -100,7 +103,7 @@ def test_no_todo_is_filled_in_any_file(lab, archive):
 
 def test_every_import_leads_to_a_file_of_it_and_every_module_serves_one(archive):
     """A module that nothing in the archive uses belongs to a solution."""
-    modules = {'launch': 'launch_arguments'}    # as launch/run.py renames it
+    modules = {'launch': 'launch_arguments'}    # launch/run.py renames it
     used = {'src/tb3_labs/ros/{}.py'.format(modules.get(name, name)) for path, text in archive.items()
             if not path.endswith('.py') for name in re.findall(r'run\.py"? (\w+)', text)}
     # a program that is started by its path
@@ -127,31 +130,19 @@ def test_nothing_that_it_starts_or_includes_is_missing(archive):
                 assert name in archive, (path, name)
 
 
-def test_its_readme_is_its_own_and_no_link_is_dead(archive, folder):
-    assert 'demo.sh' not in archive['README.md'] and 'tar -xzf students.tar.gz -C ~' in archive['README.md']
-    for path, text in archive.items():
-        for target in re.findall(r'\]\(([^)#]+)', text) if path.endswith('.md') else ():
-            assert '://' in target or (folder / path).parent.joinpath(target).exists(), (path, target)
-
-
-def test_it_has_no_leftovers_and_no_file_names_a_page_that_is_missing(archive, folder):
-    """It has only those tests that start a check, and no program without its own files."""
-    assert [path for path in archive if path.startswith(('test/', '.ci', 'CHANGELOG'))
-            or path == 'scripts/test.sh'] == ['test/.run_test.py']
+def test_no_file_names_a_page_and_no_page_names_a_file_that_is_missing(archive, folder):
+    here = {path.relative_to(ROOT).as_posix()
+            for name in ('doc', 'launch', 'scripts', 'src', 'test')
+            for path in (ROOT / name).rglob('*') if path.is_file()}
+    gone = here - set(archive)
+    gone |= {re.sub('^src/tb3_labs/', '', path) for path in gone}
     for path, text in archive.items():
         for page in re.findall(r'[\w./-]*\w\.(?:md|rst)\b', re.sub('<!--.*?-->|```.*', '', text)):
             assert any(place.joinpath(page).exists() for place in (
                 folder, folder / 'doc', (folder / path).parent)), (path, page)
-
-
-def test_its_pages_name_no_file_that_is_missing(archive):
-    here = {path.relative_to(ROOT).as_posix()
-            for folder in ('doc', 'launch', 'scripts', 'src', 'test')
-            for path in (ROOT / folder).rglob('*') if path.is_file()}
-    gone = here - set(archive)
-    gone |= {re.sub('^src/tb3_labs/', '', path) for path in gone}
-    for path, text in archive.items():
         if path.endswith('.md'):
+            for target in re.findall(r'\]\(([^)#]+)', text):
+                assert '://' in target or (folder / path).parent.joinpath(target).exists(), (path, target)
             text = re.sub('<!--.*?-->', '', text)
             assert set(re.findall(r'[\w.-]+(?:/[\w.-]+)+', text)) & gone == set(), path
             assert 'instructor/' not in text, path

@@ -1,5 +1,5 @@
-"""Submissions with the faults of real ones: which node is found, how it is repaired, what is built;
-resets are filled and read."""
+"""The intake finds the node of a submission with the faults of real ones, repairs it, and builds its
+messages. The requests of its reset services are filled and read."""
 import math
 import os
 import re
@@ -9,18 +9,19 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
+from unittest import mock
 
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
-from sandboxes import ros_alone  # noqa: F401
+from sandboxes import hand_in, ros_alone  # noqa: F401
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.intake import workspace
+from tb3_labs.marking.intake import read_submission, workspace
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.find_node import find_node
-from tb3_labs.marking.intake.imports import TRY_IMPORTS, imports_of
+from tb3_labs.marking.intake.imports import TRY_IMPORTS
 from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
 from tb3_labs.marking.names import LAB_NODES, is_typo_of
 from tb3_labs.marking.intake.read_submission import _read, read
@@ -32,27 +33,32 @@ from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import ResetPoseRequest, SetInitialPose, SetInitialPoseRequest
 
-pytestmark = pytest.mark.usefixtures('ros_alone')
+pytestmark = pytest.mark.usefixtures('ros_alone', 'built_once')
 TURN, PAD, LAB = LAB_NODES['turn'], LAB_NODES['gamepad'], LAB_NODES['move2goal']
 PYTHON = '#!/usr/bin/env python3\n'
 NODE = PYTHON + 'print("runs")\n'
+
+
+@pytest.fixture(scope='module')
+def built_once():
+    """The modules of equal messages are made once: most tests have lab1's message."""
+    made, make = {}, workspace._examples_of
+
+    def examples_of(definitions, environment, sandbox):
+        key = repr((definitions, type(sandbox)))
+        if key not in made:
+            made[key] = make(definitions, environment, sandbox)
+        return made[key]
+    with mock.patch.object(workspace, '_examples_of', examples_of):
+        yield
 
 
 def manifest(name):
     return '<package format="2"><name>{}</name></package>'.format(name)
 
 
-def hand_in(folder, files):
-    """Write files: path -> text or bytes."""
-    for name, text in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return folder
-
-
 def prepared(tmp_path, files, lab=TURN):
-    """(how it starts; what was read, with all remarks), in this process; may raise NotJudged."""
+    """Returns (the NodeStart, the ParsedSubmission with all remarks). May raise NotJudged."""
     folder = files if not isinstance(files, dict) else hand_in(tmp_path / 'bob', files)
     reading = _read({str(folder): ''}, str(tmp_path / 'ws' / COPY), lab, '', '')
     return prepare(reading, tmp_path / 'ws', os.environ), reading
@@ -64,12 +70,11 @@ LAB1_MESSAGE = 'Header header\nbool activestatus\nfloat32 xPos\nfloat32 yPos\n'
 
 
 def course(node, **more):
-    """The files of a course's repository; '__' stands for '/' in a name of `more`."""
+    """Returns the files of a course's repository."""
     return dict({
         MINE: node, 'lab1/msg/MouseController.msg': LAB1_MESSAGE, 'lab1/package.xml': manifest('lab1'),
         'lab2/package.xml': manifest('lab2'), 'lab3/package.xml': manifest('lab3'),
-        'lab3/CMakeLists.txt': 'message(FATAL_ERROR "never built")'},
-        **{name.replace('__', '/'): text for name, text in more.items()})
+        'lab3/CMakeLists.txt': 'message(FATAL_ERROR "never built")'}, **more)
 
 
 USES_LAB1 = PYTHON + 'from lab1.msg import MouseController\nprint(MouseController().activestatus)\n'
@@ -95,7 +100,8 @@ del LAWS['lab1/package.xml'], LAWS['lab1/msg/MouseController.msg']
 TWICE = course(NODE.replace('runs', 'src'), **{
     'lab2/scripts/turtlebot_controller.py': NODE.replace('runs', 'scripts')})
 
-#: Modules between the node and lab1's message: a folder beside it; one of a setup.py; one that lies elsewhere.
+#: These modules import lab1's message for the node. They are in a folder beside it, in the package of a setup.py,
+#: and in a folder where Python does not look.
 THROUGH = {path: 'import cv3\nfrom lab1.msg import MouseController\n' + more for path, more in (
     ('lab2/src/utils/mouse.py', 'from . import near\n'), ('lab2/src/lab2/mouse.py', 'from .near import name\n'),
     ('lab2/lib/helper.py', ''))}
@@ -103,18 +109,19 @@ THROUGH.update({'lab2/src/utils/near.py': 'import nothing_here.msg\n',
                 'lab2/src/lab2/near.py': 'import cv4\nname = 1\n'})
 
 
-def through(module, path='', **more):
-    """A node that gets lab1's message from a module of its own."""
+def through(module, path=''):
+    """Returns the files of a node that imports lab1's message from one of these modules."""
     return dict(course(PYTHON + path + 'from {} import MouseController\nprint(MouseController().activestatus)\n'.format(
         module)), **THROUGH, **{'lab2/setup.py': 'setup(packages=["lab2"], package_dir={"": "src"})'})
 
 
 def imported(line, kind='MouseController'):
-    """A file alone that imports a type of the course in this way."""
+    """Returns a single file that imports a type of the course by this line."""
     return {'turtlebot_controller.py': PYTHON + line + '\nprint({}()._md5sum)\n'.format(kind)}
 
 
-#: A message without package.xml: named by CMakeLists.txt, by the import, loose, elsewhere in its package.
+#: A package with a message and no package.xml. CMakeLists.txt or only the import names it. The message is loose,
+#: or in another folder of its package.
 OWN_MESSAGE = PYTHON + 'from lab2.msg import MouseController\nprint(MouseController().activestatus)\n'
 UNNAMED = [{'my work/' + path: text for path, text in files.items()} for files in (
     {'src/turtlebot_controller.py': OWN_MESSAGE, 'msg/MouseController.msg': LAB1_MESSAGE,
@@ -129,9 +136,8 @@ FORMS = ['from lab1.msg import *', 'import lab1.msg\nMouseController = lab1.msg.
          'from lab1 import msg\nMouseController = msg.MouseController',
          'from lab1.msg._MouseController import MouseController']
 
-#: Files that are handed in, the output of the node then, the line for the student or the instructor.
+#: name -> (files of a submission, begin of the node's output, part of a line for the student or the instructor)
 HANDED_IN = {
-    'a course': (course(USES_LAB1), 'False\n', 'is not executable: it was made so'),
     'unused modules': (course(UNUSED), "False <module 'math'", 'cv3, nothing_here.msg: imported, but not used'),
     'Windows': (course(GUARDED), 'False\n', 'Windows line endings'),
     'byte order mark': (course('\ufeff' + NODE), 'runs\n', 'byte order mark: removed'),
@@ -140,8 +146,7 @@ HANDED_IN = {
     "the skeleton's message": (BARE, 'False\n', 'The package lab2 was not handed in: the message '
                                'MouseController of the skeleton stands in for its own.'),
     'broken messages': (BROKEN, 'False\n', 'lab1/Broken.msg cannot be built: Cannot locate message [Type]: '
-                        'unknown package [nowhere].'),
-    'a broken service': (BROKEN, 'False\n', 'lab1/S.srv cannot be built: Invalid declaration: no type here.'),
+                        'unknown package [nowhere]. lab1/S.srv cannot be built: Invalid declaration: no type here.'),
     'own modules, and the nearer package': (LAWS, 'lab2 lab2/lab1\n', 'is not executable'),
     'two files of a name': (TWICE, 'scripts\n', 'as likely the node as {}, and they differ'.format(MINE)),
     'a folder of modules': (through('utils.mouse'), 'False\n', 'cv3, nothing_here.msg: imported, but not used'),
@@ -178,16 +183,13 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
     if prints is not None:
         said = subprocess.check_output([ready.program], env=ready.environment, text=True)
         assert said.startswith(prints)
-    for path, text in files.items():    # what was handed in stays
+    for path, text in files.items():    # a submission itself is not changed
         assert (tmp_path / 'bob' / path).read_bytes() == (text if isinstance(text, bytes) else text.encode())
-    built = tmp_path / 'ws' / 'python'
-    if name == 'unused modules':
-        assert sorted(os.listdir(str(built))) == ['cv3', 'lab1', 'nothing_here']
     if files is BARE:
         assert ready.types['msg']['lab2/MouseController']['sum'] == MouseController._md5sum
 
 
-#: The lines of a package's CMakeLists.txt that decide how catkin starts a node, and finds its modules.
+#: By these lines of a package's CMakeLists.txt catkin decides how it starts a node and finds its modules.
 SETUP, INSTALLS = 'catkin_python_setup()\n', 'catkin_install_python(PROGRAMS {} DESTINATION {})\n'
 BIN = '${CATKIN_PACKAGE_BIN_DESTINATION}'
 NAMED = INSTALLS.format('src/turtlebot_controller.py', BIN)
@@ -195,7 +197,7 @@ LISTED = 'file(GLOB nodes src/*.py) # all\nForeach(node ${nodes})\n' + INSTALLS.
 EACH = INSTALLS.format('"${PROJECT_SOURCE_DIR}/src/${name}.py"', 'lib/lab2')
 BRACKETS = '#[=[\n' + NAMED + ']=] #[[' + NAMED + ']]'
 NOT_NAMED = '# ' + NAMED + INSTALLS.format('src/other.py', BIN) + INSTALLS.format('${others}', BIN)
-#: Its Python modules: messages that the node's folder hides; beside the node; in another package.
+#: The modules of that package. The folder of the node hides the messages; a module is beside the node.
 LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
 
 
@@ -206,11 +208,11 @@ LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
     # catkin's module of a package puts the package's src on the path
     (SETUP + NAMED, 'lab2.msg helper', True), (SETUP + NAMED, 'helper lab2.msg', False),
     (SETUP + NAMED, TOOLS, True),
-    # otherwise the file itself is started, and its folder comes first
+    # without a relay the file itself is started, and its folder comes first
     *[(how, BESIDE, True) for how in ('', BRACKETS, NOT_NAMED, NAMED.replace('PACKAGE', 'GLOBAL'))],
     *[(how, 'lab2.msg', False) for how in ('', SETUP, SETUP + NOT_NAMED)], ('', 'lab2.laws', True)])
 def test_a_node_is_started_as_catkin_starts_it(tmp_path, cmake, imports, starts):
-    """What catkin's own rosrun does with these files was tried with a workspace of 160 such packages."""
+    """The expected results were measured with catkin and rosrun in a workspace of 160 such packages."""
     node = ''.join(map('import {}\n'.format, imports.split())) + 'print("runs")\n'
     ready, reading = prepared(tmp_path, {
         MINE: PYTHON * (not cmake.endswith(NAMED)) + node, 'lab2/src/helper.py': '', 'lab2/src/lab2/__init__.py': '',
@@ -238,7 +240,7 @@ LACKS = MINE + ' imports {}, which neither the submission nor the marking machin
 
 @pytest.mark.parametrize('files, said', [
     (course(PYTHON + 'import apriltag_rosx as tags\nprint(tags)'), LACKS.format('apriltag_rosx')),
-    # its package.xml is there, its message was forgotten
+    # the message of a package was not handed in
     (course(PYTHON + 'from lab2.msg import MouseController\nMouseController()'),
      MINE + ' imports lab2.msg, which the package lab2 that was handed in does not have.'),
     ({'turtlebot_controller.py': 'from lab2.msg import Mouse\nMouse()\n'},
@@ -273,7 +275,7 @@ def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, text, words)
 
 
 def test_a_module_that_needs_much_memory_is_not_broken(tmp_path):
-    """The reading of a submission is limited, and a module takes more than the limit here."""
+    """The reading of a submission has a limit of memory, and the module needs more."""
     (tmp_path / 'large.py').write_text('kept = bytearray(300000000)')
     for limit in ('200000000:', '200000000:200000000'):
         done = subprocess.run(['prlimit', '--as=' + limit, sys.executable, '-c', TRY_IMPORTS, 'large'],
@@ -283,8 +285,8 @@ def test_a_module_that_needs_much_memory_is_not_broken(tmp_path):
 
 
 def test_no_link_is_followed(tmp_path):
-    """A manifest that is a link to a file of the instructor's, modules that are one to a folder.
-    Devices and large files are left out as well."""
+    """The package.xml and the modules are links to the instructor's files. Devices and large files are left out
+    too."""
     home = hand_in(tmp_path / 'home', {'bashrc': 'mine\n', 'ssh/key': 'secret'})
     folder = hand_in(tmp_path / 'bob', {
         'move2goal.py': 'import keys\n' + NODE, 'keys/setup.py': '', 'keys/src/other.py': '',
@@ -317,23 +319,24 @@ def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
 
 @pytest.mark.parametrize('code, message', [
     ('x = ' + '-' * 50000 + '1', ''), ('x = ' + '(' * 500 + ')' * 500, ''), ('x = ' + 'a.' * 50000 + 'a', ''),
-    ('x = \0', ''), ('import rospy\n' * 30000, ''), ('import lab7.msg', '\n' * 300000)],
+    ('x = \0', ''), ('import rospy\n' * 10000, ''), ('import lab7.msg', '\n' * 300000)],
     ids=['signs', 'brackets', 'points', 'zero', 'imports', 'message'])
 def test_a_file_that_is_too_deep_or_too_long_ends_nothing(tmp_path, code, message):
     begun = time.process_time()
     ready, _ = prepared(tmp_path, {'move2goal.py': code, 'lab7/msg/M.msg': message}, LAB)
-    assert os.path.basename(ready.program) == 'move2goal.py' and time.process_time() - begun < 10.0
+    assert os.path.basename(ready.program) == 'move2goal.py' and time.process_time() - begun < 5.0
 
 
-def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path):
-    """To parse this file Python needs 2.7 GB."""
+def test_whatever_eats_the_memory_of_its_reader_ends_the_reader_alone(tmp_path, monkeypatch):
+    """Python needs 2.7 GB to parse this file."""
+    monkeypatch.setattr(read_submission, 'MEMORY', 3 * 10 ** 8)
     folder = hand_in(tmp_path / 'eve', {'turtlebot_controller.py': 'import ' + 'a.' * 50000 + 'a\n'})
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss     # of other tests, such as mypy's
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss     # the most of all earlier tests
     try:
         assert read(Submission('eve', {folder: ''}), tmp_path / 'copy', TURN).node == 'turtlebot_controller.py'
     except NotJudged as problem:
-        assert 'more than 1 GB' in str(problem)
-    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < max(1.1e6, before + 1)
+        assert 'more than 0.3 GB' in str(problem)
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss < max(3.3e5, before + 1)
 
 
 # -- the choice of a node
@@ -345,7 +348,7 @@ IMU_TOO = MOUSE_ONLY + "\nrospy.Subscriber('imu', Imu, f)"
 
 
 def repository(folder, lab, texts):
-    """A folder of files; each * stands for the lab's usual file."""
+    """Write files. Each * stands for the usual name of the lab's file. Returns the folder."""
     return hand_in(folder, {name.replace('*', lab.files[0]): text for name, text in texts.items()})
 
 
@@ -353,15 +356,15 @@ def repository(folder, lab, texts):
     (TURN, {'lab1/src/*': MOUSE_ONLY, 'lab2/src/*': IMU_TOO, 'lab3/src/*': IMU_TOO}, 'lab2/src/*',
      '3 files can be the node; judged was lab2/src/*, because it is in the package lab2. The others: '
      'lab3/src/*, lab1/src/*.'),
-    # the package goes before the signs; the signs before the name; the name before the folder
+    # the package decides before the signs, the signs before the name, the name before the folder
     (TURN, {'lab1/*': IMU_TOO, 'lab2/src/controller.py': IMU_TOO}, 'lab2/src/controller.py', 'in the package lab2'),
     (TURN, {'lab2/src/*': MOUSE_ONLY, 'lab2/src/first.py': IMU_TOO}, 'lab2/src/first.py', 'it listens to imu.'),
     (TURN, {'lab2/src/*': IMU_TOO, 'lab2/scripts/first.py': IMU_TOO}, 'lab2/src/*', 'the usual name'),
     (TURN, {'lab2/scripts/*': MOUSE_ONLY, 'lab2/src/*': IMU_TOO}, 'lab2/src/*', 'it listens to imu'),
-    # a package that is called nearly so goes before any other, but lab20 is not lab2
+    # a package with lab2 in its name is preferred, but lab20 has another number
     (TURN, {'lab2_final/*': IMU_TOO, 'a/*': IMU_TOO}, 'lab2_final/*', 'in the package lab2'),
     (TURN, {'lab20/*': IMU_TOO, 'a/*': IMU_TOO}, 'a/*', 'it comes first (there is no package lab2)'),
-    # a name with the lab's number, but not the workspace around a package
+    # a name with the lab's number is preferred, but not if only the workspace has it
     *[(TURN, {name + '/*': IMU_TOO, 'a/*': IMU_TOO}, name + '/*', 'in the package lab2') for name in (
         'lab_2', 'lab-02', 'Lab 2', 'my_lab2', 'turtlebot_lab_2b')],
     (TURN, {'lab2/a/*': IMU_TOO, 'lab2/a/package.xml': manifest('lab1'), 'lab2/lab2/*': IMU_TOO,
@@ -371,11 +374,11 @@ def repository(folder, lab, texts):
            "    rospy.Service('/set_pose', S, f)\nrospy.init_node('move_to_goal')"}, 'lab7_tf/v2.py', 'uses Service.'),
     (PAD, {'lab4_gamepad/*': IMU_TOO, 'lab7_tf/*': 'rospy.ServiceProxy(RESET, S)'}, 'lab7_tf/*',
      'it uses ServiceProxy.'),
-    # a helper of lab2 is not the node of lab2; the node's class and name show it, too
+    # a helper of lab2 is not the node of lab2. The node's class and name show it
     (TURN, {'lab1/*': MOUSE_ONLY, 'lab2/helper.py': 'x = 1'}, 'lab1/*', ''),
     (TURN, {'lab2/src/node.py': MOUSE_ONLY}, 'lab2/src/node.py',
      'There is no *; judged was lab2/src/node.py, which has the class Controller and is the node controller.'),
-    # what was put aside comes last
+    # a file that was put aside comes last
     *[(TURN, {aside + '/lab2/*': IMU_TOO, 'lab2/zz/*': IMU_TOO}, 'lab2/zz/*', 'the others were put aside')
       for aside in ('backup', '.git2', 'Copy of lab2', 'lab2_old', '.Trash-1000')],
     # a lab with several usual packages
@@ -411,7 +414,7 @@ CLASS = ("import rospy\nLIMIT = abs(-1)\nclass Controller:\n    def __init__(sel
      'scripts/node.py'),
     ({'lab2/src/lab2/*': CLASS, 'lab2/nodes/node': PYTHON + START.format('lab2')}, 'nodes/node'),
     ({'lab2/src/controller.py': CLASS, 'lab2/src/main.py': START.format('controller')}, 'src/main.py'),
-    # the module starts by itself; no program starts it
+    # the module starts by itself, or no program starts it
     ({'lab2/src/*': CLASS + 'Controller()', 'lab2/src/main.py': START.format('turtlebot_controller')}, 'src/*'),
     ({'lab2/src/*': CLASS, 'lab2/src/main.py': 'from turtlebot_controller import Controller'}, 'src/*'),
     ({'lab2/src/*': CLASS, 'lab2/src/main.py': '# turtlebot_controller\nprint()'}, 'src/*')])
@@ -425,7 +428,7 @@ def test_the_program_that_starts_the_class_is_the_node(tmp_path, texts, starts):
 
 
 def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(tmp_path):
-    """Moodle's files if a student handed in again under another name; and one in no folder."""
+    """Moodle has both files of a student who handed in again under another name. One file is in no folder."""
     files = {'my work.unpacked/lab2/src/*': IMU_TOO, 'work.unpacked/lab2/src/*': IMU_TOO + '\n',
              '*': IMU_TOO, 'src/*': IMU_TOO + ' '}
     folder = repository(tmp_path, TURN, files)
@@ -448,7 +451,7 @@ def test_a_name_that_is_a_modules_but_for_a_letter_is_a_slip(tmp_path, name, nea
 
 
 def test_a_slip_is_no_module_of_the_robot(tmp_path):
-    """It is not stood in for, used or not: the node ends as on any machine, and the line says why."""
+    """The marking does not replace the module, so the node ends as on any machine, and a line says why."""
     for code in ('import maths', 'import maths\nmaths.pi', 'from tiime import sleep'):
         ready, reading = prepared(tmp_path / str(len(code)), course(PYTHON + code))
         assert reading.unused == [] and 'No module named' in subprocess.run(
@@ -463,24 +466,19 @@ def test_a_folder_that_was_not_put_aside():
 
 
 def test_what_listens_can_be_the_node(tmp_path):
-    for line in ("rospy.Subscriber('imu', Imu, f)", 'rospy.Subscriber("/imu", Imu, f)',
-                 'Subscriber( name="robot3/imu" , data_class=Imu)'):
-        assert find_node(repository(tmp_path, TURN, {'a/b.py': line}), TURN).path == 'a/b.py'
-    for line in ("# rospy.Subscriber('imu', Imu, f)", "rospy.Subscriber('imu_raw', Imu, f)",
-                 'class Controllers:', "rospy.Publisher('imu', Imu)"):
-        with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*a/b\.py'):
-            find_node(repository(tmp_path, TURN, {'a/b.py': line}), TURN)
+    """A node of another lab listens to the same topic. Its file's name shows it, unless it has this lab's class."""
+    listens = "rospy.Subscriber('imu', Imu, f)"
+    for path, text in (('a/b.py', listens), ('a/b.py', 'rospy.Subscriber("/imu", Imu, f)'),
+                       ('a/b.py', 'Subscriber( name="robot3/imu" , data_class=Imu)'),
+                       ('ice6/src/imu_sub.py', listens + '\nclass Controller:\n')):
+        assert find_node(repository(tmp_path / 'right' / path, TURN, {path: text}), TURN).path == path
+    for path, text in (('a/b.py', '# ' + listens), ('a/b.py', "rospy.Subscriber('imu_raw', Imu, f)"),
+                       ('a/b.py', 'class Controllers:'), ('a/b.py', "rospy.Publisher('imu', Imu)"),
+                       ('ice6/src/imu_sub.py', listens)):
+        with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*' + path):
+            find_node(repository(tmp_path / 'wrong' / path, TURN, {path: text}), TURN)
     with pytest.raises(NotJudged, match='Nothing that a person writes was handed in'):
         find_node(workspace.Path('/nowhere'), TURN)
-
-
-def test_the_node_of_another_lab_is_not_judged(tmp_path):
-    """It listens to the same topic; by its own lab's name it is known, unless it has this lab's class."""
-    listens = "rospy.Subscriber('imu', Imu, f)"
-    with pytest.raises(NotJudged, match=r'There is no turtlebot_controller\.py, .*ice6/src/imu_sub\.py'):
-        find_node(repository(tmp_path, TURN, {'ice6/src/imu_sub.py': listens}), TURN)
-    mine = repository(tmp_path, TURN, {'ice6/src/imu_sub.py': listens + '\nclass Controller:\n'})
-    assert find_node(mine, TURN).path == 'ice6/src/imu_sub.py'
 
 
 def test_package_and_name_overrule(tmp_path):
@@ -493,22 +491,12 @@ def test_package_and_name_overrule(tmp_path):
         find_node(folder, TURN, package='lab1', name='mine.py')
 
 
-@pytest.mark.parametrize('node, source', [
-    ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'), ('lab2/n.py', 'lab2'), ('lab7/deep/src/n.py', 'lab7')])
-def test_the_folder_of_a_node_is_copied(tmp_path, node, source):
-    """lab7 alone has a package.xml. The submission itself may have the name of a folder of nodes."""
+def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
+    """Without a package.xml it is guessed. The submission itself may have the name of a folder of nodes."""
     folder = hand_in(tmp_path / 'src', {'lab7/package.xml': manifest('lab7')})
-    assert source_of(folder / node, folder) == folder / source
-
-
-@pytest.mark.parametrize('text, used', [
-    (b'import a', False), (b'import a.b\na.b.c()', True), (b'import a; x = 1', False),
-    (b'from a import *', True), (b'from a import b\nb()', True),
-    (b'import a as b\nprint(a)', False), (b'import a as b\nprint(b)', True)])
-def test_an_import_is_used_if_its_names_are(text, used):
-    found, = imports_of(text)
-    assert found.used is used
-    assert [each.used for each in imports_of(b'import a, b\nb()')] == [False, True]
+    for node, package in (('lab7/deep/src/n.py', 'lab7'), ('lab2/scripts/n.py', 'lab2'), ('scripts/n.py', '.'),
+                          ('lab2/n.py', 'lab2')):
+        assert source_of(folder / node, folder) == folder / package
 
 
 # -- messages
@@ -523,30 +511,25 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
     assert remarks == ['The messages and services could not be built.'] and built['msg'] == {}
 
 
-def test_whoever_asks_while_the_packages_are_looked_up_gets_all_of_them(
-        tmp_path, monkeypatch, request):
-    half_way, go_on = threading.Event(), threading.Event()
+def test_threads_that_look_up_the_packages_at_the_same_time_get_all_of_them(tmp_path, monkeypatch, request):
+    """The first thread has found one package when the second thread begins."""
+    hand_in(tmp_path, {'one/msg/M.msg': '', 'two/msg/M.msg': ''})
+    both_look = threading.Barrier(2)
 
     class Packages:
         def list(self):
-            return ['one', 'two']
+            yield 'one'
+            both_look.wait(100.0)
+            yield 'two'
 
         def get_path(self, name):
-            (tmp_path / name / 'msg').mkdir(parents=True, exist_ok=True)
-            if name == 'two':
-                half_way.set()
-                go_on.wait(100.0)
             return str(tmp_path / name)
     monkeypatch.setattr(workspace.rospkg, 'RosPack', Packages)
     workspace.system_messages.cache_clear()
     request.addfinalizer(workspace.system_messages.cache_clear)
     with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(lambda: sorted(workspace.system_messages()))
-        assert half_way.wait(100.0)
-        second = pool.submit(lambda: sorted(workspace.system_messages()))
-        wait([second], 0.05)
-        go_on.set()
-        assert first.result() == second.result() == ['one', 'two']
+        found = [pool.submit(workspace.system_messages) for _ in range(2)]
+    assert [sorted(each.result()) for each in found] == [['one', 'two']] * 2
 
 
 @pytest.mark.parametrize('line, told', [
@@ -567,8 +550,8 @@ def test_an_error_that_another_machine_may_not_have_is_told_to_the_instructor(tm
 # -- the instructor's own workspaces
 
 def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_path, monkeypatch):
-    """One workspace, with this package and a lab2, lies over Noetic; a lab1 over, a lab3 under them;
-    modules and programs of the instructor's come first of all."""
+    """The workspace `one` has this package and a lab2, and lies over Noetic. A workspace with a lab1 lies over
+    `one`, a workspace with a lab3 under it. The instructor's own modules and programs come first."""
     spaces = [str(tmp_path / name) for name in ('over', 'one', 'under', 'noetic')]
     over, one, under, ros = spaces
     for path in ('over/share/lab1/x', 'over/lib/python3/dist-packages/lab1/msg/x', 'over/lib/python3/'
@@ -598,46 +581,39 @@ def test_whatever_is_sourced_a_submission_has_ros_this_package_and_no_other(tmp_
 
 # -- services
 
-POSE = Pose2(1.0, -2.0, math.radians(90.0))
-
-
 def message(**fields):
-    """A message with such float64 fields."""
+    """A message with these float64 fields."""
     return SimpleNamespace(__slots__=list(fields), _slot_types=['float64'] * len(fields), **fields)
 
 
-def test_a_standard_pose_is_filled():
-    request = SetInitialPoseRequest()
-    assert fill_pose(request, POSE)
+def request_of(z, w):
+    """A request for the origin with this rotation, and with numbers that are no part of the place."""
+    pose = PoseWithCovarianceStamped()
+    pose.header.frame_id, pose.pose.covariance[0] = 'map', 0.25
+    pose.pose.pose.orientation = Quaternion(0.0, 0.0, z, w)
+    return SetInitialPoseRequest(pose)
+
+
+def test_a_pose_is_filled_into_a_request_that_has_a_place_for_it():
+    goal, request = Pose2(1.0, -2.0, math.radians(90.0)), SetInitialPoseRequest()
+    assert fill_pose(request, goal)
     pose = request.pose.pose.pose
     assert (pose.position.x, pose.position.y) == (1.0, -2.0)
     assert pose.orientation.z == pytest.approx(math.sqrt(0.5))
     request = ResetPoseRequest()
-    assert fill_pose(request, POSE) and request == ResetPoseRequest(1.0, -2.0, pytest.approx(90.0))
-
-
-def test_a_request_without_a_place_for_a_pose_stays():
+    assert fill_pose(request, goal) and request == ResetPoseRequest(1.0, -2.0, pytest.approx(90.0))
     request = message(x=0.0, y=0.0, theta=0.0)
-    assert not fill_pose(request, POSE) and (request.x, request.theta) == (0.0, 0.0)
+    assert not fill_pose(request, goal) and (request.x, request.theta) == (0.0, 0.0)
 
 
 def test_a_request_that_declares_the_origin():
-    assert is_origin(message(x=0.0, y=0.0, yaw=0.0)) and is_origin(message())
-    assert not is_origin(message(x=0.0, y=0.1, yaw=0.0))
-    pose = PoseWithCovarianceStamped()
-    pose.header.frame_id = 'map'
-    pose.pose.pose.orientation = Quaternion(0.0, 0.0, 0.0, 1.0)
-    pose.pose.covariance[0] = 0.25
-    assert is_origin(SetInitialPoseRequest(pose))
-    pose.pose.pose.orientation = Quaternion(0.0, 0.0, 1.0, 0.0)
-    assert not is_origin(SetInitialPoseRequest(pose))
+    assert all(map(is_origin, (message(x=0.0, y=0.0, yaw=0.0), message(), request_of(0.0, 1.0))))
+    assert not any(map(is_origin, (message(x=0.0, y=0.1, yaw=0.0), request_of(1.0, 0.0))))
 
 
-@pytest.mark.parametrize('z, w, unit', [
-    (0.0, 1.0, True), (0.0, -1.0, True), (0.6, 0.8, True), (0.0, 0.999996, True),
-    (0.0, 0.0, False), (0.0, 2.0, False), (1.0, 1.0, False), (0.0, math.nan, False)])
-def test_a_quaternion_is_a_rotation_if_its_length_is_1(z, w, unit):
-    pose = PoseWithCovarianceStamped()
-    pose.pose.pose.orientation = Quaternion(0.0, 0.0, z, w)
-    assert is_unit(SetInitialPoseRequest(pose)) is unit
+def test_a_quaternion_is_a_rotation_if_its_length_is_1():
+    for z, w in ((0.0, 1.0), (0.0, -1.0), (0.6, 0.8), (0.0, 0.999996)):
+        assert is_unit(request_of(z, w))
+    for z, w in ((0.0, 0.0), (0.0, 2.0), (1.0, 1.0), (0.0, math.nan)):
+        assert not is_unit(request_of(z, w))
     assert is_unit(message(x=0.0, yaw=0.0))    # it has no quaternion

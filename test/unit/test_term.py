@@ -471,7 +471,7 @@ def test_what_the_preparation_of_a_node_finds_reaches_the_instructor(tmp_path, m
     def prepares(_runner, _marks, reading, *_):
         reading.remarks.append('It was repaired.')
         reading.findings.append('It names another Python.')
-    monkeypatch.setattr(TrialRunner, '_record', prepares)
+    monkeypatch.setattr(TrialRunner, '_record_trial', prepares)
     reading = SimpleNamespace(remarks=['It was read.'], findings=[])
     runner = TrialRunner(folder_of(tmp_path), threading.Event())
     marks = runner.try_out(Submission('Ann', {}), reading, tmp_path)

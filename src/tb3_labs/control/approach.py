@@ -1,61 +1,57 @@
 """An approach drives until the remaining way is zero, and comes to rest there in spite of delays.
 
-The *way at rest* is the way that would remain if the robot were commanded to stop now. `commands`
-predicts the way at rest from each sample, by the delay, lag and gain that `motor_response`
-identifies. An `Estimate` filters the noise of the predictions. Between two samples, only the
-command changes the way at rest. A braking profile gives the speed for the way at rest. *Nudges* are
-short commands after the first stop, and correct the last error.
+The *way after a stop* is the way that would remain if the robot were commanded to stop now. Each
+sample predicts this way, by the delay, lag and gain that `motor_response` identifies. An `Estimate`
+filters the noise of the predictions. Between two samples, only the command changes this way. A
+braking profile gives the speed for this way. *Nudges* are short commands after the first stop. They
+correct the last error.
 
 Units: radians or metres for ways, per second for speeds; seconds. Both directions are alike.
-Source: braking profile, see :func:`tb3_labs.control.commands.braking_speed`.
+Source: :func:`tb3_labs.control.commands.braking_speed` has the braking profile.
 """
 import math
 from dataclasses import dataclass
 
 from tb3_labs.control.commands import (
-    CommandHistory, Estimate, LawStep, braking_speed, first_order_response, remaining_at_rest)
+    CommandHistory, Estimate, LawStep, braking_speed, first_order_response)
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Response
 from tb3_labs.geometry.angles import clamp, difference, unwrap
 from tb3_labs.robot.samples import REST_ANGULAR
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 from tb3_labs.supervision.stale_or_stalled import Settling
 
-#: Two times that differ by less than this, as by rounding, belong to the same sample [s].
+#: Two times that differ by less than this belong to the same sample, since times are rounded [s].
 SAME_SAMPLE_TIME = 1e-6
+#: The divisor of the gain is larger by this for a nudge, which the robot may obey for two periods.
+NUDGE_GAIN_DIVISOR = 0.5
 
 
 @dataclass(frozen=True)
 class ApproachConfig:
     """Settings of an approach of one axis, turning or driving. Lengths are [rad] or [m]."""
 
-    #: Each command is obeyed for this long [s].
+    #: The robot obeys each command for this long [s].
     period: float
-    #: A command changes by this much at most [1/s^2].
+    #: Bound of the change of the command [1/s^2].
     acceleration: float
-    #: Deceleration of the braking profile [1/s^2], less than `acceleration`, so that the robot can
-    #: follow the profile in spite of disturbance.
+    #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that a robot
+    #: that is disturbed can follow the profile.
     braking: float
-    #: Near zero the speed is this gain times the way at rest [1/s].
+    #: Near zero the speed is this gain times the way after a stop [1/s].
     gain: float
-    #: The lowest speed that is commanded. Below this speed the last way would take too long.
+    #: The lowest speed of a motion. At a lower speed the last way would take too long.
     slowest: float
-    #: A way at rest that is this near to zero needs no motion: the command is a stop. Otherwise the
-    #: robot would drive to and fro about zero at the lowest speed.
+    #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
+    #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: After the first stop, a way at rest that is this near to zero is not corrected. A larger
-    #: `close_enough` takes precedence.
-    leave_alone: float = 0.0
+    #: Nudges use this in place of `close_enough`, if it is larger.
+    nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
-    #: The gain is divided by 1 + (this value) * (the number of reversals), since an approach that
-    #: reverses repeatedly has a wrong model of the robot.
-    reversal_caution: float = 1.0
-    #: The divisor of the gain grows by this for a nudge, which the robot may obey for two periods.
-    nudge_caution: float = 0.5
     #: A nudge is held for this long [s], so that a stop does not replace the nudge too early.
     nudge_time: float = 0.0
-    #: True: the measured speed is the present speed, as of a gyro. False: the measured speed is the
-    #: mean of the last control period, as of odometry. While braking, this mean is too high.
+    #: Is the measured speed the present speed, as of a gyro? The speed of the odometry is the mean
+    #: of the last control period, which is too high while the robot brakes.
     speed_is_prompt: bool = False
 
 
@@ -63,7 +59,7 @@ class Approach:
     """One axis (turning or driving) that comes to rest where `remaining` is zero."""
 
     def __init__(self, config: ApproachConfig, response: Response) -> None:
-        """`response` has the known values of the robot. This approach improves them."""
+        """This approach improves the values of the robot in `response`."""
         self._config = config
         self._response = response
         self.start()
@@ -73,41 +69,41 @@ class Approach:
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # time of the latest sample [s]
         #: The way that would remain if the robot were commanded to stop now.
-        self.at_rest = Estimate()
-        self._direction = 0.0     # sign of the latest command that was not zero
-        self._reversals = 0       # number of changes of the direction
-        self._nudges = False      # was the robot commanded to stop since the start?
+        self.way_after_stop = Estimate()
+        self._direction = 0.0        # has the sign of the latest motion; 0 before the first
+        self._reversals = 0          # number of changes of the direction
+        self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)
+        self._begin(math.nan, 0.0)    # the first step begins the history again, with its sample
 
     def extend(self, by: float) -> None:
-        """Add `by` to the remaining way: the goal was moved during the approach."""
+        """Add `by` to the remaining way, since the goal was moved."""
         self._start_remaining += by
-        self.at_rest.shift(by, 0.0)
+        self.way_after_stop.shift(by, 0.0)
 
-    def must_rest(self, age: float) -> bool:
-        """Were all commands stops that the robot obeyed in the last `age` [s]?"""
+    def only_stops_obeyed(self, age: float) -> bool:
+        """Did the robot obey only stops in the last `age` [s]?"""
         history = self._history
         return history.only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
-    def cruises(self, fastest: float) -> bool:
-        """Is the command `fastest` now, and also in the next two periods?"""
-        later = abs(self.at_rest.value) - 2.0 * self._config.period * fastest
+    def keeps_full_speed(self, fastest: float) -> bool:
+        """Is the command `fastest` now, and in the next two periods?"""
+        later = abs(self.way_after_stop.value) - 2.0 * self._config.period * fastest
         return abs(self._history.command) == fastest and (
             braking_speed(later, self._config.braking, self._config.gain) >= fastest)
 
     def step(self, remaining: float, speed: float, fastest: float, dt: float,
              noise: float = 0.0, age: float = 0.0) -> float:
-        """Returns the speed to command, at most `fastest`, for the remaining way and the measured
-        speed. The last step was `dt` [s] ago.
+        """Returns the speed to command, at most `fastest`.
 
-        `noise`: standard deviation of `remaining`; `age`: time since the measurement [s].
+        `remaining` is the remaining way, with the standard deviation `noise`. `speed` is the
+        measured speed. Both were measured `age` [s] ago. The last step was `dt` [s] ago.
         """
         self._now += dt
         if self._direction:
             self._advance(speed, dt)
-        else:
+        else:    # a motion was not commanded yet
             dt = self._config.period
             self._begin(remaining, speed)
         self._identification.update(
@@ -116,30 +112,31 @@ class Approach:
         if self._now - age > self._measured_at + SAME_SAMPLE_TIME:
             self._measured_at = self._now - age
             estimate = self._identification.estimate
-            self.at_rest.add(remaining_at_rest(remaining, self._motor_speed, self._history,
-                                               estimate.delay + age, estimate.lag, estimate.gain),
-                             noise)
-        wanted = self._wanted(fastest)
+            under_way = self._history.travel_under_way(estimate.delay + age)
+            self.way_after_stop.add(
+                remaining - self._motor_speed * estimate.lag - estimate.gain * under_way, noise)
+        if self._direction and not self._history.command:
+            self._has_stopped = True
+        unlimited = self._unlimited_speed(fastest)
         latest, change = self._history.command, self._config.acceleration * dt
-        self._history.send(clamp(wanted, latest - change, latest + change))
+        self._history.send(clamp(unlimited, latest - change, latest + change))
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> None:
-        """Begin the history of the commands just before the first command."""
+        """Begin the history of commands, just before the first command."""
         self._history = CommandHistory(self._config.period)
         self._identification.begin(speed)
         self._start_remaining = remaining
         self._motor_speed = speed
 
     def _advance(self, speed: float, dt: float) -> None:
-        """Let `dt` [s] pass. The travel commanded in that time reduces the way at rest."""
+        """Let `dt` [s] pass. The travel commanded in that time reduces the way after a stop."""
         history = self._history
-        before = history.commanded(history.begin)
+        before = history.commanded_travel(history.begin)
         history.advance(dt)
-        commanded = history.commanded(history.begin) - before
-        fastest = max(abs(speed), abs(history.command))
-        self.at_rest.shift(-self._identification.estimate.gain * commanded,
-                           TIME_DEVIATION * fastest)
+        commanded = history.commanded_travel(history.begin) - before
+        gain, fastest = self._identification.estimate.gain, max(abs(speed), abs(history.command))
+        self.way_after_stop.shift(-gain * commanded, TIME_DEVIATION * fastest)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         """Returns the measured speed if it is prompt, otherwise the model's speed."""
@@ -149,59 +146,64 @@ class Approach:
         return first_order_response(
             self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
-    def _wanted(self, fastest: float) -> float:
-        """Returns the speed that is wanted, before the acceleration limits its change."""
-        config = self._config
-        self._nudges = self._nudges or bool(self._direction and not self._history.command)
-        leave_alone = config.leave_alone if self._nudges else 0.0
-        distance = self.at_rest.value
-        near = self.at_rest.uncertainty + max(config.close_enough, leave_alone)
+    def _unlimited_speed(self, fastest: float) -> float:
+        """Returns the speed to command if the acceleration did not limit the change."""
+        config, distance = self._config, self.way_after_stop.value
+        dead_band, gain_divisor = config.close_enough, 1.0 + self._reversals
+        if self._has_stopped:
+            dead_band = max(dead_band, config.nudge_dead_band)
+            gain_divisor += NUDGE_GAIN_DIVISOR
+        near = self.way_after_stop.uncertainty + dead_band
         if distance > near or distance < -max(near, config.backwards_from):
-            caution = 1.0 + config.reversal_caution * self._reversals
-            if self._nudges:
-                caution += config.nudge_caution
-            speed = abs(braking_speed(distance, config.braking, config.gain / caution))
+            speed = abs(braking_speed(distance, config.braking, config.gain / gain_divisor))
             speed = clamp(speed, min(config.slowest, fastest), fastest)
-            wanted = math.copysign(speed, distance)
-            if wanted * self._direction < 0.0:
-                self._reversals += 1
-            self._direction = wanted
-            return wanted
-        if self._nudges and self._history.unchanged_for < config.nudge_time:
+            velocity = math.copysign(speed, distance)
+            self._remember_direction(velocity)
+            return velocity
+        if self._has_stopped and self._history.unchanged_for < config.nudge_time:
             return self._history.command
         return 0.0
 
+    def _remember_direction(self, velocity: float) -> None:
+        """Count reversals. An approach that reverses repeatedly has a wrong model of the robot."""
+        if velocity * self._direction < 0.0:
+            self._reversals += 1
+        self._direction = velocity
+
 
 def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """Returns the ApproachConfig of a precise turn, in [rad/s^2] and [rad]."""
+    """Returns the ApproachConfig of a precise turn. `acceleration` [rad/s^2], `tolerance` [rad]."""
     period = PreciseTurn.period
     return ApproachConfig(
         period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.02, close_enough=0.0007, leave_alone=0.5 * tolerance, nudge_time=period,
+        slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance, nudge_time=period,
         speed_is_prompt=True)
 
 
 class PreciseTurn:
-    """Turns as fast as the limits allow, in the requested direction, and ends at rest."""
+    """Turns as fast as the limits allow, in the requested direction. The turn ends when the robot
+    has settled inside the tolerance."""
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: With a noisy IMU the turn waits at rest for more samples, at most this long [s].
+    #: At rest the turn waits for more samples of a noisy IMU, at most this long [s].
     LONGEST_WAIT_AT_REST = 0.6
+    #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
+    KNOWN_WELL_SHARE = 0.35
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
                  response: Response) -> None:
-        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]; `response`: known delay
-        and lag of the robot."""
+        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]. `response` has the known
+        delay and lag of the robot."""
         self._fastest = fastest
         self._tolerance = tolerance
         self._approach = Approach(turning_approach(acceleration, tolerance), response)
         self.start(0.0, 0.0)
 
     def start(self, yaw: float, angle: float) -> None:
-        """Turn by `angle`, beginning at `yaw` [rad], with a robot that stands."""
-        self._face = yaw + angle
-        #: The remaining angle, not wrapped, perhaps many whole turns [rad].
+        """Turn a robot that stands by `angle`, beginning at `yaw` [rad]."""
+        self._goal_yaw = yaw + angle    # the heading at the end of the turn [rad]
+        #: The remaining angle, which may be many whole turns [rad].
         self.remaining = angle
         self._time = 0.0    # since the start [s]
         self._settling = Settling()
@@ -209,36 +211,35 @@ class PreciseTurn:
 
     def extend(self, angle: float) -> None:
         """Move the goal of the turn by `angle` [rad]."""
-        self._face += angle
+        self._goal_yaw += angle
         self.remaining += angle
         self._approach.extend(angle)
 
-    def aim(self, face: float) -> None:
-        """Turn to the heading `face` [rad] from now on, the short way round."""
-        self._approach.extend(difference(face, self._face))
-        self._face = face
+    def aim(self, goal_yaw: float) -> None:
+        """From now on, turn to the heading `goal_yaw` [rad] the short way round."""
+        self._approach.extend(difference(goal_yaw, self._goal_yaw))
+        self._goal_yaw = goal_yaw
 
     def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
              noise: float = 0.0) -> LawStep:
-        """Returns the LawStep for a robot with this `yaw` [rad] and `rate` [rad/s]. The turn is
-        finished if the robot rests inside the tolerance, within the limits of the noise.
+        """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s].
 
-        `dt`: time since the last step [s]; `age`: the sample's age [s]; `noise`: standard
-        deviation of the sample's yaw [rad].
+        The sample is `age` [s] old. Its yaw has the standard deviation `noise` [rad]. The last step
+        was `dt` [s] ago.
         """
         self._time += dt
-        self.remaining = unwrap(self._face - yaw, self.remaining)
+        self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
-        rests = abs(rate) <= REST_ANGULAR and self._approach.must_rest(age)
+        rests = abs(rate) <= REST_ANGULAR and self._approach.only_stops_obeyed(age)
         self._settling.update(rests, self._time - age)
         if rests:
-            self.remaining = self._approach.at_rest.value
+            self.remaining = self._approach.way_after_stop.value
         return LawStep(Twist2(0.0, command), self.remaining,
-                       self._settling.rests and self._is_near())
+                       finished=self._settling.rests and self._is_inside_tolerance())
 
-    def _is_near(self) -> bool:
-        uncertainty = self._approach.at_rest.uncertainty
-        if uncertainty <= 0.35 * self._tolerance:
+    def _is_inside_tolerance(self) -> bool:
+        uncertainty = self._approach.way_after_stop.uncertainty
+        if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
             return abs(self.remaining) <= self._tolerance
         return (self._settling.rested_for >= self.LONGEST_WAIT_AT_REST
                 and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -1,22 +1,22 @@
 """The commands of a law: the times of the commands, and the braking speed in spite of delays.
 
-*Times*: A step reads the latest samples and gives one command. The robot takes one new command in
-each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and a `Pace`
-finds when the step is due. A command that does not change holds for two periods.
+*Times*. A step of a law reads the latest samples and gives one command. The robot takes one new
+command in each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and
+a `Pace` finds when the step is due. A command that does not change holds for two periods.
 
-*Delays*: A command reaches the robot after the *delay*, and the motors follow with a first-order
+*Delays*. A command reaches the robot after the *delay*, and the motors follow with a first-order
 *lag*. A controller that brakes by the measured position alone overshoots by the travel that is
 still to come. A Smith predictor brakes by the way that would remain if the robot were commanded to
 stop now,
 
-    remaining - (speed of the motors) * lag - (travel of the commands under way)
+    remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
 
-The middle term is the way that a first-order motor coasts: the integral of v exp(-t / lag) is
-v lag. An `Estimate` filters the noise of the way at rest.
+The middle term is the way that a first-order motor coasts, since the integral of v exp(-t / lag) is
+v lag. An `Estimate` filters the noise of this way.
 
-Units: seconds; metres or radians for ways, per second for speeds. Both directions are treated
-alike. Edge cases of a Pace: A clock that goes back makes a step due. The first step after the start
-or a pause is treated as one period long.
+Units: seconds; metres or radians for ways, per second for speeds. Both directions are alike.
+Edge cases of a Pace: A step is due if the clock went back. The first step after the start or a
+pause is treated as one period long.
 Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
 (1957), 217-219.
 """
@@ -27,18 +27,18 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: All steps after the first are planned earlier by this [s], since the sample for a step may come
-#: 5 ms late. Until a late command arrives, the robot obeys the command before.
+#: All steps after the first are due earlier by this [s], since the sample for a step may come 5 ms
+#: late. Until a late command arrives, the robot obeys the command before.
 STEP_LEAD = 0.0035
-#: If the node does not drive, the next sample is read after this time, about one period [s].
+#: A node that does not drive reads the next sample after this time, about one period [s].
 LONGEST_IDLE = 0.036
-#: In 95 of 100 cases the true value is within two standard deviations of the estimate.
+#: The true value is this near to the estimate in 95 of 100 cases [standard deviations].
 STANDARD_ERRORS = 2.0
 #: A sample that is this many standard deviations away contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
-#: Commands are remembered for this long [s]. It exceeds every delay and every age of a sample.
+#: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
-#: A smaller lag is treated as this lag, since time is divided by the lag [s].
+#: A smaller lag is replaced by this lag, since time is divided by the lag [s].
 LEAST_LAG = 1e-6
 
 
@@ -48,15 +48,15 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float         # the remaining way [m or rad]
     finished: bool           # has the robot reached the goal of the law?
-    cruises: bool = False    # True if the command will hardly change in the next period
+    may_skip_next: bool = False    # will the command hardly change in the next period?
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
     """Returns the fastest speed from which a robot can stop within the remaining way.
 
-    `deceleration` a is in [1/s^2], `gain` in [1/s]. At a large distance d the speed is the braking
-    profile sqrt(2 a d). The slope of this profile is infinite at 0, and no motor can follow that
-    slope. So near 0 the speed is the line gain x d. Line and profile meet without a step or a kink.
+    At a large distance d the speed is the braking profile sqrt(2 a d) of the `deceleration` a
+    [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
+    0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
     """
     distance = abs(remaining)
     meeting = deceleration / gain ** 2
@@ -66,7 +66,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 class Pace:
-    """Finds when the next step is due: after `period` [s] on average, also after a late step."""
+    """Finds when the next step is due, which is after `period` [s] on average."""
 
     def __init__(self, period: float) -> None:
         self._period = period
@@ -75,12 +75,13 @@ class Pace:
 
     @property
     def running(self) -> bool:
-        """True from a step to the next pause."""
+        """Was a step taken since the last restart?"""
         return self._last is not None
 
     def due(self, now: float) -> bool:
         """Is it time for the next step?"""
-        return now >= self._next or now < self._next - 2.0 * self._period
+        clock_went_back = now < self._next - 2.0 * self._period
+        return now >= self._next or clock_went_back
 
     def idle_for(self, now: float) -> float:
         """Returns the time for which no sample needs to be read [s]."""
@@ -100,10 +101,10 @@ class Pace:
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def prolong(self) -> None:
-        """Keep the present command: the next step is due a period later."""
+        """Keep the present command for another period."""
         self._next += self._period
 
-    def pause(self) -> None:
+    def restart(self) -> None:
         """Treat the next step as the first, since the robot stands or another node drives."""
         self._last = None
 
@@ -112,20 +113,20 @@ class CommandHistory:
     """The commands since the start of an approach. All commands before the start were stops."""
 
     def __init__(self, period: float) -> None:
-        """`period`: each command is obeyed for this long [s]."""
+        """The robot obeys each command for one `period` [s]."""
         self._period = period
         self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
         #: Time since the start [s].
         self.now = 0.0
-        #: Begin of the period for which a command that is sent now holds [s].
+        #: Begin of the period in which the robot obeys a command that is sent now [s].
         self.begin = 0.0
         #: The latest command.
         self.command = 0.0
         self._same_since = 0.0
-        self._earlier_travel = 0.0        # commanded before the latest period
+        self._earlier_travel = 0.0        # travel commanded before the latest period
 
     @property
-    def first(self) -> float:
+    def oldest_command(self) -> float:
         """The oldest command that is remembered."""
         return self._sent[0][1]
 
@@ -134,19 +135,20 @@ class CommandHistory:
         """Time since the latest change of the command [s]."""
         return self.now - self._same_since
 
-    def commanded(self, until: float) -> float:
+    def commanded_travel(self, until: float) -> float:
         """Returns the travel commanded until `until` [s], a time after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
     def advance(self, dt: float) -> None:
         self.now += dt
+        # the nearest begin of a period, since a step may be a little early or late
         self.begin = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
         """Give a command for the period that begins now."""
         begin = self.begin
-        self._earlier_travel = self.commanded(begin)
+        self._earlier_travel = self.commanded_travel(begin)
         if command != self.command:
             self._same_since = self.now
         self.command = command
@@ -155,7 +157,7 @@ class CommandHistory:
             self._sent.popleft()
 
     def travel_under_way(self, delay: float) -> float:
-        """Returns the travel commanded from `delay` [s] ago until `begin`."""
+        """Returns the travel that was commanded from `delay` [s] ago until `begin`."""
         travel, until = 0.0, self.begin
         horizon = self.now - delay
         for time, command in reversed(self._sent):
@@ -166,7 +168,7 @@ class CommandHistory:
         return travel
 
     def arrived(self, delay: float) -> float:
-        """Returns the command that reaches the motors now; 0 before the first command arrives."""
+        """Returns the command that reaches the motors now. Before the first command it is 0."""
         horizon = self.now - delay
         for time, command in reversed(self._sent):
             if time <= horizon:
@@ -174,7 +176,7 @@ class CommandHistory:
         return 0.0
 
     def only_stops_since(self, time: float) -> bool:
-        """Were all commands stops for the periods that begin at `time` or later?"""
+        """Was each command a stop, of the periods that begin at `time` or later?"""
         return not any(command for begin, command in self._sent if begin >= time)
 
 
@@ -183,30 +185,24 @@ def first_order_response(speed: float, command: float, lag: float, dt: float) ->
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 
-def remaining_at_rest(remaining: float, motor_speed: float, history: CommandHistory, delay: float,
-                      lag: float, gain: float = 1.0) -> float:
-    """Returns the way that would remain if the robot were commanded to stop now."""
-    return remaining - motor_speed * lag - gain * history.travel_under_way(delay)
-
-
 class Estimate:
-    """An estimate of a number from samples. While the number does not change, the estimate is the
-    mean of the samples. When the number changes, later samples have more weight."""
+    """A Kalman filter of one number. The estimate of a number that does not change is the mean of
+    all samples. After a change of the number, later samples have more weight."""
 
     def __init__(self) -> None:
-        #: The estimate; 0 before the first sample.
+        #: The estimate. It is 0 before the first sample.
         self.value = 0.0
         self._variance = math.inf
 
     @property
     def uncertainty(self) -> float:
-        """The likely bound of the estimate's error, `STANDARD_ERRORS` standard deviations."""
+        """The likely bound of the error, `STANDARD_ERRORS` standard deviations."""
         return STANDARD_ERRORS * math.sqrt(self._variance)
 
     def shift(self, by: float, doubt: float = 0.0) -> None:
         """Add `by` to the number. `doubt` is the standard deviation of `by`."""
         self.value += by
-        self._variance += doubt * doubt    # for a large doubt ** would raise, * gives infinity
+        self._variance += doubt * doubt    # for a large doubt, doubt ** 2 raises OverflowError
 
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.

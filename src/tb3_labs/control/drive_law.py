@@ -35,19 +35,21 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    #: The robot begins to drive when it faces within this angle of the line.
-    FACING_ANGLE = 0.1                  # [rad]
-    #: An interrupted drive continues if the robot faces within this angle of its line.
-    RESUME_ANGLE = 0.3                   # [rad]
-    #: The drive ends when the robot would come to rest this far before the goal.
-    STOP_AHEAD = 0.0005           # [m]
-    #: The robot steers towards a point on the line this far ahead. A larger distance makes the
+    #: The robot begins to drive when its heading differs from the line by less than this [rad].
+    FACING_ANGLE = 0.1
+    #: An interrupted drive continues if the heading differs from the line by at most this [rad].
+    RESUME_ANGLE = 0.3
+    #: The drive ends when the robot would come to rest this far before the goal [m].
+    STOP_AHEAD = 0.0005
+    #: The robot steers towards a point on the line this far ahead [m]. A larger distance makes the
     #: steering calmer, a smaller distance keeps the robot nearer to the line.
-    LOOK_AHEAD = 0.20             # [m]
-    #: Every second step is skipped at full speed, while the robot steers by less than this.
-    STRAIGHT_RATE = 0.05                   # [rad/s]
-    #: A robot that is slower stands.
-    REST_SPEED = 0.01             # [m/s]
+    LOOK_AHEAD = 0.20
+    #: At full speed every second step is skipped if the robot steers by at most this [rad/s].
+    STRAIGHT_RATE = 0.05
+    #: A robot that would stop beyond the goal by more than this share of the tolerance overshoots,
+    OVERSHOOT_SHARE = 0.3
+    #: unless it is slower than this [m/s].
+    REST_SPEED = 0.01
 
     def __init__(self, config: DriveConfig, model: RobotModel,
                  response: Optional[Response] = None) -> None:
@@ -63,14 +65,14 @@ class DriveLaw:
         self._driving = Approach(driving_approach(config), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Choose the line to the goal, and the direction: forwards or backwards."""
+        """Choose the line to the goal, and whether the robot drives it forwards or backwards."""
         self._line = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
         backwards = wrap(self._line + math.pi)
-        turns, reverse_turns = (sum_of_turns(pose.yaw, face, goal.yaw)
-                                for face in (self._line, backwards))
+        turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
+        reverse_turns = sum_of_turns(pose.yaw, backwards, goal.yaw)
         self._reverse = self._config.allow_reverse and reverse_turns < turns
-        self._begin_turn(pose, backwards if self._reverse else self._line)
+        self._begin_turn(pose, self._heading_along(self._line))
         self._driving.start()
         self._final_turn_begun = False
 
@@ -80,8 +82,7 @@ class DriveLaw:
         A robot that still faces along its line drives on. A robot that made the last turn begins
         this turn again. Otherwise the drive begins again from `pose`.
         """
-        along = wrap(self._line + math.pi) if self._reverse else self._line
-        off = difference(along, pose.yaw)
+        off = difference(self._heading_along(self._line), pose.yaw)
         if state is GoalState.MOVE_FORWARD and abs(off) <= self.RESUME_ANGLE:
             self._turning.start(pose.yaw, off)
             self._driving.start()
@@ -93,32 +94,31 @@ class DriveLaw:
         return state
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn until the robot faces along the line. The turn already brakes for this heading."""
+        """Turn until the robot nearly faces along the line."""
         if self._is_at_goal:
             return LawStep(Twist2(), remaining=0.0, finished=True)
         turn = self._turn(motion, dt)
-        return self._step(0.0, turn, turn.remaining, abs(turn.remaining) < self.FACING_ANGLE)
+        return self._step(0.0, turn, turn.remaining,
+                          finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line. The state is finished when a stop would end at the goal.
 
-        If a command is delayed, the robot may drive past the goal. It then waits until it rests,
-        and backs up straight if it is outside the tolerance.
+        A robot whose command is delayed may drive past the goal. It then waits until it rests, and
+        backs up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
-        ahead, aside = -line_T_base.x, line_T_base.y    # remaining way; offset to the left [m]
+        ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
         direction = -1.0 if self._reverse else 1.0
         speed = direction * self._driving.step(ahead, direction * motion.linear,
                                                self._max_linear, dt)
-        at_rest = self._driving.at_rest.value
-        slips = at_rest < -0.3 * self.distance_tolerance and abs(motion.linear) > self.REST_SPEED
-        line_direction = wrap(self._line + math.atan2(-aside, self.LOOK_AHEAD))
-        self._turning.aim(wrap(line_direction + math.pi) if self._reverse else line_direction)
-        arrived = -self._backup_distance <= at_rest <= self.STOP_AHEAD and not slips
+        to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD)
+        self._turning.aim(self._heading_along(wrap(self._line + to_line)))
         turn = self._turn(motion, dt)
-        cruises = (self._driving.cruises(self._max_linear)
-                   and abs(turn.command.angular) <= self.STRAIGHT_RATE)
-        return self._step(speed, turn, ahead, self._is_at_goal or arrived, cruises)
+        is_straight = abs(turn.command.angular) <= self.STRAIGHT_RATE
+        return self._step(
+            speed, turn, ahead, finished=self._is_at_goal or self._has_arrived(motion.linear),
+            may_skip_next=is_straight and self._driving.keeps_full_speed(self._max_linear))
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading. The state is finished at rest inside the tolerance."""
@@ -136,15 +136,26 @@ class DriveLaw:
         return (f'stopped {1000.0 * distance:.0f} mm from the goal (tolerance '
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
-    def _begin_turn(self, pose: Pose2, face: float) -> None:
-        self._turning.start(pose.yaw, difference(face, pose.yaw))
+    def _has_arrived(self, linear: float) -> bool:
+        """Would a stop end at the goal, without overshooting at this measured speed?"""
+        way = self._driving.way_after_stop.value
+        overshoots = (way < -self.OVERSHOOT_SHARE * self.distance_tolerance
+                      and abs(linear) > self.REST_SPEED)
+        return -self._backup_distance <= way <= self.STOP_AHEAD and not overshoots
+
+    def _heading_along(self, direction: float) -> float:
+        """Returns the heading of a robot that drives in this direction, perhaps backwards."""
+        return wrap(direction + math.pi) if self._reverse else direction
+
+    def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:
+        self._turning.start(pose.yaw, difference(goal_yaw, pose.yaw))
 
     def _turn(self, motion: Motion, dt: float) -> LawStep:
         measured = motion.pose.yaw - motion.extrapolated
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
     def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool,
-              cruises: bool = False) -> LawStep:
+              may_skip_next: bool = False) -> LawStep:
         both = Twist2(linear, turn.command.angular)
         return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
-                       remaining, finished, cruises)
+                       remaining, finished, may_skip_next)

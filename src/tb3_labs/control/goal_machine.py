@@ -1,12 +1,12 @@
 """Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
 The *law* (:mod:`tb3_labs.control.drive_law`) gives the command in each of the three driving states,
-and decides when the state is finished. This module chooses the next state. If the robot gets no
-nearer to its goal, the drive is given up with a reason. The goal is reached when samples of the
-resting robot show it at the goal.
+and decides when the state is finished. This module chooses the next state. A drive is given up with
+a reason if the robot gets no nearer to its goal. The goal is reached when the robot has settled,
+and a later sample shows it at the goal.
 
-Units: metres, radians, seconds. Poses are in the local frame. Edge case: After GOAL_REACHED or a
-failure the command is None, not a zero.
+Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure the
+command is None, not a zero.
 """
 from collections import defaultdict
 from typing import Dict, Optional
@@ -18,8 +18,8 @@ from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.stale_or_stalled import Settling, StallWatch
 
-#: A drive that ends outside its tolerance, for instance by a stall of the network, begins again
-#: from its end, at most this many times.
+#: A drive that ends outside its tolerance begins again from there, at most this many times. For
+#: instance the network may have stalled.
 MORE_TRIES = 2
 
 
@@ -32,12 +32,12 @@ class GoalMachine:
         self.state = GoalState.GOAL_REACHED
         #: The reason why the drive was given up, or ''.
         self.failure = ''
-        #: True after a person or program cancelled the drive. Only a new goal starts another drive.
+        #: Did a person or program cancel the drive? Only a new goal starts another drive.
         self.cancelled = False
-        #: True after the first command to move to this goal.
+        #: Was a motion to this goal commanded?
         self.begun = False
         #: Will the command of the last step hardly change in the next period?
-        self.cruises = False
+        self.may_skip_next = False
         #: Number of the drive. Each goal and each restart begins a new drive.
         self.attempt = 0
         self._tries_left = 0
@@ -56,7 +56,7 @@ class GoalMachine:
         self.restart()
 
     def restart(self) -> None:
-        """Begin the drive to the goal again after a reset or a change, unless it was cancelled."""
+        """Begin the drive to the goal again, unless the drive was cancelled."""
         if self.goal is not None and not self.cancelled:
             self.failure = ''
             self.begun = self._interrupted = False
@@ -65,7 +65,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """At the next step, continue from the robot's present pose, since the robot stood."""
+        """Let the next step continue from the robot's present pose, since the robot stood."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -79,11 +79,8 @@ class GoalMachine:
             self.give_up('canceled')
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
-        """Returns the command for now, or None if no drive is active.
-
-        `dt` is the time since the last step [s].
-        """
-        goal, self.cruises = self.goal, False
+        """Returns the command for now, `dt` [s] after the last step. None: no drive is active."""
+        goal, self.may_skip_next = self.goal, False
         if goal is None or not self.active:
             return None
         if not self.begun:
@@ -94,23 +91,24 @@ class GoalMachine:
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        while self.active:
+        while self.active:    # in the same step, the next state follows a state that is finished
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
-            command, remaining, finished, self.cruises = move(motion, goal, dt)
-            if finished and self.state is GoalState.ROTATE_TO_FINAL and not self._rests(motion):
-                return Twist2()
+            command, remaining, finished, self.may_skip_next = move(motion, goal, dt)
             if not finished:
                 self.failure = self._stalls[self.state].update(
-                    remaining, motion.linear, motion.angular, dt, command != Twist2())
+                    remaining, motion.linear, motion.angular, dt, must_move=command != Twist2())
                 return None if self.failure else command
+            if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
+                return Twist2()
             self._finish_state(motion.pose, goal)
             dt = 0.0
         return None
 
-    def _rests(self, motion: Motion) -> bool:
-        """Has the robot settled, and was the latest odometry measured since it came to rest?"""
+    def _has_settled(self, motion: Motion) -> bool:
+        """Has the robot settled, and was the latest odometry measured since it came to rest? The
+        law uses only the IMU for this."""
         since = self._settling.since
         return (self._settling.rests and since is not None
                 and self._time - motion.odometry_age >= since)

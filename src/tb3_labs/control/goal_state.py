@@ -1,4 +1,4 @@
-"""A drive to a goal, as users see it: settings, four states, texts of the topic `goal_state`.
+"""The settings, the states, and the texts on `goal_state`, by which a user knows a drive to a goal.
 
 The Transformation lab lists the states:
 
@@ -46,23 +46,19 @@ class GoalState(Enum):
 
 #: Names of the states in which the robot drives, in order.
 DRIVING = tuple(state.name for state in GoalState if state is not GoalState.GOAL_REACHED)
-#: A text of `goal_state` is the name of a state, WAITING_FOR_CONTROL, or a word here with a reason.
+#: A text on `goal_state` is the name of a state, WAITING_FOR_CONTROL, or one of these words and a
+#: reason.
 WAITING, STOPPED, GAVE_UP = 'waiting', 'stopped', 'gave up'
 WAITING_FOR_CONTROL = WAITING + ' for control'
 
 
 def to_go(distance: float, angle_deg: float) -> str:
-    """Returns a text about the distance to the goal [m], and the angle to its heading [deg]."""
+    """Returns a text about the distance to the goal [m] and the angle to its heading [deg]."""
     return f'{distance:.3f} m to go, {abs(angle_deg):.1f} deg off the final heading'
 
 
-def with_reason(word: str, reason: str) -> str:
-    """Returns the text of `goal_state` for a `word` (WAITING, STOPPED or GAVE_UP) and a reason."""
-    return f'{word}: {reason}'
-
-
 def sum_of_turns(start: float, face: float, end: float) -> float:
-    """Returns the sum [rad] of the turns from yaw `start` to `face`, and from `face` to `end`."""
+    """Returns the sum of the turn from yaw `start` to `face`, and the turn to `end` [rad]."""
     return abs(difference(face, start)) + abs(difference(end, face))
 
 
@@ -72,10 +68,10 @@ def errors(pose: Pose2, goal: Pose2) -> Tuple[float, float]:
 
 
 def is_stopped(goal_state: str) -> bool:
-    """Does this text of `goal_state` show a drive that is interrupted for a moment?"""
+    """Does this text on `goal_state` show a drive that is interrupted for a moment?"""
     return goal_state.startswith(STOPPED)
 
 
 def is_over(goal_state: str) -> bool:
-    """Does this text of `goal_state` show a drive that has ended?"""
+    """Does this text on `goal_state` show a drive that has ended?"""
     return goal_state == GoalState.GOAL_REACHED.name or goal_state.startswith(GAVE_UP)

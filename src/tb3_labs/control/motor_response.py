@@ -14,15 +14,14 @@ a smaller weight.
 
 At steady speed the equation shows only the sum of delay and lag. So the first sample of a motion is
 used in a different way. From rest, with the command u, a first-order motor has
-v = gain u (1 - exp(-(t - delay) / lag)). With the share r = v / (gain u) and the way
-w = x / (gain u) of this sample,
+v = gain u (1 - exp(-(t - delay) / lag)). With the shares r = v / (gain u) and w = x / (gain u) of
+this sample,
 
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
 This delay is the time of the round trip, to the robot and back. A robot sets its clock over the
-same slow link, so the stamps of late samples look fresh. `COMMAND_TIME` is the measured time that a
-command needs. The rest of the delay is assumed to be the *sample delay*. If commands need longer
-than `COMMAND_TIME`, the sample delay is too large.
+same slow link, so the stamps of late samples look fresh. A command is assumed to need
+`COMMAND_TIME`, which was measured. The rest of the delay is the *sample delay*.
 
 Units: seconds; radians or metres for travel, per second for speeds.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -41,37 +40,33 @@ from tb3_labs.supervision.timeouts import LONGEST_AGE
 
 #: Lag of the motors before the first measurement [s].
 FIRST_LAG = 0.05
-#: Delay before the first measurement [s]: half a control period of the firmware, and 25 ms for a
-#: step of the node and a quiet network.
+#: Delay before the first measurement [s]. It is half a control period of the firmware, and 25 ms
+#: for a step of the node and a quiet network.
 FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
-#: Time from a command to the moment at which the motors of a real robot begin to follow it [s]:
-#: half a control period, and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
+#: A real robot's motors begin to follow a command after this time [s]. It is half a control period,
+#: and 8 ms for the link (firmware 1.2.6, on a fast and on a slow host).
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
-#: The delays of two commands differ by up to this [s]. A smaller excess is not a sample delay.
+#: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
-#: The least sample delay, of the firmware on a fast host [s].
-LEAST_SAMPLE_DELAY = 0.0135
-#: The largest sample delay [s].
-MAX_SAMPLE_DELAY = 0.15
-#: A measured delay is clipped to this [s].
-MAX_DELAY = 0.4
-#: A measured lag is clipped to this [s].
-MAX_LAG = 0.15
+#: A sample delay is clipped to these [s]. The firmware on a fast host has the least.
+LEAST_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
+#: A measured delay and a measured lag are clipped to these [s].
+MAX_DELAY, MAX_LAG = 0.4, 0.15
 #: Standard deviations of the values with which an approach begins.
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
-#: Standard deviation of the lag, if the measured speed is a mean, which does not show the lag [s].
+#: Standard deviation of the lag if the measured speed is a mean, which does not show the lag [s].
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DEVIATION = 0.002
-#: Weight of each measurement at cruise in the values with which the next approach begins.
+#: Weight of each measurement at steady speed, for the values with which the next approach begins.
 LEARNING_WEIGHT = 0.1
 #: Least weight of a measurement in the usual delay, which is learned over several approaches.
 LEAST_LEARNING_WEIGHT = 0.01
-#: The speed of a robot that cruises differs from the command by less than this share.
+#: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
-#: The command of a robot that cruises was the same for this long [s].
+#: At steady speed the command was the same for more than this time [s].
 CRUISE_TIME = 0.12
 #: Samples are used if the command has at least this share of the fastest speed.
 LEAST_CRUISE_SHARE = 0.5
@@ -103,7 +98,7 @@ class Response:
 
     @property
     def sample_delay(self) -> float:
-        """The part of a sample's age that the sample's stamp does not show [s]."""
+        """The part of a sample's age that its stamp does not show [s]."""
         excess = self._usual_delay - COMMAND_TIME
         if excess <= LEAST_SAMPLE_DELAY + COMMAND_SPREAD:
             return LEAST_SAMPLE_DELAY
@@ -120,48 +115,48 @@ class Response:
         self.gain += LEARNING_WEIGHT * (other.gain - self.gain)
 
 
-def identify_at_start(time: float, first: float, travelled: float,
+def identify_at_start(time: float, steady_speed: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
-    """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if impossible.
+    """Returns (delay, lag) [s] by one sample of a robot that speeds up, or None if the sample does
+    not show them.
 
-    `time`: since the first command [s], which was not changed; `first`: steady speed of the first
-    command; `travelled`, `speed`: travel and speed of the sample. `speed` must be the speed at this
-    moment, not the mean of a period.
+    The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
+    The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
     """
-    if abs(first) < SLOWEST_FIRST_COMMAND or not 0.0 < speed * first:
+    if abs(steady_speed) < SLOWEST_FIRST_COMMAND or not 0.0 < speed * steady_speed:
         return None
-    reached, distance = speed / first, travelled / first
-    lag = 0.0 if reached > PROMPT_SHARE else distance / (-math.log1p(-reached) - reached)
+    r, w = speed / steady_speed, travelled / steady_speed
+    lag = 0.0 if r > PROMPT_SHARE else w / (-math.log1p(-r) - r)
     if not 0.0 <= lag <= MAX_LAG:
         return None
-    return clamp(time - distance - lag * reached, 0.0, MAX_DELAY), lag
+    return clamp(time - w - lag * r, 0.0, MAX_DELAY), lag
 
 
 class Identification:
     """Identifies delay, lag and gain during one approach."""
 
     def __init__(self, response: Response, speed_is_prompt: bool) -> None:
-        """`response` has the values of earlier approaches, and learns from this approach.
-        `speed_is_prompt`: see ApproachConfig."""
+        """`response` has the values of earlier approaches, and learns from this approach. An
+        ApproachConfig has `speed_is_prompt`."""
         #: The estimate of this approach.
         self.estimate = copy(response)
         self._response = response
-        self._first = copy(response)    # the equations are solved for the difference
+        self._initial = copy(response)    # the equations are solved for the difference from this
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # did the robot stand when the approach began?
         self._start_observed = False     # did a sample show that the robot speeds up?
         lag_deviation = FIRST_LAG_DEVIATION if speed_is_prompt else FIXED_LAG_DEVIATION
         deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
-        self._squares, self._right = np.diag(deviations ** -2.0), np.zeros(3)
+        self._normal_matrix, self._normal_vector = np.diag(deviations ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
         """Begin with a robot of this measured `speed`, just before the first command. Only a start
-        from rest shows delay and lag, since an earlier command may cause another motion."""
+        from rest is used, since an earlier command may cause another motion."""
         self._from_rest = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travelled: float, speed: float,
                fastest: float, age: float = 0.0) -> None:
-        """Take in the travel since the start, and the `speed`, both measured `age` [s] ago."""
+        """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
         if age > LONGEST_AGE:
             self._from_rest = False    # commands may be delayed, too
         if not self._from_rest:
@@ -184,24 +179,25 @@ class Identification:
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
                            age: float) -> None:
         self._start_observed = True
-        observed = identify_at_start(history.now - age, history.first * self._first.gain, travelled,
-                                     speed)
+        steady_speed = history.oldest_command * self._initial.gain
+        observed = identify_at_start(history.now - age, steady_speed, travelled, speed)
         if observed is not None:
-            self._first.delay, self._first.lag = observed
-            self.estimate = copy(self._first)
+            self._initial.delay, self._initial.lag = observed
+            self.estimate = copy(self._initial)
 
     def _solve(self, history: CommandHistory, travelled: float, speed: float, fastest: float,
                age: float) -> None:
-        """Add the equation of a sample. Solve all equations for differences from `_first`."""
-        first = self._first
-        arrived = history.commanded(history.now) - history.command * (first.delay + age)
-        row = np.array([arrived, -first.gain * history.command, -speed])
-        missing = travelled - (first.gain * arrived - first.lag * speed)
+        """Add the equation of a sample. Solve all equations for the differences from `_initial`."""
+        initial = self._initial
+        arrived = history.commanded_travel(history.now) - history.command * (initial.delay + age)
+        row = np.array([arrived, -initial.gain * history.command, -speed])
+        missing = travelled - (initial.gain * arrived - initial.lag * speed)
         weight = (TIME_DEVIATION * fastest) ** -2.0
-        self._squares += weight * np.outer(row, row)
-        self._right += weight * missing * row
-        gain, delay, lag = map(float, np.linalg.solve(self._squares, self._right))
-        estimate, together = self.estimate, first.delay + delay + first.lag + lag
-        estimate.gain = first.gain + gain
-        estimate.lag = clamp(first.lag + lag, 0.0, MAX_LAG)
-        estimate.delay = clamp(together - estimate.lag, 0.0, MAX_DELAY)
+        self._normal_matrix += weight * np.outer(row, row)
+        self._normal_vector += weight * missing * row
+        gain, delay, lag = map(float, np.linalg.solve(self._normal_matrix, self._normal_vector))
+        # a lag that is clipped changes the delay, so that their sum stays the same
+        estimate, delay_plus_lag = self.estimate, initial.delay + delay + initial.lag + lag
+        estimate.gain = initial.gain + gain
+        estimate.lag = clamp(initial.lag + lag, 0.0, MAX_LAG)
+        estimate.delay = clamp(delay_plus_lag - estimate.lag, 0.0, MAX_DELAY)

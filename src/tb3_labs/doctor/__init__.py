@@ -1,9 +1,9 @@
 """What is wrong with this computer, its network or a robot? Each finding is a line.
 
 A function ``judge_*`` turns numbers and names into one Line with a severity, a reason and a remedy.
-`checks` measures, and calls the functions in order.
+`checks` measures, and calls these functions in order.
 
-At first the doctor uses neither rospy nor a node, but XML-RPC calls that only read. After the line
+At first the doctor only makes XML-RPC calls, which need neither rospy nor a node. After the line
 `Way back` the doctor listens to the robot as an ordinary node that publishes nothing.
 """
 from functools import partial
@@ -19,14 +19,14 @@ class Line(NamedTuple):
     remedy: str = ''    # an instruction for the user
 
 
-#: ok(subject, text) finds nothing wrong. warning(subject, text, remedy) finds a possible problem.
-#: fault(subject, text, remedy) finds a problem that prevents a lab from working.
+#: ok(subject, text) returns a Line about a thing that works, warning(subject, text, remedy) about a
+#: possible problem, and fault(subject, text, remedy) about a problem that prevents a lab.
 ok, warning, fault = (partial(Line, severity) for severity in ('ok', 'warning', 'FAULT'))
 
 
 def as_text(line: Line) -> str:
-    """Returns a finding as one line of text. Line ends and terminal codes become spaces, since
-    texts of other programs may contain them."""
+    """Returns a finding as one line of text. Line ends and terminal codes, which texts of other
+    programs may contain, become spaces."""
     text = '{:<7} {:<8} {}'.format(line.severity, line.subject, line.text)
     if line.remedy:
         text += '. Do: ' + line.remedy
@@ -34,7 +34,7 @@ def as_text(line: Line) -> str:
 
 
 def summary(lines: Sequence[Line]) -> str:
-    """Returns the last line: the number of faults, or else a hint to the warnings."""
+    """Returns the last line: the number of faults, or a hint if there are only warnings."""
     faults = sum(line.severity == 'FAULT' for line in lines)
     if faults > 1:
         return f'{faults} faults: begin with the first fault'

@@ -1,4 +1,4 @@
-"""The doctor's examinations, in order. Each line is yielded as soon as it is known."""
+"""The doctor's examinations, in order. A line is yielded as soon as it is known."""
 import os
 import time
 from dataclasses import replace
@@ -21,11 +21,12 @@ def examine(namespace):
         return
     here = address_here(master.address)
     yield judge_address(here)
-    graph = RobotGraph(namespace, state or ([], [], []),
-                       state and Peer(master.uri).ask('getTopicTypes') or [])
+    types = Peer(master.uri).ask('getTopicTypes') if state else None
+    graph = RobotGraph(namespace, state or ([], [], []), types or [])
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
-    yield judge_nat(nat_kind(), here.lan_address, not here.master_here or any(
-        not is_own(peer.address) for peer in robot.values() if peer.address))
+    robot_elsewhere = any(not is_own(peer.address) for peer in robot.values() if peer.address)
+    yield judge_nat(nat_kind(), here.lan_address,
+                    others_elsewhere=robot_elsewhere or not here.master_here)
     yield judge_master(master)
     if state is None:
         return
@@ -35,17 +36,17 @@ def examine(namespace):
         yield judge_nodes(robot)
     alive = {node: peer for node, peer in robot.items() if not peer.problem}
     if not alive:
-        return    # no node of the robot answers
+        return
     yield from _check_return_path(here, graph, alive, drivers)
     if not python.remedy:
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
         yield from examine_messages(
             graph, here.outgoing_address, min(peer.round_trip for peer in alive.values()),
-            not Peer(master.uri).ask('getParam', '/use_sim_time'))
+            is_wall_time=not Peer(master.uri).ask('getParam', '/use_sim_time'))
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the lines on the message type of cmd_vel, and on the way from the robot to this
+    """Yields the lines on the type of the commands, and on the way from the robot to this
     computer. `alive` is {node: Peer} of the robot's nodes that answer. `drivers` is {node: Peer} of
     the nodes that publish cmd_vel."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
@@ -61,8 +62,9 @@ def _check_return_path(here, graph, alive, drivers):
         yield judge_types(topic, robot_node, received, other_types)
     own_drivers = {}
     for node, peer in drivers.items():
-        may_be_own = is_own(peer.address) and not peer.problem or peer.problem == 'unresolved'
-        if may_be_own and node not in graph.robot_nodes and node not in other_types:
+        is_here = is_own(peer.address) and not peer.problem
+        may_be_here = is_here or peer.problem == 'unresolved'
+        if may_be_here and node not in graph.robot_nodes and node not in other_types:
             own_drivers[node] = peer.uri
     if own_drivers:
         time.sleep(1.0)    # the robot needs this time to connect to a new driver
@@ -72,12 +74,12 @@ def _check_return_path(here, graph, alive, drivers):
         connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
         yield judge_return_path(own_drivers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
-                                not is_own(address))
+                                robot_elsewhere=not is_own(address))
 
 
 def _type_of(topic, peer, question):
-    """Returns the type of a node's topic; '' if it is unknown. `question` is the call that lists
-    the node's topics."""
+    """Returns the type of a topic of the node `peer`; '' if the type is unknown. The node answers
+    the XML-RPC call `question` by the list of its topics."""
     for name, kind in peer.ask(question) or ():
         if name == topic:
             return str(kind)

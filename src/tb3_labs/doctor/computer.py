@@ -1,8 +1,8 @@
-"""Checks this computer: Python, the address that its nodes advertise, and NAT.
+"""Checks Python on this computer, the address that its nodes advertise, and NAT.
 
-Addresses are texts such as '192.168.0.5'. As in ROS 1, only IPv4 is used. '' means no address. A
-node *advertises* an address, to which other nodes connect. As in rospy, this address is
-ROS_HOSTNAME, else ROS_IP, else the name of the computer.
+An address is a text such as '192.168.0.5', or '' if there is no address. As in ROS 1, only IPv4 is
+used. A node *advertises* an address, to which other nodes connect. As in rospy, this address is
+ROS_HOSTNAME. Without it, the address is ROS_IP. Without both, it is the name of the computer.
 """
 import importlib
 import ipaddress
@@ -24,7 +24,7 @@ NAT_NETWORK = ipaddress.ip_network('172.16.0.0/12')
 
 
 def check_python() -> Line:
-    """Returns the line on the interpreter and its packages. Each package is imported, because an
+    """Returns the line on the interpreter and its packages. Imports each package, because an
     installed package may need a package that is missing."""
     missing = {}
     for name in PACKAGES:
@@ -37,7 +37,7 @@ def check_python() -> Line:
 
 
 def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> Line:
-    """Can the labs' nodes run? `missing` is {package: reason why its import fails}."""
+    """Can the labs' nodes run? `missing` is {package: reason for which its import fails}."""
     here = f'Python {version} ({executable})'
     if missing:
         first, *others = missing
@@ -52,8 +52,8 @@ def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> L
 # Addresses --------------------------------------------------------------------------------------
 
 def quoted(value: str) -> str:
-    """Returns the value of an environment variable, in quotes if the value has blanks."""
-    return repr(value) if len(value.split()) != 1 or value != value.strip() else value
+    """Returns the value of an environment variable, in quotes if it is empty or has blanks."""
+    return value if value.split() == [value] else repr(value)
 
 
 def is_loopback(address: str) -> bool:
@@ -76,8 +76,8 @@ def is_own(address: str) -> bool:
 
 @lru_cache(maxsize=None)
 def address_of(name: str) -> str:
-    """Returns the address of a host's name; '' if the name has none. The first look-up may take
-    seconds."""
+    """Returns the address of a host's name; '' if the name does not resolve. The first look-up of
+    a name may take seconds."""
     try:
         return socket.gethostbyname(name) if name else ''
     except (OSError, UnicodeError):
@@ -85,7 +85,7 @@ def address_of(name: str) -> str:
 
 
 def outgoing_address(address: str) -> str:
-    """Returns the address from which packets to `address` are sent; '' if there is no route."""
+    """Returns this computer's address on the way to `address`; '' if there is no route."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:    # connect() sends nothing
         try:
             probe.connect((address, 9))
@@ -103,7 +103,7 @@ class Address:
     hostname: str = ''             # the computer's own name
     resolved: str = ''             # the address of the advertised name
     own: Tuple[str, ...] = ()      # all addresses but the loopback
-    outgoing_address: str = ''     # the address from which packets go to the master
+    outgoing_address: str = ''     # the address on the way to the master
     master_here: bool = True       # does the master run on this computer?
 
     @property
@@ -113,7 +113,8 @@ class Address:
 
     @property
     def lan_address(self) -> str:
-        """The address on the way to the master; this computer's first one if the master is here."""
+        """The address on the way to the master. If the master is on this computer, the first own
+        address."""
         for address in (self.outgoing_address, *self.own):
             if address and not is_loopback(address):
                 return address
@@ -128,7 +129,7 @@ class Address:
 
 
 def address_here(master: str) -> Address:
-    """Returns this computer's Address. `master` is the master's address; '' if it is unknown."""
+    """Returns this computer's Address. `master` is the address of the master, or '' if unknown."""
     ros_ip, ros_hostname = os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')
     hostname = socket.gethostname()
     return Address(ros_ip, ros_hostname, hostname, address_of(ros_hostname or ros_ip or hostname),
@@ -137,7 +138,7 @@ def address_here(master: str) -> Address:
 
 
 def judge_address(here: Address) -> Line:
-    """Can others reach this computer at the address that its nodes advertise?"""
+    """Can other computers reach this computer at the address that its nodes advertise?"""
     if not here.ros_ip and not here.ros_hostname:
         unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if here.master_here:
@@ -165,11 +166,11 @@ def judge_address(here: Address) -> Line:
 # NAT --------------------------------------------------------------------------------------------
 
 def nat_kind() -> str:
-    """Returns 'WSL' or 'a container' if this Linux runs in WSL or in a container, and does not use
-    the network of the host. Otherwise returns ''.
+    """Returns 'WSL' or 'a container' if this Linux runs there, and does not use the network of the
+    host. Otherwise returns ''.
 
-    In WSL the network of the host (mirrored) has an interface loopback0. In a container the network
-    of the host has a hardware interface.
+    The host's network has an interface loopback0 in WSL (mirrored), and a hardware interface in a
+    container.
     """
     interfaces = [name for _, name in socket.if_nameindex()]
     with open('/proc/version') as file:
@@ -183,7 +184,7 @@ def nat_kind() -> str:
 
 def judge_nat(kind: str, outgoing_address: str, others_elsewhere: bool) -> Line:
     """Can a robot reach this computer through NAT? `kind` is the result of :func:`nat_kind`.
-    `others_elsewhere`: is the master or the robot on another computer?"""
+    `others_elsewhere` is true if the master or the robot is on another computer."""
     if not kind:
         return ok('NAT', 'this computer has no network of its own behind another computer')
     if not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT_NETWORK:

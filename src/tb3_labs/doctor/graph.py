@@ -1,7 +1,7 @@
 """Can this computer, the master and the nodes around one robot reach each other?
 
-Master and nodes answer XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org). The doctor
-makes only calls that read.
+Master and nodes answer the XML-RPC calls of ROS's Master API and Slave API (wiki.ros.org). The
+doctor makes only calls that read.
 """
 import difflib
 import http.client
@@ -31,9 +31,9 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A name with this likeness to a right name may be a mistake.
+#: A name that is at least so like a right name may be a mistake.
 POSSIBLE_LIKENESS = 0.65
-#: A name with this likeness to a right name is certainly a mistake.
+#: A name that is at least so like a right name is certainly a mistake.
 SURE_LIKENESS = 0.8
 #: A line names at most this number of nodes.
 MOST_NAMED_NODES = 3
@@ -55,7 +55,7 @@ class Peer:
         self.name, self.port = (found.group(1), int(found.group(2))) if found else ('', 0)
 
     def ask(self, method, *arguments):
-        """Call `method`. Returns the answer. Without an answer returns None, and sets `problem`."""
+        """Call `method`. Returns the answer, or None if there is no answer. Sets `problem`."""
         self.address = address_of(self.name)
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
@@ -78,7 +78,7 @@ class Peer:
 
 
 def peers_of(master, nodes):
-    """Returns {node: Peer} with the URIs that the master knows. Each Peer was called once."""
+    """Returns {node: Peer}. The master knows the URI of each Peer. Each Peer was called once."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -86,7 +86,7 @@ def peers_of(master, nodes):
     return peers
 
 
-# -- the master
+# The master -------------------------------------------------------------------------------------
 
 def judge_master(master: Peer) -> Line:
     """Does a master answer?"""
@@ -95,7 +95,7 @@ def judge_master(master: Peer) -> Line:
         where += f' ({master.address})'
     if not master.problem:
         return ok('Master', f'{where} answers in {1000.0 * master.round_trip:.0f} ms')
-    with_http = 'http://' + master.uri.strip()    # rospy takes no address without http
+    with_http = 'http://' + master.uri.strip()    # rospy needs http in an address
     if master.problem == 'refused':
         remedy = ('start roscore, or a launch file, on that computer; first end each launch file '
                   'that runs there without its master')
@@ -108,7 +108,7 @@ def judge_master(master: Peer) -> Line:
     return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
 
 
-# Publishers and subscribers ----------------------------------------------------------------------
+# Publishers and subscribers ---------------------------------------------------------------------
 
 class RobotGraph:
     """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` and `types` are the
@@ -124,8 +124,8 @@ class RobotGraph:
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
         #: The nodes that publish cmd_vel.
         self.drivers = publishers.get(namespace + 'cmd_vel', [])
-        # A recorder, the panel, and drivers that look for other drivers listen to cmd_vel, too.
-        # They are left out if a node of the robot listens.
+        # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel.
+        # If a node of the robot listens, these are left out.
         listeners = subscribers.get(namespace + 'cmd_vel', [])
         sensor_nodes = self.sensors['imu'] + self.sensors['odom']
         self.listeners = [node for node in listeners if node in sensor_nodes]
@@ -137,17 +137,17 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns (right topic, likeness): this robot's topic, with one of `names`, that is most
-        like the `topic` of a node. Returns ('', 0.0) if `topic` is right, or belongs to another
-        robot."""
+        """Returns the right topic that is most like the `topic` of a node, and their likeness. The
+        right topics are this robot's topics with one of `names`. Returns ('', 0.0) if `topic` is
+        right, or belongs to another robot."""
         place, _, word = topic.rpartition('/')
         if topic in [self.namespace + name for name in LAB_TOPICS] or (
                 self._is_of_another_robot(place + '/', topic, node)):
             return '', 0.0
         words = [word.lower()]
-        last_place = place.rpartition('/')[2].lower()
-        if last_place in SENSORS:    # such as imu/data
-            words.append(last_place)
+        last_namespace = place.rpartition('/')[2].lower()
+        if last_namespace in SENSORS:    # such as imu/data
+            words.append(last_namespace)
         package, _, kind = self._types.get(topic, '').rpartition('/')
         if kind and package != 'std_msgs':
             for name in names:
@@ -160,8 +160,8 @@ class RobotGraph:
         return self.namespace + name, like
 
     def _is_of_another_robot(self, place, topic, node):
-        """Does `topic`, in the namespace `place`, belong to another robot? A private topic of the
-        node, and a topic of turtlesim, do not."""
+        """Does `topic`, in the namespace `place`, belong to another robot? Private topics of the
+        node, and topics of turtlesim, do not."""
         if place in ('/', self.namespace) or topic.startswith(node + '/') or TURTLESIM.match(topic):
             return False
         return node.startswith(place) or not place.startswith(self.namespace)
@@ -173,7 +173,7 @@ class RobotGraph:
 
 def likeness(word: str, name: str) -> float:
     """Returns the likeness of a word and a name, from 0 to 1. imu_data is like imu, and wheel_odom
-    like odom. Words with different first letters have likeness 0, such as return and turn."""
+    is like odom. Words with different first letters, such as return and turn, have likeness 0."""
     like = 0.0
     if word[:1] == name[0]:
         like = difflib.SequenceMatcher(None, word, name).ratio()
@@ -187,11 +187,13 @@ def judge_robot(graph: RobotGraph) -> Line:
     at = graph.namespace.rstrip('/')
     imu, odom = graph.sensors['imu'], graph.sensors['odom']
     if not imu and not odom:
-        there = f" (there is one in {', '.join(graph.other_robots)})" if graph.other_robots else ''
-        named = graph.other_robots[0].strip('/') if graph.other_robots else ''
-        return fault('Robot', 'nobody publishes {0}/imu or {0}/odom{1}'.format(at, there),
-                     'rosrun tb3_labs doctor.py ' + named if named else "start the robot's "
-                     'bringup, or roslaunch tb3_labs fake_robot.launch')
+        text = f'nobody publishes {at}/imu or {at}/odom'
+        remedy = "start the robot's bringup, or roslaunch tb3_labs fake_robot.launch"
+        if graph.other_robots:
+            text += f" (there is one in {', '.join(graph.other_robots)})"
+            name = graph.other_robots[0].strip('/')
+            remedy = 'rosrun tb3_labs doctor.py ' + name if name else remedy
+        return fault('Robot', text, remedy)
     for topic, nodes in (('imu', imu), ('odom', odom)):
         if len(nodes) > 1:
             return fault('Robot', '{} robots answer: {} all publish {}/{}'.format(
@@ -209,8 +211,8 @@ def judge_robot(graph: RobotGraph) -> Line:
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
     a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if a node
-    publishes the right name, a wrong publisher's name must have SURE_LIKENESS."""
-    for subject, words, users, partners, names in (
+    publishes the right name, the wrong name of another node must have SURE_LIKENESS."""
+    for subject, text, users, partners, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, LAB_TOPICS),
             ('Senders', '{} publishes {}, which nobody hears; {} is heard by {}',
@@ -226,14 +228,15 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                     continue
                 # a node that also uses the right name is not mistaken
                 if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
+                    # a node of the robot is named, rather than a recorder
                     partner = min(partners[right], key=lambda each: each not in graph.robot_nodes)
-                    findings.append(words.format(node, topic, right, partner))
+                    findings.append(text.format(node, topic, right, partner))
         if findings:
             yield warning(subject, '; '.join(findings[:MOST_NAMED_NODES]),
                           'mend the name in its code, or by <remap> in its launch file')
 
 
-# -- the connections from this computer
+# The connections from this computer -------------------------------------------------------------
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Line:
     """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
@@ -260,14 +263,14 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
 
 
 def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str, str]) -> Line:
-    """Returns the line on drivers with another message type than `received`, the type to which the
-    node `robot` listens on `topic`. `other_types` is {driver: type of its messages}."""
+    """Returns the line on drivers that publish messages of a wrong type on `topic`. `other_types`
+    is {driver: type of its messages}. The node `robot` listens to the type `received`."""
     return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
         ', '.join('{} publishes {}'.format(*each) for each in sorted(other_types.items())),
         topic, robot, received), f'publish {received} there')
 
 
-# -- the connections to this computer
+# The connections to this computer ---------------------------------------------------------------
 
 def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
                       here: Address, robot_elsewhere: bool) -> Line:

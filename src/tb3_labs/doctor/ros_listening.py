@@ -1,4 +1,4 @@
-"""Listens to the robot's messages as an ordinary node, and makes the lines on drivers, sensors,
+"""Listens to the robot's messages as an ordinary node, and yields the lines on drivers, sensors,
 clock and gyro."""
 import os
 import time
@@ -24,7 +24,7 @@ from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
-#: {topic to which the doctor listens: (type of its messages, function that makes a sample)}
+#: {topic to which the doctor listens: (type of its messages, function that returns a sample)}
 SAMPLE_READERS = {
     'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
     'joint_states': (JointState, to_wheel_sample), 'cmd_vel': (rospy.AnyMsg, lambda command: None)}
@@ -39,18 +39,18 @@ class ReceivedMessage(NamedTuple):
     at: float         # time of arrival [s]
     sender: str
     message: Any
-    kind: str = ''    # the type that the sender states; '' if it states none
+    kind: str = ''    # the type that the sender states, or ''
 
 
 def examine_messages(graph, address, round_trip, is_wall_time):
     """Yields the lines on the messages of a RobotGraph's robot. `round_trip` is the least time from
-    a call of a robot's node to the answer [s]. `is_wall_time`: do the stamps come from a real
-    clock? For `address` see :func:`listen`.
-    """
+    a call of a robot's node to the answer [s]. `is_wall_time` is true if the stamps come from a
+    real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
     # checks.py judges commands of other types
-    yield judge_drivers(Counter(each.sender for each in received if each.topic == 'cmd_vel'
-                                and each.kind in ('', COMMAND_TYPE)))
+    commands = [each for each in received
+                if each.topic == 'cmd_vel' and each.kind in ('', COMMAND_TYPE)]
+    yield judge_drivers(Counter(each.sender for each in commands))
     watch, encoders, samples, refused = run_watches(received, graph.namespace + 'reset')
     for name in SENSORS:
         arrivals = [each.at for each in received if each.topic == name]
@@ -68,7 +68,7 @@ def examine_messages(graph, address, round_trip, is_wall_time):
     if delays and is_wall_time:
         yield judge_clock(min(delays), round_trip)
     cause, _, remedy = watch.problem().partition(': ')
-    yield judge_gyro(cause, remedy, watch.has_compared)
+    yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
     drift = drift_of([sample[:2] for sample in samples if isinstance(sample, ImuSample)],
                      [sample[1:] for sample in wheels])
     if drift is not None and watch.has_compared and not watch.problem():
@@ -76,8 +76,8 @@ def examine_messages(graph, address, round_trip, is_wall_time):
 
 
 def listen(namespace, address):
-    """Returns (all ReceivedMessages of a robot's topics, time of the end [s]). `address` is this
-    computer's address on the way to the master, and replaces ROS_IP, which may be wrong."""
+    """Returns all ReceivedMessages of a robot's topics, and the time of the end [s]. `address` is
+    this computer's address on the way to the master. It replaces ROS_IP, which may be wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []
@@ -99,8 +99,8 @@ def listen(namespace, address):
 
 
 def run_watches(received, reset_topic):
-    """Returns (GyroWatch, EncoderWatch, samples, refusals). The two watches have taken in the
-    samples of all valid messages. The refusals are {topic: reasons of its invalid messages}."""
+    """Returns a GyroWatch and an EncoderWatch that have taken in the samples of all valid messages,
+    these samples, and {topic: reasons of its invalid messages}."""
     watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
     timing, samples, refused = SampleTiming(), [], {topic: [] for topic in SAMPLE_READERS}
     for topic, at, _, message, _ in received:

@@ -1,4 +1,4 @@
-"""Judges the messages of the robot's nodes: drivers, silent sensors, the clock, and the gyro.
+"""Judges drivers, silent sensors, the clock and the gyro by the messages of the robot's nodes.
 
 Units: seconds, messages per second, degrees per minute, radians.
 """
@@ -27,12 +27,12 @@ STANDING_TURN = 0.005
 
 
 def judge_drivers(sent: Mapping[str, int]) -> Line:
-    """Does at most one node drive? `sent` is {node: number of its commands} in LISTENING_TIME."""
+    """Does at most one node drive? `sent` is {node: number of its commands in LISTENING_TIME}."""
     if len(sent) > 1:
-        return fault('Drivers', '{} send commands at the same time: the robot obeys both in turn'
-                     .format(' and '.join('{} ({:.0f}/s)'.format(node, count / LISTENING_TIME)
-                                          for node, count in sorted(sent.items()))),
-                     'stop all but one of them')
+        drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
+                               for node, count in sorted(sent.items()))
+        return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
+                     'in turn', 'stop all but one of them')
     # several of the labs' nodes may publish cmd_vel, since only one of them drives at a time
     return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
               'no node drives the robot now; if it jerks, call the doctor at that time')
@@ -41,8 +41,8 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
                  publisher: str = '') -> Line:
     """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times of
-    arrival [s]. `ended` is the time until which the doctor listened [s]. `publisher` is a node that
-    publishes `topic`; '' if there is none."""
+    arrival [s]. `ended` is the time at which the doctor stopped listening [s]. `publisher` is a
+    node that publishes `topic`, or ''."""
     name = topic.rpartition('/')[2]
     if not publisher:
         return fault(name, f'nobody publishes {topic}', "restart the robot's bringup, and "
@@ -64,7 +64,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
 
 def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
     """Returns the line on messages of a sensor that the labs' nodes refuse. `reasons` has a reason
-    for each refused message of all `count` messages. Without reasons returns `line`."""
+    for each refused message, and `count` is the number of all messages. If no message was refused,
+    returns `line`."""
     if not reasons:
         return line
     judge = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
@@ -74,10 +75,9 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
 
 
 def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
-    """Does the robot's clock agree with this computer's clock? `least_delay` is the least
-    difference of arrival (this computer's clock) and stamp (the robot's clock) [s]. `round_trip` is
-    the time from a call of a robot's node to the answer [s]. The fastest message took at most this
-    time."""
+    """Does the robot's clock agree with this computer's clock? `least_delay` is the least time
+    from a stamp (the robot's clock) to the arrival (this computer's clock) [s]. `round_trip` is the
+    time from a call of a robot's node to the answer, and the fastest message took less [s]."""
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if abs(offset) <= max(CLOCK_WARNING_OFFSET, exact):
         return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
@@ -106,7 +106,7 @@ def judge_wheels(topic: str, sender: str) -> Line:
 
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
-    """Does the gyro agree with the wheels? `problem` and `remedy` are those of a GyroWatch."""
+    """Does the gyro agree with the wheels? A GyroWatch found the `problem`, or ''."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:
@@ -128,13 +128,14 @@ def judge_drift(drift: float, namespace: str = '/') -> Line:
 
 def drift_of(imu: Sequence[Tuple[float, float]],
              wheels: Sequence[Tuple[float, float]]) -> Optional[float]:
-    """Returns the slope of the yaw [deg/min]. Returns None if the wheels turn, or if there are too
-    few samples. `imu` has (stamp [s], yaw [rad]), `wheels` has (left, right) [rad]."""
-    if len(imu) < 12 or len(wheels) < 2 or any(
-            max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
+    """Returns the slope of the yaw [deg/min]; None if the wheels turn, or if there are too few
+    samples. `imu` has (stamp [s], yaw [rad]), and `wheels` has (left [rad], right [rad])."""
+    if len(imu) < 12 or len(wheels) < 2:
+        return None
+    if any(max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
         return None
     middle = mean(stamp for stamp, _ in imu)
     turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
-    # samples over less than 2 s get the slope of 2 s, so that noise is not shown as drift
+    # the samples of less than 2 s are divided by the spread of 2 s, so that noise is not drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

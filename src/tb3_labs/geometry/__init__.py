@@ -1,4 +1,2 @@
-"""What do the numbers mean? Angles, quaternions, and poses in the plane.
-
-`se2` has the rotation matrix and the poses. This room does not know robots.
-"""
+"""What do the numbers mean? Angles, quaternions, and poses in the plane. This room does not know
+robots."""

@@ -1,7 +1,7 @@
 """Angles in arrays, for recorded runs.
 
-Units: radians. Edge case: An infinite angle becomes NaN, without an error, since one invalid sample
-must not hide the valid samples.
+Units: radians. An infinite angle becomes NaN, without an error, since one invalid sample must not
+hide the valid samples.
 """
 import math
 from typing import Sequence, Tuple, Union
@@ -13,8 +13,8 @@ from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
              whole_turn: float = WHOLE_TURN) -> np.ndarray:
-    """Returns `angles`, an array of any shape, wrapped to (-pi, pi]. `whole_turn` is 360 for angles
-    in degrees, which are wrapped to (-180, 180]."""
+    """Returns `angles`, an array of any shape, wrapped to (-pi, pi]. Angles in degrees have the
+    `whole_turn` 360, and are wrapped to (-180, 180]."""
     angles, half_turn = np.asarray(angles, dtype=float), whole_turn / 2.0
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - whole_turn * np.round(angles / whole_turn), half_turn)
@@ -31,7 +31,7 @@ def euler(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
                           z: np.ndarray) -> np.ndarray:
-    """Returns the headings [rad] of quaternions; NaN for each quaternion that is invalid."""
+    """Returns the headings of quaternions [rad]. The heading of an invalid quaternion is NaN."""
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         norm = np.sqrt(w * w + x * x + y * y + z * z)
         roll, pitch, yaw = euler(w / norm, x / norm, y / norm, z / norm)

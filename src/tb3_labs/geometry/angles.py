@@ -1,12 +1,11 @@
-"""Angles on the circle, numbers kept within limits, and the headings of quaternions.
+"""Angles on the circle, clipped numbers, and the headings of quaternions.
 
-squaternion (PyPI) is w-first and checks nothing. Another order of the parts, or a norm that is not
-1, gives a plausible wrong yaw. So the parts are keywords here, and a quaternion of a robot that
-does not stand on a floor is invalid. Only this file and angle_arrays use quaternions.
+The library squaternion has the order w, x, y, z, and checks nothing. Another order, or a norm that
+is not 1, gives a plausible wrong yaw. So the parts are keywords here, and a quaternion is invalid
+if no robot on a floor can have it. Only this file and angle_arrays use quaternions.
 
-Units: radians, counter-clockwise positive (REP-103). Edge cases: Wrapped angles and yaws are in
-(-pi, pi], so that exactly half a turn is +pi. The angle NaN stays NaN. Infinity raises
-``ValueError``.
+Units: radians, counter-clockwise positive (REP-103). Edge cases: A wrapped angle or yaw is in
+(-pi, pi], so half a turn is +pi. The angle NaN stays NaN. An infinite angle raises ``ValueError``.
 """
 import math
 from typing import Tuple
@@ -14,19 +13,19 @@ from typing import Tuple
 from squaternion import Quaternion
 
 WHOLE_TURN = 2.0 * math.pi
-#: A norm that differs from 1 by more than this is invalid. A real TurtleBot3 sends 0.999996.
+#: A norm is invalid if it differs from 1 by more than this. A real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
-#: A larger tilt is invalid [rad], since the quaternion's parts are in a wrong order.
+#: A larger tilt is invalid, since it shows a wrong order of the quaternion's parts [rad].
 MAX_TILT = math.radians(45.0)
 
 
 def clamp(value: float, low: float, high: float) -> float:
-    """Returns `value` clipped to [low, high]; NaN stays NaN."""
+    """Returns `value` clipped to [low, high]. NaN stays NaN."""
     return max(min(value, high), low)    # with this order of arguments NaN stays NaN
 
 
 def wrap(angle: float) -> float:
-    """Returns the same direction as `angle`, in (-pi, pi]."""
+    """Returns `angle` without whole turns, in (-pi, pi]."""
     wrapped = math.remainder(angle, WHOLE_TURN)
     return math.pi if wrapped <= -math.pi else wrapped
 
@@ -37,7 +36,7 @@ def difference(target: float, start: float) -> float:
 
 
 def difference_degrees(target: float, start: float) -> float:
-    """The turn from `start` to `target` the short way round, in (-180, 180] [deg]."""
+    """Returns the turn from `start` to `target` the short way round, in (-180, 180] [deg]."""
     turn = math.remainder(target - start, 360.0)
     return 180.0 if turn <= -180.0 else turn
 
@@ -48,13 +47,13 @@ def unwrap(angle: float, previous: float) -> float:
 
 
 def interpolate_angle(start: float, end: float, fraction: float) -> float:
-    """Returns the angle at a `fraction` (0 to 1) of the short turn to `end`, in (-pi, pi]."""
+    """Returns the angle at a `fraction` (0 to 1) of the short turn from `start` to `end`."""
     return wrap(start + fraction * difference(end, start))
 
 
 def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
-    """Returns the heading [rad] of a robot that stands on a floor. Raises ValueError with the
-    reason for NaN, infinity, a norm that is not 1, and a tilt of more than MAX_TILT."""
+    """Returns the heading of a quaternion [rad]. Raises ``ValueError`` with the reason for NaN,
+    infinity, a norm that is not 1, and a tilt of more than MAX_TILT."""
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')

@@ -1,17 +1,14 @@
 """Poses in the plane, and points that they transform, as in the handout.
 
-A pose ``A_T_B`` is the place of frame B in frame A. The pose transforms a point p_B in B to A,
+A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B in B to A,
 
     p_A = R(theta) p_B + t            (``A_T_B.act(p_B)``)
 
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
-Poses chain by their frames' names: ``A_T_B @ B_T_C`` is ``A_T_C``.
+Poses chain by the names of their frames, so ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-The heading of a pose that a person types is in degrees. Bounds find a number in a wrong unit
-(:class:`TypedPose`).
-
-Units: metres and radians. Edge case: a computed yaw is in (-pi, pi].
-Source: the Transformation lab's handout; names of frame pairs as in the Sophus library.
+Units: metres and radians. A computed yaw is in (-pi, pi].
+Sources: the Transformation lab's handout, and the Sophus library for the names of pairs of frames.
 """
 import math
 from dataclasses import dataclass
@@ -22,14 +19,14 @@ import numpy as np
 from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import interpolate_angle, wrap
 
-#: A place farther than this from the local origin is refused, since the unit may be wrong [m].
+#: A typed coordinate is at most this far from 0, since a larger number may have a wrong unit [m].
 MAX_DISTANCE = 100.0
-#: A heading of more than a whole turn is refused, too [deg].
+#: A typed heading is at most a whole turn [deg].
 MAX_YAW_DEG = 360.0
 
 
 def rotation_matrix(theta: float) -> np.ndarray:
-    """R(theta), shape (2, 2): turns a point by `theta`, counter-clockwise."""
+    """Returns R(theta), shape (2, 2), which turns a point by `theta` counter-clockwise."""
     cos, sin = math.cos(theta), math.sin(theta)
     return np.array([[cos, -sin],
                      [sin, cos]])
@@ -37,11 +34,11 @@ def rotation_matrix(theta: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Pose2:
-    """A place and a heading in the plane: `x`, `y` [m], `yaw` [rad]."""
+    """A place and a heading in the plane."""
 
-    x: float = 0.0
-    y: float = 0.0
-    yaw: float = 0.0
+    x: float = 0.0      # [m]
+    y: float = 0.0      # [m]
+    yaw: float = 0.0    # [rad]
 
     def act(self, points: Union[np.ndarray, Sequence]) -> np.ndarray:
         """Transform `points`, shape (..., 2) [m], from this pose's own frame to its parent."""
@@ -72,7 +69,7 @@ class Pose2:
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
-    """Returns the pose at a `fraction` (0 to 1) of the way, and the yaw turns the short way."""
+    """Returns the pose at a `fraction` (0 to 1) of the way. The yaw turns the short way round."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))
@@ -80,7 +77,7 @@ def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
 
 @dataclass(frozen=True)
 class TypedPose(Config):
-    """A pose in the local frame, as a person types it."""
+    """A pose in the local frame that a person types, with the heading in degrees."""
 
     x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
     y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
@@ -93,17 +90,14 @@ class TypedPose(Config):
 
 @dataclass(frozen=True)
 class RequestedPose:
-    """The pose that a goal or a reset asks for. The sender chose the frame ``local`` or ``odom``.
-
-    The user of the pose converts it from odom to local.
-    """
+    """The pose of a goal or a reset, in ``local`` or in ``odom``, as its sender chose."""
 
     pose: Pose2
     in_odom: bool = False
 
     def in_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
-        """This pose in ``local``. Raises ``ValueError`` if there is no local frame, or if the pose
-        is too far away."""
+        """Returns this pose in ``local``. Raises ``ValueError`` if there is no local frame, or if
+        the pose is too far away."""
         pose = self.pose
         if self.in_odom:
             if odom_T_local is None:

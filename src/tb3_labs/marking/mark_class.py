@@ -15,7 +15,7 @@ from tb3_labs.marking.intake.sandbox import (
     UNPROTECTED, OtherUser, Sandbox, protection_problem)
 from tb3_labs.marking.intake.submissions import (
     Submission, students_named, submissions_in, without_wrapping)
-from tb3_labs.marking.marks import LABS, NOT_JUDGED, Marks, points_of, read_points
+from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
 from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
@@ -28,25 +28,24 @@ def print_line(line: str) -> None:
 
 
 def print_problem(words: str) -> None:
-    """Print an error."""
     sys.stderr.write(f'mark.py: {printable(words)}\n')
 
 
 class MarkedClass:
-    """A class whose submissions are marked."""
+    """Marks the submissions of a class."""
 
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
         """If `retry`, unchanged submissions are tried again, too."""
         self._runner, self._folder, self._retry = runner, runner.folder, retry
-        #: Has a submission no known points?
+        #: Is there a submission without points?
         self._failed = False
-        #: The number of the submissions whose trials were kept.
+        #: How many submissions have not changed since their trial?
         self._unchanged = 0
         self._writing = threading.Lock()
 
     def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
         """Mark the submissions, `jobs` at a time. The marks of a submission are written as soon as
-        its trial has ended. Returns True if a submission was not judged."""
+        its trial has ended. Returns True if a submission has no points."""
         tasks = []
         with ThreadPoolExecutor(jobs) as pool:
             try:
@@ -54,7 +53,7 @@ class MarkedClass:
                     name = f'[{number}/{len(submissions)}] {submission.student}'
                     tasks.append(pool.submit(self._mark, submission, name))
                 while wait(tasks, POLL_PERIOD).not_done:
-                    if self._runner.interrupted.is_set():     # Python lost a signal's exception
+                    if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
                         raise KeyboardInterrupt
             except KeyboardInterrupt:
                 self._failed = True
@@ -75,7 +74,7 @@ class MarkedClass:
 
     def _mark(self, submission, name):
         try:
-            self._try(submission, name)
+            self._try_out(submission, name)
         except MarkingInterrupted:
             pass
         except NotJudged as problem:
@@ -85,8 +84,8 @@ class MarkedClass:
             print_problem(f'{name}: {NOT_JUDGED}: {failure(problem)}')
             self._write(new_marks(submission, unjudged=failure(problem)), '')
 
-    def _try(self, submission, name):
-        """Try a submission, unless it was tried before and has not changed. If the machine held up
+    def _try_out(self, submission, name):
+        """Try a submission, unless it was tried before and has not changed. If the machine delayed
         the robot, the submission is tried a second time."""
         begun = time.monotonic()
         for is_first in (True, False):
@@ -96,38 +95,33 @@ class MarkedClass:
                     if not self._retry and self._is_kept(submission, reading.digest, name):
                         return
                     print_line(name + ' ...')
-                found = self._runner.try_out(submission, reading, Path(work))
-            found.seconds = time.monotonic() - begun
-            marks = self._write(found, reading.digest)
+                tried = self._runner.try_out(submission, reading, Path(work))
+            tried.seconds = time.monotonic() - begun
+            marks = self._write(tried, reading.digest)
             if not marks.delayed:
                 break
             if is_first:
-                print_line('{}: the machine held the robot up for {:.2f} s; tried again'.format(
-                    name, marks.observation.longest_gap))
-        print_line(f'{name}: {as_text(marks)}, {found.seconds:.0f} s')
+                print_line(f'{name}: the machine held the robot up for '
+                           f'{marks.observation.longest_gap:.2f} s; tried again')
+        print_line(f'{name}: {marks.points_text}, {tried.seconds:.0f} s')
 
     def _is_kept(self, submission, digest, name):
-        """Print the points and return True if the marks of an earlier trial can be kept."""
+        """If the marks of an earlier trial can be kept, print the points and return True."""
         with self._writing:
             marks = self._folder.marks_if_unchanged(submission.student, digest)
             if marks is None:
                 return False
             self._unchanged += 1
             self._failed = self._failed or not marks.is_known
-        print_line(f'{name}: {as_text(marks)}, tried before')
+        print_line(f'{name}: {marks.points_text}, tried before')
         return True
 
-    def _write(self, found, digest):
-        """Record a submission with its `digest`, and write its page. Returns the Marks."""
+    def _write(self, tried, digest):
+        """Record a tried submission, and write its page. Returns the Marks with points."""
         with self._writing:
-            marks = self._folder.write(found, digest)
+            marks = self._folder.write(tried, digest)
             self._failed = self._failed or not marks.is_known
         return marks
-
-
-def as_text(marks: Marks) -> str:
-    """Returns the points as text."""
-    return f'{marks.points:g} of {marks.worth:g} points' if marks.is_known else NOT_JUDGED
 
 
 # -- the command
@@ -135,8 +129,8 @@ def as_text(marks: Marks) -> str:
 def mark_class(arguments, interrupted: threading.Event) -> int:
     """Mark a class by the arguments of mark.py. Returns the exit status.
 
-    Once `interrupted` is set, all trials are ended. The environment of this process is replaced by
-    the environment of a separate ROS.
+    If the event `interrupted` is set, all trials end. This function replaces the environment of the
+    process by the environment of a separate ROS.
     """
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         environment = marking_environment(Path(work) / 'ros', os.environ)
@@ -146,7 +140,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
             parts = LABS[arguments.lab].read_parts(arguments.parts)
             worth = points_of(arguments.lab, read_points(arguments.points))
             option = _read_option(arguments)
-            found = _submissions(arguments, Path(work))
+            submissions = _submissions(arguments, Path(work))
             is_sandbox = _choose_protection(arguments, Path(work))
             with locked(arguments.folder):
                 folder = MarksFolder(
@@ -154,8 +148,8 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
                     Options(arguments.package, arguments.type, option, is_sandbox),
                     rescores=arguments.points is not None)
                 failed = MarkedClass(TrialRunner(folder, interrupted),
-                                     bool(arguments.only)).mark_all(found, arguments.jobs)
-                with ThreadPoolExecutor(1) as pool:     # an interruption waits for the end
+                                     bool(arguments.only)).mark_all(submissions, arguments.jobs)
+                with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread
                     page, notes = pool.submit(
                         folder.write_overview, unprotected=not is_sandbox).result()
         except (OSError, ValueError, NotJudged) as problem:
@@ -171,8 +165,8 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
 
 
 def _read_option(arguments):
-    """Returns the value of the lab's option. ``ValueError`` if the value is invalid, or if the
-    option belongs to another lab."""
+    """Returns the value of the lab's option; '' if the lab has no option. ``ValueError`` for an
+    invalid value, or for the option of another lab."""
     chosen = ''
     for name, lab in LABS.items():
         value = lab.option and getattr(arguments, lab.option.name)
@@ -185,7 +179,7 @@ def _read_option(arguments):
 
 
 def _submissions(arguments, work):
-    """Returns the Submissions to mark. A class's zip file is unpacked below `work`."""
+    """Returns the Submissions to mark. The zip file of a class is unpacked below `work`."""
     marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
@@ -197,18 +191,16 @@ def _submissions(arguments, work):
         for remark in unpack_class(source, work / 'all'):
             print_problem(remark)
         source = without_wrapping(work / 'all')
-    found = submissions_in(source, print_problem)
+    submissions = submissions_in(source, print_problem)
     if arguments.only:
-        names = students_named([submission.student for submission in found], arguments.only)
-        found = [submission for submission in found if submission.student in names]
-    return found
+        names = students_named([each.student for each in submissions], arguments.only)
+        submissions = [each for each in submissions if each.student in names]
+    return submissions
 
 
 def _choose_protection(arguments, work):
-    """Returns True if the programs of the submissions run in sandboxes.
-
-    Raises ``ValueError`` if the arguments ask for a protection that does not work here.
-    """
+    """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if the
+    arguments ask for a protection that does not work on this computer."""
     is_needed = arguments.container or not arguments.unprotected
     problem = protection_problem(Sandbox([])) if is_needed else ''
     if problem and arguments.container:
@@ -221,7 +213,7 @@ def _choose_protection(arguments, work):
                          f'{UNPROTECTED}')
     else:
         return True
-    work.chmod(0o711)       # an OtherUser reads the prefix of ROS in this folder
+    work.chmod(0o711)       # OtherUser must read the prefix of ROS in this folder
     if os.geteuid() == 0:
         problem = protection_problem(OtherUser())
         if problem:

@@ -1,7 +1,7 @@
 """The labs that can be marked, the points of their criteria, and the marks of a submission.
 
-The points stand in a table that an instructor edits. The table has a section for each lab. In this
-section, a section `extra` has the points of the criteria beyond the handout:
+An instructor may edit the table of the points. It has a section for each lab. Within a lab, the
+section `extra` has the points of the criteria beyond the handout:
 
     turn:
       left: 3
@@ -29,20 +29,20 @@ from tb3_labs.watch.chains import Link, first_broken
 
 #: Marks have at most this many remarks, and at most this many findings.
 MOST_SENTENCES = 100
-#: These words stand in place of the points of a submission that was not judged.
+#: The words in place of points if a submission was not judged.
 NOT_JUDGED = 'not judged'
 #: The section of a lab's points for criteria beyond the handout.
 EXTRA = 'extra'
 
 
 class Option(NamedTuple):
-    """A setting of the trials of a lab. mark.py has an option `--NAME` for the setting, and the
-    lab's check an argument `NAME:=`."""
+    """A setting of the trials of a lab. It is the option `--NAME` of mark.py, and the argument
+    `NAME:=` of the lab's check."""
 
     name: str
     default: str
     help: str
-    read: Callable[[str], Any]          # raises ValueError with the valid words
+    read: Callable[[str], Any]          # returns the value of a word; ValueError for invalid words
     as_text: Callable[[str], str]       # returns a sentence for the student
     parameters: Callable[[Any], Dict[str, Any]]     # returns ROS parameters: name -> value
 
@@ -52,7 +52,7 @@ class Lab(NamedTuple):
 
     title: str
     criteria: List[Criterion]
-    #: Returns sentences on mistakes that cost no points, in the tried parts.
+    #: Returns sentences on mistakes in the tried parts that cost no points.
     remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda observation, parts: []
     option: Optional[Option] = None
 
@@ -61,7 +61,7 @@ class Lab(NamedTuple):
         return list(dict.fromkeys(criterion.part for criterion in self.criteria))
 
     def read_parts(self, text: str) -> List[str]:
-        """Returns the parts in a text with commas. ``ValueError`` if the lab lacks a part."""
+        """Returns the parts that a text lists with commas. ``ValueError`` for unknown parts."""
         parts = [part.strip() for part in text.split(',') if part.strip()]
         if not set(parts) <= set(self.parts):
             raise ValueError(f"{self.title} has these parts: {', '.join(self.parts)}; not: "
@@ -89,18 +89,18 @@ class Decision(NamedTuple):
 
 @dataclass
 class Marks:
-    """A submission before its trial, or a submission with its verdicts and its points."""
+    """A submission. After its trial it has verdicts and points."""
 
     student: str
     node: str = ''                   # package/file
     number: str = ''                 # the student's number on the learning platform
-    late: bool = False               # did the learning platform call the submission late?
+    late: bool = False               # does the learning platform call the submission late?
     remarks: List[str] = field(default_factory=list)      # sentences for the student
     findings: List[str] = field(default_factory=list)     # sentences for the instructor alone
-    unjudged: str = ''               # a sentence on why there are no verdicts; '' if judged
+    unjudged: str = ''               # a sentence on why it was not judged; '' if it was judged
     seconds: float = 0.0             # the duration of the trial [s]
-    #: Beginnings of paths on the marking machine. No page shows these.
-    places: List[str] = field(default_factory=list)
+    #: First parts of paths on the marking machine. No page shows them.
+    path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None       # None without a trial
     decision: Optional[Decision] = None
@@ -113,7 +113,7 @@ class Marks:
 
     @property
     def is_known(self) -> bool:
-        """Are the points known? Unknown points are not 0 points."""
+        """Are the points known? A submission that was not judged has unknown points."""
         return not self.unjudged or self.decided is not None
 
     @property
@@ -124,7 +124,8 @@ class Marks:
 
     @property
     def delayed(self) -> str:
-        """A sentence if points are lost and the machine was too busy for a fair trial; else ''."""
+        """A sentence on a machine that was too busy for a fair trial. It is '' after a fair trial,
+        or if the node lost no points."""
         gap = self.observation.longest_gap if self.observation else 0.0
         if gap <= LONGEST_FAIR_GAP or self.is_full:
             return ''
@@ -133,24 +134,24 @@ class Marks:
 
     @property
     def mistake(self) -> str:
-        """A sentence on the first broken link, with the lines of the node's file; else ''."""
+        """A sentence on the first broken link, with lines of the node's file; '' without a link."""
         if not (self.link and self.observation):
             return ''
         return sentence(self.link[1], self.observation.assigned)
 
     @property
     def hint(self) -> str:
-        """The mistake, and the place in a lab sheet that explains the mistake; else ''."""
+        """The mistake, and the place in a lab sheet that explains it; '' without a mistake."""
         return f'{self.mistake} See {self.link[0].place}.' if self.link else ''
 
     @property
     def sentences(self) -> List[str]:
-        """All remarks. In an unjudged submission the reason comes first."""
+        """The remarks. The reason why a submission was not judged comes first."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
     def decision_sentences(self) -> List[str]:
-        """One sentence on a person's decision; [] if there is no decision."""
+        """One sentence on a person's decision; [] without a decision."""
         if self.decision is None:
             return []
         gave = '' if self.decided is None else (
@@ -159,16 +160,20 @@ class Marks:
 
     @property
     def why_no_points(self) -> str:
-        """The reason why the submission has no points, or was not judged; else ''."""
+        """The reason why the submission was not judged, or has 0 points; else ''."""
         if self.unjudged or self.points:
             return self.unjudged
-        reasons = [verdict.observed for verdict in self.graded if verdict.observed]
-        return reasons[0] if reasons else ''
+        return next((verdict.reason for verdict in self.graded if verdict.reason), '')
 
     @property
     def points(self) -> float:
-        """The points that a person gave; without a person's points, the marker's points."""
+        """The points that a person gave. If no person gave points, the marker's points."""
         return self.earned if self.decided is None else self.decided
+
+    @property
+    def points_text(self) -> str:
+        """The points in words, or that the submission was not judged."""
+        return f'{self.points:g} of {self.worth:g} points' if self.is_known else NOT_JUDGED
 
     @property
     def earned(self) -> float:
@@ -177,7 +182,7 @@ class Marks:
 
     @property
     def worth(self) -> float:
-        """Full marks: the points of all criteria of the handout."""
+        """Full marks, which are the points of all criteria of the handout."""
         return sum(verdict.worth for verdict in self.graded)
 
     @property
@@ -193,16 +198,18 @@ class Marks:
 
 def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab: str,
                       worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
-    """Returns the Marks of a submission with verdicts and points. `observation` is None without a
-    trial. `worth` has the points of each criterion. `parts` are the tried parts of the lab; []
-    means all parts."""
+    """Returns the Marks of a submission with verdicts and points.
+
+    `observation` is None without a trial. `worth` has the points of each criterion. `parts` are the
+    tried parts of the lab. [] means all parts.
+    """
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
-    verdict_text = ' '.join(each.observed for each in marks.verdicts)
+    verdict_text = ' '.join(each.reason for each in marks.verdicts)
     faults = [] if marks.is_full else faults_in(observation, verdict_text)
     marks.remarks = (faults + marks.remarks + remarks_on(observation, verdict_text)
                      + LABS[lab].remarks(observation, parts))
@@ -221,18 +228,18 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
         marks.findings.append(f'{marks.delayed} Type the same command again.')
     if marks.unjudged:
         marks.findings.append('Not judged: ' + marks.unjudged)
-    marks.remarks, marks.findings = _clean(marks.remarks), _clean(marks.findings)
+    marks.remarks, marks.findings = _limited(marks.remarks), _limited(marks.findings)
     return marks
 
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link in the parts of the lab that lost points; None without a broken
-    link.
+    """Returns the first broken link in the parts of the lab that lost points. Returns None if no
+    link is broken.
 
-    If the mistake is known already, None is returned. Such mistakes are an exception, a sensor's
-    topic that nobody publishes, and a command that is not finite. A part without a criterion of the
-    handout is left out, since it asks for more than the handout.
+    If the mistake is known without the links, None is returned, too. Such mistakes are an
+    exception, a sensor's topic that nobody publishes, and a command that is not finite. A part is
+    left out if all its criteria are beyond the handout.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))
@@ -240,26 +247,26 @@ def _broken_link(observation: Observation,
         return None
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
-    tried = {part for verdict in verdicts
-             for part in (verdict.criterion.part, verdict.criterion.also)}
+    parts_of_handout = {part for verdict in verdicts
+                        for part in (verdict.criterion.part, verdict.criterion.also)}
     recording, begins = observation.recording, [begin for _, begin in observation.parts]
     for (part, begin), end in zip(observation.parts, begins[1:] + [math.inf]):
-        if part not in tried:
+        if part not in parts_of_handout:
             time = recording.variables.arrival
             variables = recording.variables.take((time < begin) | (time >= end))
             recording = replace(recording, variables=variables)
     return first_broken(NodeRun(recording), chains.CHAINS[observation.lab], missed)
 
 
-def _clean(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, cut and printable. A sentence may quote a submission."""
+def _limited(sentences: Sequence[str]) -> List[str]:
+    """Returns the first sentences, cut and printable, since a sentence may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
 # -- points
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
-    """Returns name of a criterion -> points of the criterion. `table` is the content of a file of
+    """Returns the points of each criterion: name -> points. `table` is the content of a file of
     points.
 
     Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing or
@@ -287,10 +294,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
 
 
 def read_points(path: Optional[Path]) -> Any:
-    """Returns the table in a file of points, by default in the file of this package.
-
-    Raises ``ValueError`` with the reason if the file cannot be read.
-    """
+    """Returns the table in a file of points. The default is the file of this package.
+    ``ValueError`` with the reason if the file cannot be read."""
     if path is None:
         path = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch/checks/points.yaml'
     try:

@@ -1,13 +1,15 @@
 """The table of a class, marks.csv, and the page with the same content, overview.html.
 
-Columns: student, points, of (full marks), the points for each criterion, node, remarks, id (of the
-student on the learning platform), late, decided, reason, and the columns that a person has added.
-The name of a criterion beyond the handout begins with 'extra_'. If such a criterion is worth no
-points, its cells have 'yes' or 'no'. A submission that was not judged has empty points. A text from
-a submission is never written as a formula.
+The table has the columns student, points, of (full marks), one for each criterion, node, remarks,
+id (of the student on the learning platform), late, decided, reason, and columns that a person
+added.
 
-A person writes points into the column `decided`, and may write a `reason`. If a person edits the
-marker's points or remarks, the edited cells are the decision and the reason.
+The name of a criterion beyond the handout begins with 'extra_'. If it is worth no points, its cells
+have 'yes' or 'no'. A submission that was not judged has empty cells. A text from a submission is
+never written as a formula.
+
+A person may write points into the column `decided`, with a `reason`. If a person edits the marker's
+points or remarks, these cells are the decision and the reason.
 """
 import csv
 import io
@@ -24,8 +26,8 @@ from tb3_labs.report.page.document import Markup, document, safe, table
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
-#: In these columns a person may write a decision. The next run compares their cells with the
-#: marker's own cells.
+#: A person may write a decision in these columns. To find it, the next run compares the cells with
+#: those that the marker wrote.
 DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
 #: A spreadsheet's cell has at most this many characters.
 LONGEST_CELL = 32767
@@ -36,8 +38,8 @@ class MarksTable:
     """The table that the last run of mark.py wrote."""
 
     def __init__(self, text: str = '') -> None:
-        """`text` is the text of marks.csv, '' in the first run. ``ValueError`` if the text is not a
-        table of marks."""
+        """`text` is the text of marks.csv. It is '' in the first run. ``ValueError`` if the text is
+        not a table of marks."""
         text = text.lstrip('\ufeff')
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
@@ -54,43 +56,43 @@ class MarksTable:
         self._student = self._heads.index(STUDENT)      # a person may have moved the columns
 
     def decisions(self, written: Mapping[str, Mapping[str, str]]) -> Dict[str, Decision]:
-        """Returns the decisions of a person: student in the table -> Decision. `written` maps a
-        student to the marker's own cells: one of DECISION_COLUMNS -> text.
+        """Returns a person's decisions: student -> Decision.
 
-        Raises ``ValueError`` with student and cell if a cell has no valid points.
+        `written` has the cells that the marker wrote: student -> column -> text. The columns are
+        DECISION_COLUMNS. Raises ``ValueError`` with student and cell if points are invalid.
         """
-        found: Dict[str, Decision] = {}
+        decisions: Dict[str, Decision] = {}
         for row in self._rows:
             student = row[self._student]
             cells, before = dict(zip(self._heads, row)), written.get(student, {})
             edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            points = POINTS if POINTS in edited and DECIDED not in edited else DECIDED
-            why = REMARKS if REMARKS in edited and REASON not in edited else REASON
-            if (cells.get(points) or cells.get(why)) and student not in found:
-                found[student] = Decision(_number(student, points, cells.get(points, '')),
-                                          cells.get(why, ''))
-        return found
+            column = POINTS if POINTS in edited and DECIDED not in edited else DECIDED
+            reason = REMARKS if REMARKS in edited and REASON not in edited else REASON
+            if (cells.get(column) or cells.get(reason)) and student not in decisions:
+                points = _decided_points(student, column, cells.get(column, ''))
+                decisions[student] = Decision(points, cells.get(reason, ''))
+        return decisions
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added stay. The
         rows of students without new marks stay, too, even if several rows have one name."""
         heads = list(cells_of(all_marks[0]))
-        places = [self._heads.index(head) if head in self._heads else None for head in heads]
-        added = [place for place in range(len(self._heads)) if place not in places]
+        columns = [self._heads.index(head) if head in self._heads else None for head in heads]
+        added = [column for column in range(len(self._heads)) if column not in columns]
         out = io.StringIO(newline='')
         writer = csv.writer(out, lineterminator='\n')
-        writer.writerow(heads + [self._heads[place] for place in added])
-        kept = list(self._rows)
+        writer.writerow(heads + [self._heads[column] for column in added])
+        old_rows = list(self._rows)
         for marks in all_marks:
-            cells = list(cells_of(marks).values())
-            same = [row for row in kept if row[self._student] == safe(marks.student)]
+            same = [row for row in old_rows if row[self._student] == safe(marks.student)]
+            persons_cells = [''] * len(added)
             if same:
-                kept.remove(same[0])
-                cells += [same[0][place] for place in added]
-            writer.writerow(cells + [''] * (len(heads) + len(added) - len(cells)))
-        for row in kept:
-            cells = ['' if place is None else row[place] for place in places]
-            writer.writerow(cells + [row[place] for place in added])
+                old_rows.remove(same[0])
+                persons_cells = [same[0][column] for column in added]
+            writer.writerow([*cells_of(marks).values(), *persons_cells])
+        for row in old_rows:
+            cells = ['' if column is None else row[column] for column in columns]
+            writer.writerow(cells + [row[column] for column in added])
         return out.getvalue()
 
 
@@ -115,15 +117,15 @@ def cells_of(marks: Marks) -> Dict[str, str]:
 
 
 def _is_same(cell: str, written: str) -> bool:
-    """Has a cell still the written value? A spreadsheet may write 14 as 14.0 or 14,0."""
+    """Does a cell still have the written value? A spreadsheet may write 14 as 14.0 or 14,0."""
     try:
         return float(cell.replace(',', '.')) == float(written)
     except ValueError:
         return not cell or cell.strip().lstrip("'") == written.strip().lstrip("'")
 
 
-def _number(student: str, name: str, cell: str) -> Optional[float]:
-    """Returns the points in the cell `name` of a student; None if the cell is empty."""
+def _decided_points(student: str, column: str, cell: str) -> Optional[float]:
+    """Returns the points in a cell; None for an empty cell. ``ValueError`` for invalid points."""
     if not cell:
         return None
     try:
@@ -131,8 +133,8 @@ def _number(student: str, name: str, cell: str) -> Optional[float]:
     except ValueError:
         number = math.nan
     if not (math.isfinite(number) and number >= 0.0):
-        raise ValueError(f'{student}: {name} = {cell[:40]!r} is not valid: a number of at least 0, '
-                         'or nothing')
+        raise ValueError(f'{student}: {column} = {cell[:40]!r} is not valid: a number of at least '
+                         '0, or nothing')
     return number
 
 
@@ -140,8 +142,7 @@ def _number(student: str, name: str, cell: str) -> Optional[float]:
 
 #: The heading of a wide column with sentences.
 WHY_NO_POINTS = 'why no points'
-#: The style of a page with a column for each criterion. The names of the criteria are upright, and
-#: the page is in landscape.
+#: The style of a wide page in landscape. The names of the criteria are upright.
 LANDSCAPE_STYLE = '''
 @page { size: A4 landscape; }
 body { max-width: 269mm; }
@@ -154,8 +155,8 @@ tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: nor
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """Returns the page of all students, HTML. `lab` is the title of the lab. The `notes` are
-    sentences for the instructor alone."""
+    """Returns the page of all students, HTML. `lab` is the title of the lab. `notes` are sentences
+    for the instructor alone."""
     some = all_marks[0]
     names = [escape(v.criterion.name.replace('_', ' ')) for v in some.graded + some.extra]
     heads = ['student', 'points', WHY_NO_POINTS,

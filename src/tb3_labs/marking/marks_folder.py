@@ -5,8 +5,8 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
-A trial is kept until a file or a setting changes that acts on the trial; see `trial_key`. Each run
-makes verdicts, points and sentences from the bags.
+A trial is kept until a file or a setting changes that acts on the trial (`trial_key`). Each run of
+mark.py makes verdicts, points and sentences from the bags.
 """
 import fcntl
 import hashlib
@@ -29,18 +29,17 @@ from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe
 
-#: Names of files.
+#: Names and endings of files.
 TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
     'marks.csv', 'overview.html', 'results.json', '.marks.json', '.bag')
-#: The fields of Marks that a record keeps. The bag of the trial does not have these.
+#: The fields of Marks that a record keeps, since the bag of the trial does not have them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
-                   'seconds', 'places')
-#: The folder of this package.
+                   'seconds', 'path_prefixes')
 PACKAGE = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
 #: The program of the simulated robot.
 ROBOT_SCRIPT = 'fake_turtlebot3.py'
 MARKING = Path(__file__).resolve().parent
-#: The files of trial/ that only read a recording, and do not act on a node.
+#: The files of trial/ that only read a bag, and do not act on a node.
 READING_FILES = 'from_bag.py', 'remarks.py'
 
 
@@ -49,8 +48,8 @@ class Options(NamedTuple):
 
     package: str = ''           # the name of the node's package; '' for the usual names
     name: str = ''              # the name of the node's file; '' for the usual names
-    option: str = ''            # the value of the lab's option; '' if the lab has no option
-    sandbox: bool = True        # do the submissions' programs run in a Sandbox?
+    option: str = ''            # the value of the lab's option; '' without an option
+    sandbox: bool = True        # do the programs of submissions run in a Sandbox?
 
 
 class MarksFolder:
@@ -59,10 +58,10 @@ class MarksFolder:
     def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
                  options: Options = Options(), rescores: bool = True) -> None:
         """Make the folder `path` if it is missing. `worth` has the points of each criterion. If
-        `rescores`, marks with other points get the points of `worth`.
+        `rescores`, marks in the folder may get other points than before.
 
-        Raises ``ValueError`` if the folder has marks of another lab or of other parts, a table that
-        cannot be read, or marks with other points that must not be rescored.
+        Raises ``ValueError`` if the folder has marks of another lab or of other parts, or a table
+        that cannot be read, or if marks would get other points without `rescores`.
         """
         self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
         self.logs, self.options = output_folder(self._path / 'logs'), options
@@ -83,13 +82,13 @@ class MarksFolder:
         return self.logs / (student + BAG)
 
     def _digest(self, student: str) -> str:
-        """Returns a hash of a student's bag; '' if the bag is missing."""
+        """Returns a hash of a student's bag; '' without a bag."""
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
     def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
-        """Returns a student's Marks if the trial can be kept. Returns None if the digest of the
-        `submission`, a setting or a file has changed since the trial."""
+        """Returns a student's Marks if the trial can be kept. Returns None if the `submission`,
+        which is a digest, or a setting or a file has changed since the trial."""
         record = self._records.get(student)
         if record is None:
             return None
@@ -105,14 +104,14 @@ class MarksFolder:
         """Record a tried submission, and write the student's page and results. Returns the Marks
         with points.
 
-        `submission` is the digest of the submission. If the machine delayed the trial, the digest
-        is not recorded. Then the next run tries the submission again.
+        `submission` is the digest of the submission. It is not recorded if the machine delayed the
+        trial, so that the next run tries the submission again.
         """
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},
             'worth': self.worth, 'bag': self._digest(handed_in.student),
-            'cells': self._records.get(handed_in.student, {}).get('cells', {})}   # in the table
+            'cells': self._records.get(handed_in.student, {}).get('cells', {})}
         marks = self._write_page(record)
         if marks.delayed:
             record['key']['submission'] = ''
@@ -123,7 +122,7 @@ class MarksFolder:
         """Write the table and the page of all students. `unprotected` is True if the programs of
         the submissions ran without sandboxes.
 
-        Returns (path of the page, lines for the instructor); (None, []) without any marks.
+        Returns (path of the page, lines for the instructor). Without marks this is (None, []).
         """
         if not self._records:
             return None, []
@@ -135,8 +134,8 @@ class MarksFolder:
                 renewed.append(student)
             record.update(worth=self.worth, cells=cells)
             all_marks.append(marks)
-        # The table is written first: in an old table with new records, the marker's cells would
-        # look like a person's cells.
+        # The table is written before the records. If only the records were written, the marker's
+        # cells in the old table would look like a person's cells.
         write_output(self._path / TABLE, self._table.renew(all_marks))
         for record in self._records.values():
             self._write_record(record)
@@ -157,7 +156,7 @@ class MarksFolder:
             is_complete = set(record['handed_in']) == set(RECORDED_FIELDS) and isinstance(
                 record['cells'], dict) and isinstance(record['worth'], dict)
         except (ValueError, KeyError, TypeError):
-            return      # an invalid record: the submission is tried again
+            return      # without a record the submission is tried again
         if [lab, parts] != [self.lab, sorted(self.parts)]:
             raise ValueError(f"{self._path} has marks of {lab}, {', '.join(parts) or 'all parts'}: "
                              'choose another folder for these')
@@ -194,7 +193,7 @@ class MarksFolder:
             try:
                 if record.get('bag') != self._digest(handed_in.student):
                     raise ValueError(f'it is not in {bag} any more')
-                observation = read_trial(bag, handed_in.places)
+                observation = read_trial(bag, handed_in.path_prefixes)
             except ValueError as problem:
                 handed_in.unjudged = f'Its trial cannot be judged: {reason(problem)}.'
         try:
@@ -205,12 +204,11 @@ class MarksFolder:
         write_output(self._path / (marks.student + '.html'), page)
         folder = output_folder(output_folder(self._path / 'gradescope') / marks.student)
         write_output(folder / RESULTS, json.dumps(results(marks), indent=1))
-        # the observations of a class need hundreds of MB
+        # the observations of a whole class would need hundreds of MB
         self._written[marks.student] = replace(marks, observation=None)
         return marks
 
     def _marks_and_page(self, handed_in, observation):
-        """Returns (Marks, the student's page)."""
         marks = marks_after_trial(handed_in, observation, self.lab, self.worth, self.parts)
         marks.decision = self._decisions.get(safe(marks.student))
         return marks, student_page(marks, LABS[self.lab].title)
@@ -220,14 +218,14 @@ class MarksFolder:
 
 
 def failure(problem: Exception) -> str:
-    """Returns a sentence on an error in the marker's own code."""
+    """Returns a sentence on an error in the code of the marking."""
     return f'The marking of it failed: {reason(problem)} ({type(problem).__name__}).'
 
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Lock the folder within the ``with`` block, so that no other mark.py writes into the folder.
-    ``ValueError`` if another mark.py has locked the folder."""
+    """Keep other runs of mark.py out of the folder during a ``with`` block. ``ValueError`` if
+    another mark.py is in its own block."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -241,7 +239,7 @@ def locked(path: Path) -> Iterator[None]:
 
 def trial_key(lab: str) -> str:
     """Returns a hash of the files and constants that act on a trial of a lab. Criteria, points and
-    sentences do not act on a trial: each run makes verdicts from the recording."""
+    sentences do not act on a trial, since each run makes verdicts from the bag."""
     files = trial_files(lab)
     whole = hashlib.sha256(b''.join(path.read_bytes() for path in files))
     whole.update(repr(values_in('\n'.join(
@@ -261,8 +259,8 @@ def trial_files(lab: str) -> List[Path]:
 
 
 def values_in(scripts: str) -> Dict[str, Any]:
-    """Returns 'module NAME' -> value for each constant of the labs whose name stands in the text of
-    the scripts, such as places, headings and times."""
+    """Returns 'module NAME' -> value for the constants of the labs that the text of the scripts
+    names, such as headings and times."""
     words = sorted(set(re.findall(r'\b[A-Z][A-Z0-9_]+\b', scripts)))
     labs = [importlib.import_module('tb3_labs.marking.labs.' + path.stem)
             for path in sorted(MARKING.glob('labs/*.py')) if not path.stem.startswith('ros_')]

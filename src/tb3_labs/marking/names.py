@@ -5,16 +5,17 @@ from os.path import commonprefix
 from typing import NamedTuple, Tuple
 
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
-NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')     # ROS allows fewer letters than `\\w`
+#: The names that ROS allows. They have fewer letters than `\\w`.
+NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
 class NodeNames(NamedTuple):
     """The names by which the marking finds the node of a lab."""
 
     packages: Tuple[str, ...]   # usual names of the student's package
-    files: Tuple[str, ...]      # usual names of the node's file, first the name in this package
-    class_name: str             # the name of the class in the handout
-    node_name: str              # the name of the node in the handout
+    files: Tuple[str, ...]      # usual names of the node's file; this package uses the first name
+    class_name: str             # the handout's name of the class
+    node_name: str              # the handout's name of the node
     sensors: Tuple[str, ...]    # needed topics; a node that listens to the first topic is ready
     uses: Tuple[str, ...]       # other topics of a complete node, and its call for the reset
 
@@ -36,8 +37,8 @@ def is_name(text: str) -> bool:
 
 
 def is_typo_of(name: str, near: str) -> bool:
-    """Does `name` differ from `near` by one letter after the first, or by two letters that changed
-    places? Names that differ in digits alone (cv, cv2) are different modules."""
+    """Does `name` differ from `near` by one letter, not the first, or by two exchanged letters?
+    Names that differ in digits alone, as cv and cv2, are not typing errors."""
     begin = len(commonprefix([name, near]))
     end = len(commonprefix([name[::-1], near[::-1]]))
     return (begin > 0 and abs(len(name) - len(near)) < 2

@@ -1,10 +1,10 @@
-"""The page of one student, and the results.json with the same content for Gradescope.
+"""The page of one student, and results.json, which has the same content for Gradescope.
 
 The page has the verdicts, and the timeline of the recorded trial. The page needs no other file.
 
 In results.json each test has a score, and the whole score is the sum of these scores. A student
 sees the results as soon as the marking has ended. An unjudged submission gets a file with the score
-0 and the reason. Without a file Gradescope would report a fault of the autograder.
+0 and the reason, because Gradescope would call a missing file a fault of the autograder.
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
@@ -26,21 +26,22 @@ from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows the end of the output of each process.
+#: A page shows this many lines of the output of each process, the last lines.
 SHOWN_LINES = 15
-LINE_LENGTH = 300       # characters
+#: A shown line is cut after this many characters.
+LINE_LENGTH = 300
 SYMBOLS = {Outcome.MET: '\N{CHECK MARK}', Outcome.MISSED: '\N{BALLOT X}',
            Outcome.NOT_OFFERED: '\N{EN DASH}'}
 COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERED: '#e4e4e4'}
 
-#: The heading of the wide column with sentences.
+#: The heading of the column with the reasons.
 SEEN_HEADING = 'what was seen, and where to look'
-#: The words for a place in a lab sheet in criteria and hints. Groups: sheet, heading, step.
+#: Criteria and hints name a place in a lab sheet in this way. The groups are sheet, heading, step.
 PLACE_PATTERN = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
-#: Gradescope shows the tests at once. It also knows 'after_due_date', 'after_published', 'hidden'.
+#: Gradescope shows a visible test at once.
 VISIBILITY = 'visible'
-#: A link to a moment of the timeline. Gradescope shows no timeline.
+#: A link to a moment of the timeline. It is removed for Gradescope, which shows no timeline.
 TIMELINE_LINK = re.compile(' <a href="#t=[^>]*>Watch it</a>')
 
 PAGE_STYLE = '''
@@ -52,36 +53,36 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 
 def student_page(marks: Marks, lab: str) -> str:
     """Returns a student's page, HTML. `lab` is the title of the lab."""
-    places = Places()
-    parts, observation = _head(marks, places), marks.observation
+    texts = SheetTexts()
+    parts, observation = _points_and_remarks(marks, texts), marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
-        parts.append(_verdicts(marks.graded, has_timeline, places))
+        parts.append(_verdicts(marks.graded, has_timeline, texts))
         if marks.extra:
-            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline, places)]
+            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline, texts)]
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
-                      hints(marks.link, marks.mistake, places.linked)]
+                      hints(marks.link, marks.mistake, texts.linked)]
         parts += _last_lines(observation)
-    return document(f'{lab}: {marks.student}', parts + places.parts, PAGE_STYLE)
+    return document(f'{lab}: {marks.student}', parts + texts.parts, PAGE_STYLE)
 
 
-def _head(marks, places):
-    points = f'{marks.points:g} of {marks.worth:g} points.' if marks.is_known else 'Not judged.'
+def _points_and_remarks(marks, texts):
     node = f'Node: {escape(marks.node)}.' if marks.node else ''
-    return [f'<p><b>{points}</b> {node}</p>'] + [
-        f'<p>{places.linked(text)}</p>' for text in [*marks.decision_sentences, *marks.sentences]]
+    return [f'<p><b>{marks.points_text.capitalize()}.</b> {node}</p>'] + [
+        f'<p>{texts.linked(text)}</p>' for text in [*marks.decision_sentences, *marks.sentences]]
 
 
-class Places:
-    """The places in the lab sheets that a page names, and the texts of these places."""
+class SheetTexts:
+    """The places in the lab sheets that a page names, and the texts at these places."""
 
     def __init__(self) -> None:
+        #: place -> the text of the sheet at this place; '' without a text
         self._texts: Dict[str, str] = {}
 
     def linked(self, sentence: str) -> Markup:
-        """Returns the HTML of a sentence. Each place in it becomes a link."""
+        """Returns the HTML of a sentence. Each place in the sentence becomes a link to the text."""
         return Markup(PLACE_PATTERN.sub(self._link, escape(sentence, quote=False)))
 
     def _link(self, found: Any) -> str:
@@ -94,15 +95,15 @@ class Places:
 
     @property
     def parts(self) -> List[str]:
-        """The HTML of the places."""
+        """The HTML of the texts."""
         texts = [f'<details><summary>{name}</summary><pre id="place-{number}">{escape(text)}</pre>'
                  '</details>' for number, (name, text) in enumerate(self._texts.items(), 1) if text]
         return (['<h2>In the lab sheets</h2>'] if texts else []) + texts
 
 
 def _text_at(sheet: str, heading: str, step: str) -> str:
-    """Returns the text below a heading of a sheet, or the text of a step below the heading; '' if
-    the sheet is missing."""
+    """Returns the text below a heading of a sheet, or the text of a step below the heading. Returns
+    '' if the sheet is missing."""
     path = PACKAGE / 'doc' / sheet
     if not path.is_file():      # an installed package has no pages
         return ''
@@ -115,8 +116,8 @@ def _text_at(sheet: str, heading: str, step: str) -> str:
 
 
 def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
-    """Returns the timeline of a recording, with the robot, the commands, the stimuli, and the
-    moments of the criteria that were not met."""
+    """Returns the timeline of a recording, with the stimuli and the moments of the criteria that
+    were not met."""
     observation = marks.observation or Observation('', '')
     moments = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
                     stimulus.name, stimulus.end) for stimulus in observation.stimuli]
@@ -131,8 +132,8 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
 
 
 def recording_for_timeline(observation: Observation) -> RunData:
-    """Returns the recording of a trial for the timeline. Its poses in ``local`` are the true poses,
-    and its resets are the poses at which the drives began."""
+    """Returns the recording of a trial for the timeline. In the timeline the poses in ``local`` are
+    the true poses, and each drive begins with a reset."""
     recording = observation.recording
     true = recording.ground_truth
     drives = [stimulus for stimulus in observation.stimuli if GOAL_POSE in stimulus.facts]
@@ -150,12 +151,12 @@ def recording_for_timeline(observation: Observation) -> RunData:
         frames=Poses.none())
 
 
-def _verdicts(verdicts, has_timeline, places):
-    rows, above = [], set()
+def _verdicts(verdicts, has_timeline, texts):
+    rows, shown_reasons = [], set()
     for v in verdicts:
-        shown = replace(v, observed='the same') if v.observed in above else v
-        sentence = places.linked(shown.sentence)
-        above |= {v.observed} - {'', NOT_TRIED}
+        shown = replace(v, reason='the same') if v.reason in shown_reasons else v
+        sentence = texts.linked(shown.sentence)
+        shown_reasons |= {v.reason} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
             sentence = Markup(f'{sentence} <a href="#t={v.moment:.1f}">Watch it</a>')
         points = f'{v.points:g} / {v.worth:g}' if v.worth else ''
@@ -168,7 +169,7 @@ def symbol(verdict: Verdict) -> Markup:
     """Returns the outcome of a verdict as a coloured sign, HTML."""
     outcome = verdict.outcome
     if verdict.criterion.extra and outcome is Outcome.MISSED:
-        outcome = Outcome.NOT_OFFERED       # beyond the handout nothing is wrong
+        outcome = Outcome.NOT_OFFERED       # a missed criterion beyond the handout is no mistake
     return Markup(f'<span class="verdict" style="background: {COLOURS[outcome]}" '
                   f'title="{verdict.outcome.value}">{SYMBOLS[outcome]}</span>')
 
@@ -187,29 +188,34 @@ def _last_lines(observation):
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the object for json.dump(). The object has a test for each criterion. Its output has
-    the rest of the page."""
-    places = Places()
-    parts = _head(marks, places) + [
-        TIMELINE_LINK.sub('', hints(marks.link, marks.mistake, places.linked))]
+    """Returns the content of results.json. It has a test for each criterion. Its `output` has the
+    rest of the page."""
+    texts = SheetTexts()
+    parts = _points_and_remarks(marks, texts) + [
+        TIMELINE_LINK.sub('', hints(marks.link, marks.mistake, texts.linked))]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
     return {
         'score': round(float(marks.points), 2) if marks.is_known else 0.0,
         'execution_time': int(round(marks.seconds)),
-        'output': '\n'.join(parts + places.parts),
+        'output': '\n'.join(parts + texts.parts),
         'output_format': 'html',
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',
-        'tests': [{
-            'name': f'Beyond the handout: {verdict.criterion.meaning}' if verdict.criterion.extra
-            else verdict.criterion.meaning,
-            'number': str(number),
-            'score': verdict.points,
-            'max_score': 0.0 if verdict.criterion.extra else verdict.worth,
-            'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
-            'output': verdict.sentence,
-            'visibility': VISIBILITY,
-        } for number, verdict in enumerate(marks.graded + marks.extra, 1) if marks.is_known],
+        'tests': [_test(number, verdict) for number, verdict in enumerate(
+            marks.graded + marks.extra, 1) if marks.is_known],
         'extra_data': {'student': marks.student},
+    }
+
+
+def _test(number, verdict):
+    is_extra, meaning = verdict.criterion.extra, verdict.criterion.meaning
+    return {
+        'name': f'Beyond the handout: {meaning}' if is_extra else meaning,
+        'number': str(number),
+        'score': verdict.points,
+        'max_score': 0.0 if is_extra else verdict.worth,
+        'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
+        'output': verdict.sentence,
+        'visibility': VISIBILITY,
     }

@@ -1,7 +1,7 @@
 """Records the trial of a submission by the check_LAB.test of the lab.
 
 Each submission has its own master, simulated robot, home and log folder, and a time limit. At the
-end all processes of the submission are killed, whatever the submission did.
+end of the trial all processes of the submission are killed.
 """
 import os
 import re
@@ -30,16 +30,16 @@ from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.trial.from_bag import read_trial
 
-#: The names of the environment variables that the marking takes over from the caller's terminal.
+#: The names of the environment variables that the marking keeps from the caller's terminal.
 INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: environment variable -> the folder of each prefix that the variable lists
+#: environment variable -> the folder that the variable lists for each prefix
 PREFIX_FOLDERS = {PREFIXES: '', MODULES: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
-#: rospy's configuration of logging: log lines go to the terminal as usual, but to no file.
+#: rospy's configuration of logging. Log lines go to the terminal, but not into files.
 LOGGING_CONFIG = '''version: 1
 disable_existing_loggers: false
 root: {handlers: []}
@@ -48,20 +48,20 @@ loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The check of a submission is ended after this time [s].
 TIME_LIMIT = 300.0
-#: The time between two looks at a running check [s].
+#: A running check is looked at with this period [s].
 POLL_PERIOD = 0.1
 
 
 class MarkingInterrupted(RuntimeError):
-    """A person has interrupted the marking."""
+    """A person interrupted the marking."""
 
 
 class TrialRunner:
     """Records the trials of a class. Several threads may use it at a time."""
 
     def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
-        """`folder` has the lab and its options, and gets the bags and the logs. Once `interrupted`
-        is set, each trial is ended, and :meth:`try_out` raises MarkingInterrupted."""
+        """`folder` has the lab and its options, and gets the bags and the logs. If the event
+        `interrupted` is set, each trial ends, and :meth:`try_out` raises MarkingInterrupted."""
         self.folder, self.interrupted = folder, interrupted
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
@@ -70,24 +70,24 @@ class TrialRunner:
                     self.folder.options.package, self.folder.options.name)
 
     def try_out(self, submission: Submission, reading: ParsedSubmission, work: Path) -> Marks:
-        """Record the trial of a submission that was read in `work`. Returns the Marks without
-        verdicts."""
+        """Record the trial of a submission that `read` has copied into `work`. Returns the Marks
+        without verdicts."""
         marks, identity = new_marks(submission), uuid.uuid4().hex
         marks.remarks, marks.findings = reading.remarks, reading.findings
         with suppress(FileNotFoundError):
             self.folder.bag(marks.student).unlink()
         try:
-            self._record(marks, reading, work, identity)
+            self._record_trial(marks, reading, work, identity)
         except NotJudged as problem:
             marks.unjudged = str(problem)
         finally:
             kill_processes(identity)
         return marks
 
-    def _record(self, marks, reading, work, identity):
+    def _record_trial(self, marks, reading, work, identity):
         """Record the trial of a submission. The Marks get the node's name and remarks."""
-        workspace, record = work / 'ws', work / 'trial.bag'
-        marks.places = [f'{workspace}/{place}' for place in (
+        workspace, bag = work / 'ws', work / 'trial.bag'
+        marks.path_prefixes = [f'{workspace}/{folder}' for folder in (
             f'{COPY}/{reading.package}/', COPY + '/', '')]
         if self.folder.options.sandbox:
             sandbox = Sandbox([workspace, work / 'etc'])
@@ -100,10 +100,10 @@ class TrialRunner:
         if option is not None:
             marks.remarks.append(option.as_text(self.folder.options.option))
         sandbox.hand_over(workspace)
-        # the check itself must not import a module of the submission
+        # the check itself does not import modules of the submission
         environment.update(launch.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
-        write_output(log, '')       # replaces a link by a new file
+        write_output(log, '')       # a new file, even if the log was a link
         with open(str(log), 'w') as file:
             command = sandbox.own_network(self._rostest(marks.node, work))
             in_time = self._check(command, environment, file)
@@ -111,14 +111,14 @@ class TrialRunner:
             marks.remarks.append(f'It was stopped after {TIME_LIMIT:g} s, the limit.')
         if self.interrupted.is_set():
             raise MarkingInterrupted('interrupted')
-        if not record.exists():
+        if not bag.exists():
             raise NotJudged(f'The check left no record; see {log}.')
-        write_output(self.folder.bag(marks.student), record.read_bytes())
-        printed = '\n'.join(process.printed for process in read_trial(record).processes)
+        write_output(self.folder.bag(marks.student), bag.read_bytes())
+        printed = '\n'.join(process.printed for process in read_trial(bag).processes)
         marks.findings += version_errors(printed, workspace / COPY)
 
     def _rostest(self, node, work):
-        """Returns the command that checks package/file `node` and records the bag."""
+        """Returns the command that tries `node`, package/file, and records the bag."""
         (package, executable), lab = node.split('/'), self.folder.lab
         command = ['rostest', OWN_PACKAGE, f'check_{lab}.test', f'pkg:={package}',
                    f'type:={executable}', 'parts:=' + ','.join(self.folder.parts),
@@ -128,15 +128,15 @@ class TrialRunner:
         return command
 
     def _check(self, command, environment, output):
-        """Run a check until its end, the time limit, or an interruption. Returns False if the check
+        """Run a check until its end, an interruption, or the time limit. Returns False if the check
         exceeded the limit."""
         check = subprocess.Popen(
             command, env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL,
             stdout=output, stderr=output, start_new_session=True)
-        begun = time.monotonic()
-        while check.poll() is None and not self.interrupted.wait(POLL_PERIOD) and (
-                time.monotonic() < begun + TIME_LIMIT):
-            pass
+        deadline = time.monotonic() + TIME_LIMIT
+        while time.monotonic() < deadline:
+            if check.poll() is not None or self.interrupted.wait(POLL_PERIOD):
+                break
         in_time = check.poll() is not None or self.interrupted.is_set()
         kill_processes(environment[IDENTITY])
         check.wait()
@@ -152,32 +152,34 @@ def new_marks(submission: Submission, unjudged: str = '') -> Marks:
 # -- the end of all processes
 
 def kill_processes(identity: str) -> None:
-    """Kill all processes that have `identity` in their environment, also processes that left their
+    """Kill all processes that have `identity` in their environment, even if they have left their
     process group.
 
     A program may start processes faster than this function finds them. Therefore all processes are
-    stopped before the first one is killed. A stopped process starts nothing, and its number stays
-    in use.
+    stopped before the first one is killed. A stopped process starts nothing, and no new process
+    gets its number.
     """
     mark = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
-    while empty_searches < 2:   # a process that starts a program has no environment for a moment
+    # a process that is about to start a program shows no environment, so one search may miss it
+    while empty_searches < 2:
         stopped: Set[int] = set()
         while _stop_more(mark, stopped):
             pass
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already
-                if _has(pid, mark):     # not a new process with the same number
+                if _has_in_environment(pid, mark):     # not a new process with the same number
                     os.kill(pid, signal.SIGKILL)
 
 
 def _stop_more(mark, stopped):
-    """Stop the processes that have `mark` and are not in `stopped`, the newest first, and their
-    process groups. Add them to `stopped`. Returns False if no process was found."""
+    """Stop the processes that have `mark` in their environment, with their process groups, and add
+    them to `stopped`. Returns False if `stopped` had all processes already."""
     before = len(stopped)
-    for pid in sorted((int(name) for name in os.listdir('/proc') if name.isdigit()), reverse=True):
-        if pid not in stopped and _has(pid, mark):
+    pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
+    for pid in sorted(pids, reverse=True):      # the newest first
+        if pid not in stopped and _has_in_environment(pid, mark):
             with suppress(ProcessLookupError):      # it has ended already
                 group = os.getpgid(pid)
                 os.kill(pid, signal.SIGSTOP)
@@ -187,7 +189,7 @@ def _stop_more(mark, stopped):
     return len(stopped) > before
 
 
-def _has(pid, mark):
+def _has_in_environment(pid, mark):
     try:
         return mark in Path(f'/proc/{pid}/environ').read_bytes().split(b'\0')
     except OSError:
@@ -209,16 +211,15 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                ROS_TEST_RESULTS_DIR='results')     # in ROS_HOME: rostest cuts a path at a blank
+                ROS_TEST_RESULTS_DIR='results')     # below ROS_HOME, since rostest cuts at a blank
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
-    """Returns an environment with two prefixes: the prefix of ROS, and the new folder `prefix` with
-    links to the files of this package.
+    """Returns an environment with two prefixes, the prefix of ROS and the new folder `prefix`. The
+    folder gets links to the files of this package.
 
-    A workspace of the `caller` may have this package beside an instructor's nodes and messages.
-    These must not replace a submission's nodes and messages. Therefore such a workspace is no
-    prefix of the environment.
+    The workspaces of the `caller` are left out. In such a workspace an instructor's nodes and
+    messages may lie beside this package, and must not replace a submission's nodes and messages.
     """
     prefixes, modules = (caller.get(name, '').split(':') for name in (PREFIXES, MODULES))
     for place, folders in (('share', [rospkg.RosPack().get_path(OWN_PACKAGE)]),
@@ -226,16 +227,16 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
                            (PYTHON_FOLDER, [folder + '/' + OWN_PACKAGE for folder in modules])):
         own = prefix / place / OWN_PACKAGE
         own.mkdir(parents=True)
-        first, *_ = list(filter(os.path.isdir, folders)) or ['']
-        for name in os.listdir(first) if first else []:
-            (own / name).symlink_to(os.path.join(os.path.abspath(first), name))
+        for folder in list(filter(os.path.isdir, folders))[:1]:
+            for name in os.listdir(folder):
+                (own / name).symlink_to(os.path.join(os.path.abspath(folder), name))
     (prefix / '.catkin').touch()
     site = Path(sys.prefix).parent / 'devel' / PYTHON_FOLDER / 'sitecustomize.py'
-    if site.is_file():      # setup.sh repairs rospy of Debian 11 by it
+    if site.is_file():      # setup.sh writes this file to repair the rospy of Debian 11
         shutil.copy(str(site), str(prefix / PYTHON_FOLDER))
     ros = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
     made = {name: value for name, value in caller.items() if INHERITED_VARIABLES.fullmatch(name)}
-    for name, folder in PREFIX_FOLDERS.items():        # each program knows /usr
+    for name, folder in PREFIX_FOLDERS.items():
         made[name] = ':'.join(f'{each}/{folder}'.rstrip('/') for each in [str(prefix), *ros])
     made['PATH'] = ':'.join([os.path.dirname(sys.executable), made['PATH'], SYSTEM_PATH])
     return made

@@ -1,13 +1,13 @@
-"""What does each node decide? Each node of `scripts/` that decides something has a folder here: its
-core, which knows neither ROS nor a clock, and its ROS side in files `ros_*.py`.
+"""What does each node decide? Each node of `scripts/` that decides something has a folder here. The
+folder has the node's core, which knows neither ROS nor a clock, and files `ros_*.py`, which do.
 
-How every core is used (:class:`tb3_labs.ros.core_runner.CoreRunner` does so):
+:class:`tb3_labs.ros.core_runner.CoreRunner` uses every core as follows:
 
-* *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and answers nothing. A message
+* *In*: ``on_<what>(...)`` takes in a sample, a message or a request, and returns nothing. A message
   that a person may have caused comes as an events.Event.
-* *Out*: ``tick(now)`` looks at the clock and decides. It returns one events.Output: the command,
-  and all else that the node must do once. Call `tick` after each message, and ten times a second.
-  While an Output is `watched`, call `tick` more often, since messages may stop. For the time of
-  ``idle_for(now)`` no sample of the IMU needs to be read.
-* *State*: properties, ``status(now)``, ``problem(now)``. They change nothing.
+* *Out*: ``tick(now)`` looks at the clock and decides. It returns one events.Output, which has the
+  command, and all else that the node must do once. `tick` is called after each message, and ten
+  times a second. While an Output is `watched`, it is called more often, since messages may stop.
+  For the time of ``idle_for(now)`` no sample of the IMU needs to be read.
+* *State*: properties, ``status(now)`` and ``problem(now)`` change nothing.
 """

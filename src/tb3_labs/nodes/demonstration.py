@@ -8,7 +8,7 @@ from tb3_labs.control.goal_state import GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
-TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'  # fits a terminal of 80 columns
+TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
 HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by', 'time',
                           '').rstrip()
 MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good drive [m]
@@ -26,7 +26,7 @@ class DemoConfig(Config):
 
 @dataclass(frozen=True)
 class DemoDrive:
-    """The result of one drive; poses in local."""
+    """The result of one drive. Its poses are in the local frame."""
 
     state: str               # state in which the drive ended
     goal: Pose2
@@ -42,7 +42,7 @@ class DemoDrive:
 
     @property
     def is_good(self) -> bool:
-        """Did the drive truly end at the goal, with errors of at most the largest true errors?"""
+        """Did the drive end at the goal, by its true errors, too?"""
         distance, angle = self.true_error
         return (self.state == GoalState.GOAL_REACHED.name
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
@@ -56,7 +56,7 @@ class DemoDrive:
 
 
 def table(drives: Sequence[DemoDrive]) -> str:
-    """Returns an empty line, the header, and a row for each drive."""
+    """Returns the table with an empty line before it."""
     return '\n'.join(['', HEADER] + [drive.row(number) for number, drive in enumerate(drives, 1)])
 
 

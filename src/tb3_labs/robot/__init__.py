@@ -1,4 +1,4 @@
-"""Which robot is it, and what does it send? The robots' numbers with sources, and the samples.
+"""Which robot is it, and what does it send? The numbers of the TurtleBot3s, and their samples.
 
-This room holds for every TurtleBot3, real or simulated. `simulation` imitates a TurtleBot3.
+This room is right for real and simulated robots.
 """

@@ -12,12 +12,11 @@ from tb3_labs.geometry.angles import difference
 FARTHEST_TURN = 1.0
 #: The place of the odometry is at most this far away, a day of driving [m].
 FARTHEST_PLACE = 2e4
-#: The speed of the odometry is at most this, even if a person spins the wheels [m/s].
+#: Largest speed of the odometry, of wheels that a person spins [m/s].
 FASTEST_DRIVE = 3.0
-#: Largest rate of turn of the odometry [rad/s]. The firmware's spike is two pi in one period, and
-#: a period is at least 1 ms.
+#: Largest rate of turn of the odometry, the firmware's spike of two pi in at least 1 ms [rad/s].
 FASTEST_SPIKE = 7e3
-#: Largest rate that the gyro of the board can measure, 2000 deg/s [rad/s].
+#: Largest rate that the board's gyro can measure, 2000 deg/s [rad/s].
 FASTEST_GYRO = 35.0
 #: A wheel turns at most this far [rad], since the encoder counts to 2^31.
 FARTHEST_WHEEL = 3.5e6
@@ -30,7 +29,7 @@ REST_ANGULAR = 0.03
 
 
 class ImuSample(NamedTuple):    # a NamedTuple is made faster than a dataclass
-    """One message of the IMU. The zero direction of the yaw is arbitrary."""
+    """One message of the IMU. The zero of the yaw is arbitrary."""
 
     stamp: float
     yaw: float            # [rad], (-pi, pi]
@@ -38,30 +37,30 @@ class ImuSample(NamedTuple):    # a NamedTuple is made faster than a dataclass
 
 
 class OdometrySample(NamedTuple):
-    """One message of the wheels' odometry: pose and speed in the `odom` frame."""
+    """One message of the wheels' odometry."""
 
     stamp: float
     pose: Any             # odom_T_base, a geometry.se2.Pose2
     linear: float         # forward speed [m/s]
-    angular: float        # [rad/s]; a spike of 2 pi times the rate at each +/-180 deg crossing
+    angular: float        # [rad/s]; has a spike when the heading crosses +/-180 deg
 
 
 class WheelSample(NamedTuple):
-    """One message of the wheels' joints: the angle of each wheel, positive forwards."""
+    """One message of the wheels' joints."""
 
     stamp: float
-    left: float           # [rad]
-    right: float          # [rad]
+    left: float           # angle of the left wheel, positive forwards [rad]
+    right: float          # angle of the right wheel, positive forwards [rad]
 
 
 class Motion(NamedTuple):
-    """The robot's motion, for a control law. An age is a time since the measurement."""
+    """The robot's motion, for a control law."""
 
-    pose: Any                   # local_T_base, now, a Pose2 extrapolated from the samples
+    pose: Any                   # local_T_base now, a Pose2 extrapolated from the samples
     linear: float               # [m/s], from the wheels
     angular: float              # [rad/s], from the gyro
-    imu_age: float = 0.0        # [s]
-    odometry_age: float = 0.0   # [s]
+    imu_age: float = 0.0        # time since the latest sample of the IMU was measured [s]
+    odometry_age: float = 0.0   # the same for the odometry [s]
     yaw_noise: float = 0.0      # standard deviation of a sample's yaw [rad]
     extrapolated: float = 0.0   # part of the pose's yaw that was not measured [rad]
 
@@ -71,7 +70,7 @@ Sample = Union[ImuSample, OdometrySample]
 
 
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
-    """Returns `value`; ``ValueError`` for a value beyond `bound`, NaN or infinity."""
+    """Returns `value`. ``ValueError`` for a value beyond `bound`, NaN or infinity."""
     if not abs(value) <= bound:    # "not <=" also catches NaN
         raise ValueError(
             f'{name} = {value:.6g} {unit} is more than a robot can have ({bound:g})')

@@ -1,4 +1,4 @@
-"""The robots' numbers, each with its source.
+"""The numbers of the robots.
 
 Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and
 its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets round the Burger's speeds up
@@ -12,12 +12,11 @@ from tb3_labs.config import NOT_GIVEN
 
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
-#: Goal velocities are sent to the motors in whole steps of 0.229 rpm, cut towards zero.
+#: Motors run at whole steps of this speed, rounded towards zero [rad/s].
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
-#: The firmware applies the latest command, and sends odometry, at this rate [1/s]. Control laws
-#: give commands at the same rate, see tb3_labs.control.commands.
+#: The firmware applies the latest command, and sends odometry, at this rate [1/s].
 CONTROL_RATE = 30.0
-#: Without a command for this long the wheels are commanded to zero [s].
+#: The firmware stops the wheels after this time without a command [s].
 COMMAND_TIMEOUT = 0.5
 #: Width of a wheel, for all models, as in turtlebot3_description [m].
 WHEEL_WIDTH = 0.018
@@ -26,10 +25,10 @@ WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
 
 
 class Twist2(NamedTuple):
-    """A planar velocity: forward speed [m/s] and rate of turn [rad/s]."""
+    """A velocity in the plane."""
 
-    linear: float = 0.0
-    angular: float = 0.0
+    linear: float = 0.0     # forward speed [m/s]
+    angular: float = 0.0    # rate of turn, left positive [rad/s]
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class RobotModel:
 
     @property
     def max_wheel_speed(self) -> float:
-        """Fastest speed of a wheel's rim [m/s]; bounds |v| + half_track |w|."""
+        """Fastest speed of a wheel's rim [m/s]. It bounds |v| + half_track |w|."""
         return self.wheel_radius * self.motor_rpm * 2.0 * math.pi / 60.0
 
 
@@ -62,7 +61,7 @@ MODELS: Dict[str, RobotModel] = {
     'waffle_pi': RobotModel('waffle_pi', 0.033, 0.287, 77.0, 330, 0.26, 1.82, 0.220),
 }
 DEFAULT_MODEL = 'burger'
-#: The environment variable that names the model, if the parameter is not given.
+#: This environment variable names the model if the parameter is not given.
 MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 
 
@@ -84,8 +83,8 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model called `name`; ``ValueError`` for an unknown name. `source`: the parameter
-    or variable that has the name."""
+    """Returns the model called `name`. ``ValueError`` for an unknown name, which stands in the
+    parameter or variable `source`."""
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # a parameter may be a list
@@ -94,7 +93,7 @@ def robot_model(name: str, source: str = 'model') -> RobotModel:
 
 
 def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
-    """Returns the model called `name`; ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
+    """Returns the model called `name`. ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
     MODEL_VARIABLE in `environment` names the model. Without this variable the model is a Burger."""
     if name != NOT_GIVEN:
         return robot_model(name)

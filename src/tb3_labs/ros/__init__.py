@@ -1,4 +1,4 @@
-"""How do the rooms without ROS meet ROS? Every node needs some of these files.
+"""How do the rooms without ROS use ROS? Every node needs some of these files.
 
 `early_signals` and `node` start and end a node, `clocks` waits, `topics` subscribes. Nodes that
 drive also use `sensor_topics`, `parameters` and `live_settings`. `reset_client` calls a reset.

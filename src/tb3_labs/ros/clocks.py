@@ -1,9 +1,9 @@
 """The four clocks, and the purpose of each clock.
 
     ros_time()         the age of sensors, all steps of a drive; ROS time may be simulated
-    steady_time()      input of people: a pad, a mouse, a permission that is renewed
-    time.monotonic()   deadlines of waits, pauses between warnings, the watchdog
-    time.time()        only the moment at which the simulated robot's own time begins
+    steady_time()      input of people (a pad, a mouse, a renewed permission), the watchdog
+    time.monotonic()   deadlines of waits, pauses between warnings
+    time.time()        the wall clock of all computers, which is ROS time unless that is simulated
 
 Periodic work has a thread that sleeps by the wall clock, because ``rospy.sleep`` and
 ``rospy.Timer`` stop with a simulated clock.
@@ -19,13 +19,13 @@ POLL_PERIOD = 0.05
 
 
 def ros_time():
-    """Returns rospy.get_time(), but takes a tenth of the computing time."""
+    """Returns rospy.get_time(), in a tenth of the computing time."""
     return time.time() if is_wall_time() else rospy.get_time()
 
 
 def steady_time():
-    """Returns the seconds of a clock that never stands still or goes back. Unlike time.monotonic(),
-    the clock runs while the computer is suspended, so that permissions get old."""
+    """Returns the time of a clock that never stands still or goes back, and runs while the computer
+    is suspended, so that permissions get old [s]. time.monotonic() would stop then."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 

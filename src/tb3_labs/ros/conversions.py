@@ -13,13 +13,13 @@ from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
 
 #: The environment variable with the path of a named pipe. For each true pose the simulated robot
-#: writes a line with x, y [m], yaw [rad] into the pipe. Any node could read a topic.
+#: writes a line with x, y [m], yaw [rad] into the pipe. A student's node could read a topic.
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
 def frame(name):
-    """Returns the frame `name` in this node's namespace, such as `robot3/odom`, because all robots
-    share one tf tree."""
+    """Returns the name of a frame in this node's namespace, such as `robot3/odom`. All robots share
+    one tf tree."""
     namespace = rospy.get_namespace().strip('/')
     return f'{namespace}/{name}' if namespace else name
 

@@ -1,4 +1,4 @@
-"""Runs the core of a node. Messages go in, and the Outputs of the core are carried out in order.
+"""Runs the core of a node: gives messages to the core, and carries out its Outputs in order.
 
 When a node that drives stops, for any reason, the node publishes exactly one zero and is then
 silent, so that another node may drive. The node also sends the zero when it shuts down (after a
@@ -28,7 +28,7 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: A smaller speed turns no motor [m/s], [rad/s]. The firmware would read 1e-40 as full speed.
+#: A smaller speed turns no motor, but the firmware reads 1e-40 as full speed [m/s], [rad/s].
 LEAST_SPEED = 1e-4
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0
@@ -42,7 +42,7 @@ class CoreRunner:
     same order. So a blocked terminal, or actionlib, delays no message and no stop.
     """
 
-    def __init__(self, tick, publish=None, carry_out=None):
+    def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the present Output. ``publish(output)`` is called with the lock held,
         after the command, and must not wait. ``carry_out(output)`` is called without the lock."""
         self._tick, self._publish, self._carry_out = tick, publish, carry_out
@@ -54,9 +54,9 @@ class CoreRunner:
         self._watchdog = Watchdog(self.check, self._note_clock)
 
     def handle(self, method, *arguments):
-        """Call ``method(*arguments)`` of the core, which takes in a message, and let the core
-        decide. Returns the Output. `method` reads the clock after the lock was taken, because an
-        earlier reading may be older than the core's last time."""
+        """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
+        decide. Returns the Output. `method` itself reads the clock, because a time that was read
+        before the lock was taken may be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -80,8 +80,7 @@ class CoreRunner:
             self.cmd_vel.stop()
         if output.command is not None:
             self.cmd_vel.send(output.command)
-        if self._publish is not None:
-            self._publish(output)
+        self._publish(output)
         self._watchdog.set_awake(output.watched)
         if output.has_more:
             self._waiting.put(output)
@@ -89,8 +88,8 @@ class CoreRunner:
 
     def _note_clock(self, runs):
         with self._lock:
-            stands = self.cmd_vel.note_clock(runs)
-        if stands:
+            has_stopped = self.cmd_vel.note_clock(runs)
+        if has_stopped:
             rospy.logwarn('/clock stands still: nothing is driven until it goes on')
 
     def _close(self):
@@ -101,9 +100,9 @@ class CoreRunner:
         while True:
             output = self._waiting.get()
             for line in output.log_lines:
-                (rospy.logwarn if line.warning else rospy.loginfo)('%s', line.text)
-            if self._carry_out is not None:
-                self._carry_out(output)
+                log = rospy.logwarn if line.warning else rospy.loginfo
+                log('%s', line.text)
+            self._carry_out(output)
 
 
 class CmdVel:
@@ -143,17 +142,18 @@ class CmdVel:
             self._publish(0.0, 0.0)
 
     def close(self):
-        """Stop, and ignore all later commands."""
+        """Send the zero at the end of the node (Ctrl+C), and ignore all later commands."""
         self._closed = True
         self.stop()
 
     def note_clock(self, runs):
-        """Store whether ROS time runs, and stop if it stands still. Returns True if ROS time ran at
-        the last call and stands still now."""
-        stands, self._clock_runs = self._clock_runs and not runs, runs
-        if stands:
+        """Store whether ROS time runs. If it has stopped since the last call, stop the robot, and
+        return True."""
+        has_stopped = self._clock_runs and not runs
+        self._clock_runs = runs
+        if has_stopped:
             self.stop()
-        return stands
+        return has_stopped
 
     def _publish(self, linear, angular):
         self._message.linear.x, self._message.angular.z = linear, angular
@@ -161,11 +161,11 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()` in a separate thread while no message arrives. Also calls `note_clock(runs)`
-    if the clock is simulated.
+    """Calls `check()` in a separate thread while no message arrives. If the clock is simulated,
+    also calls `note_clock(runs)`.
 
-    The thread begins with the first call of :meth:`set_awake`. A rospy.Timer would stop together
-    with the simulated clock.
+    The first call of :meth:`set_awake` starts the thread. A rospy.Timer would stop together with
+    the simulated clock.
     """
 
     def __init__(self, check, note_clock):
@@ -179,8 +179,6 @@ class Watchdog:
         """Check the node often while it is `awake`. The caller holds the lock of the CoreRunner."""
         if not self._thread.ident:
             self._thread.start()
-        if awake is self._awake.is_set():    # is_set() is faster than set()
-            return
         if awake:
             self._awake.set()
         else:
@@ -235,7 +233,6 @@ class Diagnostics:
 
 
 def values_of(topic, source, now):
-    """Returns values for Diagnostics: the age of the Freshness `source`, and the number of invalid
-    messages on `topic`. Example: {'imu age [s]': '0.004', 'imu dropped': 0}."""
+    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} of the Freshness `source` on `topic`."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
             source.name + ' dropped': INVALID_COUNTS[topic]}

@@ -56,8 +56,8 @@ def call(node, config):
 
 
 def settings_of(node):
-    """Returns (full name of the node, {name: value} of its settings). ``ValueError`` if there is no
-    such node, or if none of its settings can change."""
+    """Returns the full name of `node`, and {name: value} of its settings. ``ValueError`` if the
+    node is unknown, or if none of its settings can change."""
     known, node = nodes(), rospy.resolve_name(node)
     if node not in known:
         raise ValueError(
@@ -66,19 +66,20 @@ def settings_of(node):
 
 
 def value_of(text, kind):
-    """Returns the value in a typed text. The node refuses a value that is not of type `kind`."""
+    """Returns the value of a typed text. The node itself refuses a value that is not of type
+    `kind`."""
     if kind is float:
         return number_or_text(text)    # YAML reads 1e-3 as a text, and 400 digits are not a float
     try:
         value = text if kind is str else yaml.safe_load(text)
     except (yaml.YAMLError, ValueError):    # Python raises ValueError for 5000 digits
         return text
-    is_sent = type(value) in (bool, float) or type(value) is int and abs(value) < 2 ** 31
-    return value if is_sent else text
+    is_small_integer = type(value) is int and abs(value) < 2 ** 31
+    return value if type(value) in (bool, float) or is_small_integer else text
 
 
 def carry_out(command, node='', name='', text=None):
-    """Carry out a valid command line. ``ValueError`` with the reason if it cannot be done."""
+    """Carry out a valid command line. ``ValueError`` with the reason if the node refuses it."""
     if command == 'list':
         print('\n'.join(nodes()) or 'no node: is a robot running?')
         return

@@ -15,33 +15,32 @@ from pathlib import Path
 
 #: The package of the launch files.
 PACKAGE = 'tb3_labs'
-#: The doc of an argument for a group of parameters names the file of the parameters, such as
-#: params/turtlebot3.yaml.
+#: If an argument takes a group of parameters, its doc names their file: params/turtlebot3.yaml.
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
-#: The doc of an argument that chooses a file has a pattern, such as params/pad_*.yaml.
+#: If an argument chooses a file, its doc has the pattern of the files: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: The doc of an argument that takes the path of a user's file of parameters.
+#: If an argument takes the path of a user's own file, this is its doc.
 OWN_FILE_DOC = 'a YAML file of your own'
 #: A parameter without a value in a YAML file.
 EMPTY_PARAMETER = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
-#: A colon without a blank behind, as in {slip:0.1}. YAML reads this colon as a part of the name.
+#: A colon that no blank follows, as in {slip:0.1}. YAML reads this colon as a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
-#: The default of an argument that takes numbers is a number, or an empty group of parameters.
+#: An argument with one of these defaults takes numbers: a number, or an empty group of parameters.
 NUMERIC_DEFAULT = re.compile(r'-?[\d.]+|\{\}')
 WHOLE_NUMBER = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
 #: roslaunch cannot set a larger whole number on the parameter server.
 LARGEST_WHOLE_NUMBER = 2 ** 31 - 1
-#: A parameter and its value, as in {slip: 0.1}. The text behind a last comma may be empty.
+#: A parameter and its value, as in {slip: 0.1}; or the empty text after a last comma.
 NAME_AND_VALUE = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
 
 def _words_of(process):
-    """Returns the words after `roslaunch` on the command line of a process. Returns [] if the
-    process is not a roslaunch."""
+    """Returns the words after `roslaunch` on the command line of a process; [] if the process is
+    not a roslaunch."""
     words = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
-    for place, word in enumerate(words[:2]):    # the first word may be python3
+    for number, word in enumerate(words[:2], 1):    # the first word may be python3
         if os.path.basename(word) == 'roslaunch':
-            return words[place + 1:]
+            return words[number:]
     return []
 
 
@@ -49,9 +48,9 @@ def problem_of(words, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are right. `words` are the words after `roslaunch`.
 
-    If `words` do not name `path`, another launch file includes `path`. Then the result is '', too.
+    If `words` do not name `path`, another launch file includes it. Then it is not checked.
     """
-    if not any(_names_file(words[:place], word, path) for place, word in enumerate(words)):
+    if not any(_is_file(path, *pair) for pair in zip(['', *words], words)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
@@ -71,16 +70,16 @@ def problem_of(words, path):
     return ''
 
 
-def _names_file(before, word, path):
-    """Is `word`, after the words `before`, the launch file `path`?"""
-    if word == path.name and before and before[-1] == PACKAGE:
+def _is_file(path, word_before, word):
+    """Does `word`, after the word `word_before`, name the launch file `path`?"""
+    if word == path.name and word_before == PACKAGE:
         return True
     return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
 
 
 def _problem_of_value(name, value, doc, folder):
-    """Returns the correction of a wrong value, by the `doc` of the argument `name`; '' if the value
-    is right."""
+    """Returns the correction of a wrong value; '' if the value is right. The `doc` of the argument
+    `name` shows which values are right. `folder` has the launch files."""
     if PARAMETERS_FILE.search(doc):
         problem = _problem_of_group(name, value)
         if problem:
@@ -118,8 +117,8 @@ def _problem_of_numbers(text):
 
 
 def _problem_of_file(path):
-    """Returns the reason why roslaunch cannot read a YAML file; '' if it can, or if there is no
-    such file, which roslaunch reports."""
+    """Returns why roslaunch cannot read a YAML file; '' if it can. A missing file also gives '',
+    because roslaunch itself reports it."""
     try:
         text = re.sub('#.*', '', _text_of(path))
         empty = EMPTY_PARAMETER.search(text)

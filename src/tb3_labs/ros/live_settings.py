@@ -30,7 +30,8 @@ _GROUP = 'Default'
 class LiveSettings:
     """Offers the fields of the Config `config`, except the fields named in `fixed`.
 
-    A thread of rospy calls `apply` with each new Config. A ValueError in it refuses the change.
+    A thread of rospy calls `apply` with each new Config. If `apply` raises ValueError, the change
+    is refused.
     """
 
     def __init__(self, config, apply, fixed=()):
@@ -78,11 +79,11 @@ class LiveSettings:
 
 def encode(values, groups=()):
     """Returns the dynamic_reconfigure/Config of {name: value}."""
-    def of(kind, message):
+    def all_of(kind, message):
         return [message(name, value) for name, value in values.items() if type(value) is kind]
 
-    return Values(of(bool, BoolParameter), of(int, IntParameter), of(str, StrParameter),
-                  of(float, DoubleParameter), list(groups))
+    return Values(all_of(bool, BoolParameter), all_of(int, IntParameter),
+                  all_of(str, StrParameter), all_of(float, DoubleParameter), list(groups))
 
 
 def decode(message):
@@ -103,8 +104,8 @@ def _description(config, offered):
 
 
 def _bounds(offered, which, widest):
-    """Returns the dynamic_reconfigure/Config of the bounds `which` ('low' or 'high'). A field
-    without a bound gets the value in `widest` for the type of the field."""
+    """Returns the dynamic_reconfigure/Config of the bounds of the fields `offered`. `which` is
+    'low' or 'high'. A field without a bound gets the value that `widest` has for its type."""
     bounds = {}
     for item in offered:
         kind, bound = type(item.default), item.metadata[which]

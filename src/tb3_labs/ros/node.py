@@ -1,13 +1,13 @@
 """Start, signals, failure and end of every node of this package.
 
-A ``ValueError`` at the start, such as an invalid parameter's, ends the node with one fatal line and
-exit status 1, and ends the roslaunch of the node. An exception in a callback ends the node, too,
+A ``ValueError`` at the start, such as an invalid parameter, ends the node with one fatal line and
+exit status 1, and ends the roslaunch of the node. An exception in a callback also ends the node,
 because with rospy alone the robot would continue with the last command.
 
-rospy's own signal handlers hang if the main thread holds a lock of rospy. In this module a signal
-raises an exception in the main thread. The exception first leaves all calls and releases their
-locks. Then the node shuts down. Ctrl+Z ends a node, too, since a stopped process could not stop its
-robot. :mod:`tb3_labs.ros.core_runner` sends the zero command at the end.
+rospy's own signal handlers hang if the main thread holds a lock of rospy. Here a signal raises an
+exception in the main thread. The exception first leaves all calls and releases their locks. Then
+the node shuts down. Ctrl+Z also ends a node, since a stopped process could not stop its robot.
+:mod:`tb3_labs.ros.core_runner` sends the zero command at the end.
 """
 import functools
 import os
@@ -22,14 +22,14 @@ import rosgraph
 import rospy
 
 from tb3_labs.ros.rospy_internals import (
-    answer_side_by_side, find_late_publishers, log_without_the_master, note_connections)
+    find_late_publishers, log_without_the_master, note_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
 #: The main thread checks with this period whether the master answers or the node ends [s].
 MAIN_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LOG_TIME = 0.1
-#: Longest wait of a node that ends for its shutdown hooks and its master [s].
+#: A node that ends waits at most this long for its shutdown hooks and its master [s].
 END_TIMEOUT = 4.0
 END_POLL_PERIOD = 0.01
 #: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
@@ -37,7 +37,7 @@ END_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP)
 
 _failures = []
 _received_signals = []
-_end_has_begun = threading.Event()    # rospy.is_shutdown() becomes true only after the hooks
+_shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until the hooks have run
 
 
 def run(name, make_node, interface=None):
@@ -55,27 +55,28 @@ def run(name, make_node, interface=None):
             while not rosgraph.is_master_online():
                 pause(MAIN_PERIOD)
         rospy.init_node(name, disable_signals=True)
-        rospy.on_shutdown(_end_has_begun.set)
+        rospy.on_shutdown(_shutdown_has_begun.set)
         log_without_the_master()
-        answer_side_by_side()
+        serve_connections_in_threads()
         find_late_publishers()
         note_connections()
         node = make_node()    # noqa: F841 (without a name Python would delete the node)
         rospy.on_shutdown(_log_failure)
-        while not _end_has_begun.is_set():
+        while not _shutdown_has_begun.is_set():
             pause(MAIN_PERIOD)
     except (ValueError, OverflowError) as problem:    # OverflowError: rospy cannot set an integer
         ignore_signals()
         end_roslaunch()
-        end(str(problem).replace('int exceeds XML-RPC limits', 'a whole number beyond 2147483647'))
+        begin_shutdown(str(problem).replace('int exceeds XML-RPC limits',
+                                            'a whole number beyond 2147483647'))
     except Interrupted:
-        end()
+        begin_shutdown()
     ignore_signals()
-    leave()
+    exit_process()
 
 
-def leave(status=0):
-    """End this process after the shutdown hooks. rospy's own end would take 0.6 s more."""
+def exit_process(status=0):
+    """Wait for the shutdown hooks, and exit. rospy's own end would take 0.6 s more."""
     deadline = time.monotonic() + END_TIMEOUT
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_POLL_PERIOD)
@@ -90,21 +91,21 @@ def guarded(callback):
         try:
             return callback(*args, **kwargs)
         except rospy.ServiceException:
-            raise  # rospy sends the reason of a refusal to the caller
-        except Exception as problem:  # after any exception the robot must not drive on
+            raise    # rospy sends the reason of a refusal to the caller
+        except Exception as problem:    # after any exception the robot must not drive on
             where = traceback.extract_tb(sys.exc_info()[2])[-1]
             rospy.logdebug('%s', traceback.format_exc())
             # while the node ends, a publisher may be closed already, and raise an exception
-            if not (_end_has_begun.is_set() or rospy.is_shutdown()):
-                place = f'{os.path.basename(where.filename)} line {where.lineno}'
-                end(f'{type(problem).__name__}: {problem} ({place})')
+            if not (_shutdown_has_begun.is_set() or rospy.is_shutdown()):
+                line = f'{os.path.basename(where.filename)} line {where.lineno}'
+                begin_shutdown(f'{type(problem).__name__}: {problem} ({line})')
     return call
 
 
-def end(failure=''):
-    """Begin the shutdown of this node, and do not wait for the hooks. A `failure` is logged as one
-    fatal line, and makes the exit status 1."""
-    _end_has_begun.set()
+def begin_shutdown(failure=''):
+    """Begin the end of this node, and do not wait for the hooks. A `failure` is logged as one fatal
+    line, and makes the exit status 1."""
+    _shutdown_has_begun.set()
     if failure:
         _failures.append(failure)
     threading.Thread(target=_shut_down, args=[failure], daemon=True).start()
@@ -124,14 +125,14 @@ def _log_failure(failure=''):
 
 
 def roslaunch_of_this():
-    """Returns the id of the roslaunch that started this process; 0 if there is none."""
+    """Returns the process id of the roslaunch that started this process; 0 if no roslaunch did."""
     words = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
     is_roslaunch = 'roslaunch' in map(os.path.basename, words[:2])    # words[0] may be python3
     return os.getppid() if is_roslaunch else 0
 
 
 def end_roslaunch():
-    """End the roslaunch of this process. After SIGTERM it prints no red lines."""
+    """End the roslaunch of this process by SIGTERM, after which roslaunch prints no red lines."""
     if roslaunch_of_this():
         os.kill(roslaunch_of_this(), signal.SIGTERM)
 
@@ -141,8 +142,8 @@ class Interrupted(BaseException):
 
 
 def catch_signals():
-    """Let the first signal of END_SIGNALS raise Interrupted in the main thread. A background job of
-    a script ignores SIGINT; from now on it does not. With nohup SIGHUP stays ignored."""
+    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, also in a
+    background job of a script, which ignored SIGINT. With nohup SIGHUP stays ignored."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)
@@ -161,8 +162,8 @@ def ignore_signals():
 
 
 def pause(seconds):
-    """Sleep in the main thread. Raises Interrupted if a signal arrives. Also raises it if a signal
-    arrived earlier, because a library with a bare `except:` may have caught the exception."""
+    """Sleep in the main thread. Raises Interrupted if a signal arrives, or if a signal arrived
+    earlier, because a library with a bare `except:` may have caught the exception."""
     if not _received_signals:
         time.sleep(seconds)
     if _received_signals:

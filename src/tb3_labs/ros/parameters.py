@@ -11,8 +11,8 @@ from tb3_labs.robot.turtlebot3 import model_called
 
 def read_config(*kinds, of=None, typed=()):
     """Returns an instance of each Config class in `kinds`, with the node's ``~`` parameters and the
-    settings of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. With `of`
-    reads the parameters of the node `of` instead, and ignores its unknown parameters."""
+    {name: value} of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. With
+    `of` reads the parameters of the node `of` instead, and ignores its unknown parameters."""
     given = rospy.get_param(of or '~', {})
     if not isinstance(given, dict):
         raise ValueError(f'parameter {of or rospy.get_name()} = {given!r} is not valid: the name '
@@ -21,10 +21,10 @@ def read_config(*kinds, of=None, typed=()):
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
     if not of:
         for word in sys.argv[1:]:
-            name, maps, _ = word.partition(':=')
-            if name in known or not maps:    # rospy would rename a topic, or ignore the word
+            name, has_value, _ = word.partition(':=')
+            if name in known or not has_value:    # rospy would rename a topic, or ignore the word
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
-                                 f'_{name if maps else "NAME"}:=VALUE (--help tells more)')
+                                 f'_{name if has_value else "NAME"}:=VALUE (--help tells more)')
         for name in sorted(set(given) - known):
             raise ValueError(
                 f'parameter {rospy.get_name()}/{name} is unknown; {nearest(name, known)}')

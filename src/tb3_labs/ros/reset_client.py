@@ -11,9 +11,6 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from tb3_labs.handout import SET_POSE
 from tb3_labs.srv import ResetPose, SetInitialPose
 
-#: The handout's covariance. AMCL, from which the service comes, requires a covariance.
-COVARIANCE = 36 * [0.1]
-
 
 def call_reset(x, y, yaw_deg):
     """Declare that the robot is at x, y [m], yaw [deg] in local. Returns the answer as text.
@@ -28,11 +25,13 @@ def call_reset(x, y, yaw_deg):
 
 
 def _call_as_in_the_handout(x, y, yaw_deg):
-    service, message = rospy.resolve_name(SET_POSE), PoseWithCovarianceStamped()
+    service, half_yaw = rospy.resolve_name(SET_POSE), math.radians(yaw_deg) / 2.0
+    message = PoseWithCovarianceStamped()
     message.header.frame_id, message.header.stamp = 'map', rospy.Time.now()
-    message.pose.covariance, pose = COVARIANCE, message.pose.pose
-    pose.position.x, pose.position.y, half = x, y, math.radians(yaw_deg) / 2.0
-    pose.orientation.z, pose.orientation.w = math.sin(half), math.cos(half)
+    message.pose.covariance = 36 * [0.1]    # as in the handout
+    pose = message.pose.pose
+    pose.position.x, pose.position.y = x, y
+    pose.orientation.z, pose.orientation.w = math.sin(half_yaw), math.cos(half_yaw)
     try:
         rospy.ServiceProxy(service, SetInitialPose)(message)
     except (rospy.ROSException, rospy.ServiceException) as problem:

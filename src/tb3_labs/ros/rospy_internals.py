@@ -1,8 +1,8 @@
 """The private parts of rospy that the nodes read or change. One function uses each part.
 
-The parts exist in rospy 1.15.15 (Debian 12). The docstring of a function names the part, the harm
-without the function, and the test that fails if the part changes. If a part without a test changes,
-a node ends at once with an AttributeError.
+The parts exist in rospy 1.15.15 (Debian 12). A docstring describes the harm without the function,
+and names the private parts and the test that fails if they change. If a part without a test
+changes, a node ends at once with an AttributeError.
 """
 import socket
 import threading
@@ -36,49 +36,50 @@ def note_connections():
     connection. Call this function before a node subscribes.
 
     The fields show whether a sender repeats an old message, or is a new process. Otherwise a
-    repeated True would drive the robot after a restart (TCPROSTransport's `_validate_header` and
-    `endpoint_id`; test/ros/starts.test).
+    repeated True would drive the robot after a restart. Parts: `_validate_header` and `endpoint_id`
+    of TCPROSTransport; test: test/ros/start_order.test.
     """
     validate = TCPROSTransport._validate_header
 
-    def noted(self, header):
+    def validate_and_note(self, header):
         header.update(connected_at=time.clock_gettime(time.CLOCK_BOOTTIME),
                       process=self.endpoint_id)
         validate(self, header)
 
-    TCPROSTransport._validate_header = noted
+    TCPROSTransport._validate_header = validate_and_note
 
 
 def log_without_the_master():
     """Write log lines without a call of the master. Call this function after init_node().
 
     At each log line rospy reads a parameter, which nobody sets, from the master. If the master does
-    not answer, the thread waits (the cache of parameters; test/ros/network.test).
+    not answer, the thread waits. Part: the cache of parameters; test: test/ros/network.test.
     """
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
-def answer_side_by_side(server=None):
-    """Answer each connection in a separate thread. Call this function after init_node().
+def serve_connections_in_threads(server=None):
+    """Serve each connection in a separate thread. Call this function after init_node().
 
-    rospy answers connections one after the other. A client that is not a node (a browser, or a
-    master that calls an earlier node with this port) blocked all other clients without end
-    (`_tcpros_server`, `inbound_handler`; test/unit/test_node.py).
+    rospy serves connections one after the other. A client that is not a node (a browser, or a
+    master that calls an earlier node with this port) blocked all other clients without end.
+    Parts: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py.
     """
     server = server or tcpros_base._tcpros_server.tcp_ros_server
-    answer = server.inbound_handler
+    serve = server.inbound_handler
 
-    def answer_a_node(connection, address):
+    def serve_node(connection, address):
         length = b''
         with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-        if length[2:] == bytes(2):    # the first bytes of text would be a length above 2 ** 16
-            answer(connection, address)
+        # a node first sends the length of its header; text such as HTTP would be a large length
+        if len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16:
+            serve(connection, address)
         else:
             connection.close()
 
     server.inbound_handler = lambda *client: threading.Thread(
-        target=answer_a_node, args=client, daemon=True).start()
+        target=serve_node, args=client, daemon=True).start()
     server.server_sock.listen(128)    # with rospy's own number the seventh client waits for 1 s
 
 
@@ -101,37 +102,39 @@ def ignore_own_messages(topic):
 def find_late_publishers(manager=None):
     """Find publishers that register just after a subscriber. Call this function after init_node().
 
-    The subscriber gets two lists of publishers. The answer to its own registration lacks the late
-    publisher, but the master's update has it. rospy uses the list that arrives last. If the answer
-    arrives last, the two nodes never connect, and a stop is lost (1 of 1200 pairs that registered
-    within 4 ms, on a busy computer). So waiting lists are joined here. A publisher that has ended
-    refuses the connection (RegManager's `updates`, `publisher_update`; test/unit/test_node.py).
+    The answer to the subscriber's own registration lacks the late publisher, but the master's
+    update has it. rospy uses the list that arrives last. If that is the answer, the two nodes never
+    connect, and a stop is lost (1 of 1200 pairs that registered within 4 ms, on a busy computer).
+    So the lists that wait are joined here. If a publisher has ended, it refuses the connection.
+    Parts: `updates` and `publisher_update` of RegManager; test: test/unit/test_node.py.
     """
     manager = manager or next(each for each in get_registration_listeners().listeners
                               if isinstance(each, RegManager))
     update = manager.publisher_update
 
-    def joined(name, addresses):
+    def update_joined(name, addresses):
         with manager.cond:
-            together = set(addresses).union(
-                *(others for topic, others in manager.updates if topic == name))
-            update(name, sorted(together - {name in _ignored_topics and manager.uri}))
+            joined = set(addresses).union(*(waiting for topic, waiting in manager.updates
+                                            if topic == name))
+            if name in _ignored_topics:
+                joined.discard(manager.uri)
+            update(name, sorted(joined))
 
-    manager.publisher_update = joined
+    manager.publisher_update = update_joined
 
 
 def subscribers_of(publisher):
-    """Returns the names of the nodes that are connected to `publisher` (`endpoint_id`). A page
-    shows that a stop has no subscriber (test/ros/panel.test)."""
+    """Returns the names of the nodes that are connected to `publisher`. So a page can show that a
+    stop has no subscriber. Parts: `impl`, `endpoint_id`; test: test/ros/panel.test."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
 def write_at_once(publisher, most=1):
-    """Let ``publish()`` itself write to each subscriber. If the buffers of a subscriber are full,
-    its latest `most` messages wait.
+    """From now on ``publish()`` itself writes to each subscriber. If the buffers of a subscriber
+    are full, its latest `most` messages wait.
 
-    Messages in rospy's own queue are lost when the process ends (`impl`, its `add_connection`;
-    test/unit/test_node.py).
+    Messages in rospy's own queue are lost when the process ends. Parts: `impl`, its
+    `add_connection`; test: test/unit/test_node.py.
     """
     topic, add = publisher.impl, publisher.impl.add_connection
 
@@ -150,7 +153,7 @@ class _Writer:
         self._connection = connection
         self._lock = threading.Lock()    # guards the next two attributes
         self._waiting = deque(maxlen=most)
-        self._is_full = False            # is the socket full, so that a thread writes `_waiting`?
+        self._is_full = False            # is the socket full? Then a thread writes `_waiting`
 
     def write(self, data):
         with self._lock:
@@ -162,9 +165,9 @@ class _Writer:
                 sent = self._connection.socket.send(data, socket.MSG_DONTWAIT)
             self._is_full = sent < len(data)
             if self._is_full:
-                threading.Thread(target=self._write, args=(data[sent:],), daemon=True).start()
+                threading.Thread(target=self._write_rest, args=(data[sent:],), daemon=True).start()
 
-    def _write(self, data):
+    def _write_rest(self, data):
         while data:
             try:
                 self._connection.socket.sendall(data)
@@ -179,7 +182,7 @@ class _Writer:
 
 def publish_together(publisher, messages):
     """Publish `messages` by one write, as a network delivers delayed messages. A subscriber with
-    queue_size=1 reads only the last message (`impl.buff`, `seq`; test/ros/fake_robot.test)."""
+    queue_size=1 reads only the last. Parts: `buff`, `seq`; test: test/ros/fake_robot.test."""
     *before, last = messages
     topic = publisher.impl
     topic.buff.truncate(topic.buff.seek(0))    # remove data for a subscriber that has ended

@@ -12,8 +12,8 @@ from tb3_labs.robot.samples import (
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
-#: The wheels are read once in this time [s]: each second message of a TurtleBot3. The gyro is
-#: compared with wheels whose messages are nearer than timeouts.MEAN_ONLY_GAP.
+#: The wheels are read once in this time, which is each second message of a TurtleBot3 [s]. The
+#: comparison with the gyro needs a time below timeouts.MEAN_ONLY_GAP.
 WHEEL_PERIOD = 0.06
 
 
@@ -45,7 +45,7 @@ def _stamp(message):
 
 def subscribe_wheels(callback):
     """Call `callback` with the wheel samples on `joint_states`. Messages without wheels are
-    ignored. Returns a function: does any node publish the topic?"""
+    ignored. Returns a function that returns whether any node publishes the topic."""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

@@ -1,8 +1,8 @@
 """How a node subscribes. A node needs only the latest sample of a sensor, but every event.
 
-A permission, a turn or a goal is an event: a person sends it at one moment. A node uses each event
-once, in order, and only if the event is new (supervision/events.py). Delayed messages arrive all at
-once. So a subscriber with a queue of one message would lose events.
+A permission, a turn and a goal are events, because a person sends them at one moment. A node uses
+each event once, in order, and only if the event is new (supervision/events.py). Delayed messages
+arrive all at once. So a subscriber with a queue of one message would lose events.
 """
 import threading
 import time
@@ -41,16 +41,16 @@ class WarningThrottle:
 
 
 def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
-    """Returns a guarded subscriber. If several messages arrive at once, it reads only the latest
-    `queue_size` messages. With None it reads all messages. Older messages are not deserialised.
+    """Returns a guarded subscriber. If several messages arrive at once, the subscriber reads only
+    the latest `queue_size` messages, or all messages with None. It does not deserialise the rest.
 
     `read` turns the message into the argument of `callback`. If `read` raises ``ValueError``, the
     message is dropped with one warning a second, and counted in INVALID_COUNTS.
 
-    With `idle_for`, the topic is not read for the time `idle_for(now)` [s] after each message,
+    With `idle_for`, the topic is not read for the time `idle_for(now)` after each message [s],
     which saves most of the computing time of a node. With simulated time every message is read.
     """
-    in_rhythm = idle_for is not None and is_wall_time()
+    is_idle = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
 
     def handle(message):
@@ -61,7 +61,7 @@ def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
             INVALID_COUNTS[topic] += 1
             return
         callback(value)
-        if in_rhythm:
+        if is_idle:
             time.sleep(idle_for(ros_time()))
 
     return rospy.Subscriber(topic, kind, guarded(handle), queue_size=queue_size,
@@ -82,7 +82,7 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data):
 
 
 def age_reader(topic):
-    """Returns a function that returns a message's events.Age, and is called once for a message."""
+    """Returns a function that is called once for each message, and returns its events.Age."""
     message_ages = MessageAges(publishers_of(rospy.resolve_name(topic)), steady_time())
     return lambda message: message_ages.age_of(
         sender_connection(message), steady_time(), _stamp_of(message), ros_time())

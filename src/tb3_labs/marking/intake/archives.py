@@ -1,7 +1,7 @@
-"""Files of strangers: zip files are unpacked, and folders are listed, within limits.
+"""Unpacks zip files and lists folders of strangers, within limits.
 
-A zip file may be made to fill the disk, or have paths that lead out of its folder. Therefore
-read_submission.py uses this file in a process of its own.
+A zip file may be made to fill the disk, and its paths may lead out of its folder. Therefore a
+process with limits runs this code, see read_submission.py.
 """
 import errno
 import hashlib
@@ -21,21 +21,21 @@ from tb3_labs.command_line import printable
 ZIP = '.zip'
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000
-#: The zip file of a class may hold as much as this number of submissions.
+#: The limits of a class's zip file are the limits of a submission times this number.
 SUBMISSIONS_PER_CLASS_ZIP = 50
-#: Folders are nested at most this deep.
+#: The depth of the deepest folder that is read or unpacked.
 DEEPEST = 50
-#: Folders and files that are not a student's work. They are neither unpacked nor copied.
+#: These folders and files are not a student's work. They are neither unpacked nor copied.
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
     r'[^/]*\.bag)(/|$)', re.IGNORECASE)
-#: Programs usually make folders of these names. They are read only if the node is nowhere else.
+#: Programs make folders with these names. They are read only if the node is in no other folder.
 GENERATED_FOLDERS = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE)
 #: The endings of a package's own files, which are written first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
-#: The errors of a single entry of a zip file; its other entries can still be read.
+#: A damaged entry of a zip file raises one of these errors. The other entries can still be read.
 ENTRY_ERRORS = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
-#: The errors of a disk, not of a file's name.
+#: These errors do not depend on the name of a file.
 DISK_ERRORS = errno.ENOSPC, errno.EDQUOT, errno.EIO
 #: The reasons for which an entry is left out.
 DUPLICATE, LINK = 'the zip file has it twice, and the last one counts', 'each is a link'
@@ -46,7 +46,7 @@ LONGEST_SHOWN_PATH = 200
 
 
 class NotJudged(Exception):
-    """A submission, or an archive, cannot be judged; the text is the reason, a sentence."""
+    """A submission or an archive cannot be judged. The text is a sentence, the reason."""
 
 
 def is_zip(name: str) -> bool:
@@ -74,9 +74,9 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
     """Returns (files to read, refused files and folders) below `folder`. Neither list has the
     IGNORED_PATHS and the `ignored` folders.
 
-    Devices, unreadable files and folders that are too deep are refused, and so are links that lead
-    to anything but read files. A hard link, a file that has another name outside of `folder`, is
-    refused too: it may be another person's file.
+    Devices, unreadable files and folders that are too deep are refused. A link is refused unless it
+    leads to files that are read. A file with another name (a hard link) outside of `folder` is
+    refused too, since it may be another person's file.
     """
     status: Dict[Path, os.stat_result] = {}
     refused: List[Path] = []
@@ -93,23 +93,33 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
             if not IGNORED_PATHS.search(name):
                 try:
                     status[here / name] = (here / name).lstat()
-                except OSError:         # the folder's names may be read, its files may not
+                except OSError:         # the folder cannot be entered
                     refused.append(here / name)
+    # a file with more names than are found here has another name outside of `folder`
     names_here = Counter((each.st_dev, each.st_ino) for each in status.values())
     files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
              and each.st_nlink <= names_here[each.st_dev, each.st_ino]
              and os.access(str(path), os.R_OK)]
     refused += sorted(set(status) - set(files))
-    linked: Dict[Path, Path] = {}       # a link to a read file, or to a folder of read files
-    for link in [path for path in refused if os.path.islink(str(path))]:
-        with suppress(OSError, RuntimeError, ValueError):   # broken, circular, or leads out
-            target = folder / link.resolve().relative_to(folder.resolve())
-            linked.update({link if path == target else link / path.name: link
-                           for path in files if target in (path, path.parent)})
+    linked = _linked_files(folder, refused, files)
     return files + list(linked), [path for path in refused if path not in linked.values()]
 
 
-# -- unpacking
+def _linked_files(folder, refused, files):
+    """Returns path -> link, for each path by which a refused link leads to one of the `files`. The
+    link leads to the file, or to the file's folder."""
+    linked = {}
+    for link in refused:
+        if os.path.islink(str(link)):
+            with suppress(OSError, RuntimeError, ValueError):   # broken, circular, or leads out
+                target = folder / link.resolve().relative_to(folder.resolve())
+                for path in files:
+                    if path == target:
+                        linked[link] = link
+                    elif path.parent == target:
+                        linked[link / path.name] = link
+    return linked
+
 
 class UnpackLimits:
     """The number of files and bytes that may still be written for some submissions."""
@@ -117,21 +127,20 @@ class UnpackLimits:
     def __init__(self, submissions: int = 1) -> None:
         self._submissions = submissions
         self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
-        #: A sentence, once a file was refused; before that ''.
+        #: The sentence on the limit that a file exceeded; '' if no file did.
         self.exceeded = ''
 
     def spend(self, size: int) -> bool:
-        """Count a file of `size` [bytes]. Returns False if it exceeds a limit."""
-        most = ''
+        """Count a file. Returns False if the file exceeds a limit. `size` is in bytes."""
         if self._files < 1:
             most = f'{self._submissions * MOST_FILES:g} files'
         elif self._bytes < size:
             most = f'{self._submissions * MOST_BYTES / 1e6:g} MB'
-        if most:
-            self.exceeded = f'More than {most}: not all of it was unpacked.'
-            return False
-        self._files, self._bytes = self._files - 1, self._bytes - size
-        return True
+        else:
+            self._files, self._bytes = self._files - 1, self._bytes - size
+            return True
+        self.exceeded = f'More than {most}: not all of it was unpacked.'
+        return False
 
 
 def unpack(path: Path, folder: Path, limits: UnpackLimits,
@@ -139,8 +148,8 @@ def unpack(path: Path, folder: Path, limits: UnpackLimits,
     """Unpack the zip file `path` into `folder` until the limits are reached. Returns remarks on the
     files that are left out.
 
-    Raises ``NotJudged`` if `path` is not a zip file, or has a path that is not safe. No file
-    becomes larger than the zip file declares: zipfile reads no further.
+    Raises ``NotJudged`` if `path` is not a zip file, or has a path that is not safe. A file does
+    not become larger than the zip file declares, since zipfile reads no further.
     """
     left_out: Dict[str, List[str]] = {why: [] for why in (DUPLICATE, LINK, BAD_NAME, DAMAGED)}
     try:
@@ -150,18 +159,17 @@ def unpack(path: Path, folder: Path, limits: UnpackLimits,
             entries = _wanted_entries(archive, ignored, left_out)
             folder.mkdir(parents=True, exist_ok=True)
             _write_entries(archive, entries, folder, limits, left_out)
-        files = [place for place in entries if not place.endswith('/')]
+        files = [entry_path for entry_path in entries if not entry_path.endswith('/')]
         if files and len(left_out[DAMAGED]) == len(files):
             raise zipfile.BadZipFile('it has a password, or all of it is damaged')
     except (*ENTRY_ERRORS, ValueError, OSError) as problem:
         why = getattr(problem, 'strerror', None) or str(problem).rstrip('.')
         raise NotJudged('The zip file cannot be unpacked: {}.'.format(
             why or type(problem).__name__)) from None
-    return [remark for why, places in left_out.items() for remark in omission_remarks(why, places)]
+    return [remark for why, paths in left_out.items() for remark in omission_remarks(why, paths)]
 
 
 def _why_not_zip(path):
-    """Returns the reason why a file is not a zip file, a clause."""
     with open(str(path), 'rb') as file:
         begin = file.read(2)
     if not begin:
@@ -172,49 +180,51 @@ def _why_not_zip(path):
 
 
 def _wanted_entries(archive, ignored, left_out):
-    """Returns path -> entry of the files and folders to write. A folder's path ends in /. Links and
-    duplicates are added to `left_out`."""
+    """Returns path -> entry, for the files and folders to write. A folder's path ends in /. Links
+    and duplicates are added to `left_out`."""
     wanted = {}
     for info in archive.infolist():
-        place = _safe_path(info)
-        if place == '/' or IGNORED_PATHS.search(place) or ignored.search(place):
+        entry_path = _safe_path(info)
+        if entry_path == '/' or IGNORED_PATHS.search(entry_path) or ignored.search(entry_path):
             continue
         if stat.S_ISLNK(info.external_attr >> 16):
-            left_out[LINK].append(place)
+            left_out[LINK].append(entry_path)
             continue
-        if place in wanted and not place.endswith('/'):
-            left_out[DUPLICATE].append(place)
-        wanted[place] = info        # every program uses the last entry
+        if entry_path in wanted and not entry_path.endswith('/'):
+            left_out[DUPLICATE].append(entry_path)
+        wanted[entry_path] = info        # other programs use the last entry too
     return wanted
 
 
 def _write_entries(archive, entries, folder, limits, left_out):
     """Write the entries below `folder`. Paths that cannot be written are added to `left_out`."""
-    for place, info in sorted(entries.items(),
-                              key=lambda item: writing_order(item[0], item[1].file_size)):
+    for entry_path, info in sorted(
+            entries.items(), key=lambda item: writing_order(item[0], item[1].file_size)):
         if not limits.spend(info.file_size):
             continue
-        target, is_executable = folder / place, bool(info.external_attr >> 16 & 0o100)
-        if place.endswith('/'):
-            with suppress(OSError):     # its files need it, and each gets a remark
+        target = folder / entry_path
+        if entry_path.endswith('/'):
+            with suppress(OSError):     # each of its files gets a remark
                 target.mkdir(parents=True, exist_ok=True)
             continue
+        is_executable = bool(info.external_attr >> 16 & 0o100)
         try:
             with archive.open(info) as source:
                 if not write_file(source, target, is_executable):
-                    left_out[BAD_NAME].append(place)
+                    left_out[BAD_NAME].append(entry_path)
         except ENTRY_ERRORS:
-            left_out[DAMAGED].append(place)
+            left_out[DAMAGED].append(entry_path)
             with suppress(OSError):
-                target.unlink()     # it is incomplete
+                target.unlink()     # the file is incomplete
 
 
 def _safe_path(info):
-    """Returns the path of an entry below the zip file's folder; it ends in / for a folder.
+    """Returns the path of an entry in its zip file. The path of a folder ends in /.
 
     Raises ``NotJudged`` if the path leads out of that folder, or is too deep.
     """
-    path = info.filename = info.filename.replace('\\', '/')     # as Windows writes it
+    # a program of Windows may write backslashes
+    path = info.filename = info.filename.replace('\\', '/')
     parts = [part for part in path.split('/') if part not in ('', '.')]
     if len(parts) > DEEPEST + 1:
         raise NotJudged(f'The zip file was not unpacked: its folders are deeper than {DEEPEST}.')
@@ -225,10 +235,8 @@ def _safe_path(info):
     return '/'.join(parts) + ('/' if path.endswith('/') else '')
 
 
-# -- writing
-
 def write_file(source: IO[bytes], target: Path, is_executable: bool) -> bool:
-    """Write a new file, and make its folder. Returns False if it cannot have its name."""
+    """Write a new file, and make its folder. Returns False if no file here can have this name."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         file = open(str(target), 'xb')
@@ -242,20 +250,20 @@ def write_file(source: IO[bytes], target: Path, is_executable: bool) -> bool:
     return True
 
 
-def writing_order(place: str, size: int) -> Tuple[bool, bool, int, int, str]:
-    """Returns a key that sorts paths before they are written: the package's own files come first,
-    since a limit may end the writing."""
-    return (bool(GENERATED_FOLDERS.search(place)),
-            os.path.splitext(place)[1].lower() not in OWN_ENDINGS, place.count('/'), size, place)
+def writing_order(path: str, size: int) -> Tuple[bool, bool, int, int, str]:
+    """Returns a key that sorts the package's own files first, since a limit may end the writing.
+    `size` is in bytes."""
+    return (bool(GENERATED_FOLDERS.search(path)),
+            os.path.splitext(path)[1].lower() not in OWN_ENDINGS, path.count('/'), size, path)
 
 
 def shortened(names: Sequence[str], most: int = 6) -> str:
-    """Returns at most `most` names in one line, and the number of the other names."""
+    """Returns a line with at most `most` names, and the number of the other names."""
     more = f' and {len(names) - most} more' if len(names) > most else ''
     return ', '.join(names[:most]) + more
 
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
-    """Returns one remark that these paths are left out; [] if there is no path."""
+    """Returns one remark that these paths are left out, as a list; [] without paths."""
     shown = [printable(path[:LONGEST_SHOWN_PATH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

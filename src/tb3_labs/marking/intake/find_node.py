@@ -1,10 +1,10 @@
 """Finds the file of a submission that is the node of a lab.
 
-A repository of a whole course may have several files with the same name. A file in a folder of old
-files is chosen last. Otherwise a file is chosen by its package, by what it does, and by its name.
-If the chosen file only defines what another file starts, that other file is the node.
+A repository of a whole course may have several files with the same name. A file is chosen by its
+package, by its signs of the node, and by its name. A file in a folder of old files is chosen last.
+If the chosen file only defines a class, the file that starts the class is the node.
 
-All files of a submission are only read, as texts.
+The files are only read.
 """
 import os
 import re
@@ -19,11 +19,11 @@ from tb3_labs.marking.intake.packages import (
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 LISTENS_TO, USES = 'listens to ', 'uses '
-#: A call for the service of the reset; a variable may hold the service's name.
+#: A call for the service of the reset. A text or a variable has the service's name.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: Two candidates are alike if their first ranks, so many, are equal.
+#: Two candidates are alike if this number of their first ranks is equal.
 COMPARED_RANKS = 4
-#: This text is in the relays that catkin makes. A relay starts a file of the student's machine.
+#: A relay of catkin has this text. It starts a file that is on the student's machine.
 RELAY_TEXT = b'generated from catkin/cmake/template'
 
 
@@ -36,14 +36,13 @@ class Choice(NamedTuple):
 
 
 class _Candidate(NamedTuple):
-    """A file that may be the node, and its ranks. They are compared in this order, and the file
-    with the smallest ranks is chosen."""
+    """A file that may be the node. The smallest candidate, compared as a tuple, is chosen."""
 
-    aside: bool             # is it in a folder of old or copied files?
-    package: int            # 0: a usual name; 1: a name with it; 2: below such a folder; 3: another
+    aside: bool             # is the file in a folder of old or copied files?
+    package: int            # 0 for the usual package; see _package_rank
     signs: int              # the number of signs of the node that are missing
-    name: int               # place among the usual names; len(names) if it has another name
-    folder: int             # place among the usual folders
+    name: int               # index in the usual names; len(names) for another name
+    folder: int             # index in FOLDERS; len(FOLDERS) for another folder
     depth: int
     path: str
     sign_texts: Tuple[str, ...]   # the signs that were found
@@ -53,10 +52,12 @@ class _Candidate(NamedTuple):
 def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -> Choice:
     """Returns the Choice of the file below `folder` that is the node of a lab.
 
-    A file can be the node in three cases: it has a usual name; it listens to the lab's topic, and
-    does not have the usual name of another lab's node; or it has the handout's names of class and
-    node. If `package` or `name` is given, the file must have that package or name; `name` may be a
-    path, as a line prints it. Raises ``NotJudged`` if no file can be the node.
+    A file can be the node if it has a usual name, or if it has the handout's names of class and
+    node. It can also be the node if it listens to the lab's topic, and does not have the usual name
+    of another lab's node. If `package` or `name` is given, the file must have it. `name` may be the
+    path that is printed for the instructor.
+
+    Raises ``NotJudged`` if no file can be the node.
     """
     packages = (package,) if package else lab.packages
     names = (os.path.basename(name),) if name else lab.files
@@ -75,7 +76,7 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
             name or ' or '.join(names), ' in a package {}'.format(package) if package else '',
             _what_was_found(sorted(each.path for each in programs),
                             [str(path.relative_to(folder)) for path in handed_in], names)))
-    start = None if name else _start_of(found[0], programs, folder)
+    start = None if name else _starting_program(found[0], programs, folder)
     if start is None:
         return Choice(found[0].path, _remarks(found, packages, names), _advice(found, names))
     found = [each for each in found if each.path != start.path]
@@ -83,22 +84,24 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
                   _advice(found, names))
 
 
-def _start_of(module, programs, folder):
-    """Returns the first program that imports `module` and starts, if `module` starts nothing; else
-    None."""
+def _starting_program(module, programs, folder):
+    """Returns the first program that imports and starts `module`, or None. Returns None also if
+    `module` is itself a program that starts."""
+    if starts(module.text):
+        return None
     path = folder / module.path
     imports = re.compile(r'^[ \t]*(from|import)\b.*\b({}|{})\b'.format(
         *map(re.escape, (path.stem, path.parent.name))), re.MULTILINE)
-    for each in [] if starts(module.text) else programs:
+    for each in programs:
         if each.aside <= module.aside and imports.search(each.text) and starts(each.text):
             script = folder / each.path
-            if path in OwnModules(script, folder, packages_in(folder, script)).reached():
+            if path in OwnModules(script, folder, packages_in(folder, script)).texts:
                 return each
     return None
 
 
 def _advice(found, names):
-    """Returns a sentence for the instructor if another file may be the node; else []."""
+    """Returns a list: a sentence for the instructor if another file may be the node."""
     best, *others = found
     alike = [each for each in others if each[:COMPARED_RANKS] == best[:COMPARED_RANKS]]
     if all(each.text == best.text for each in alike):
@@ -127,7 +130,8 @@ def _is_program(path):
 
 
 def _own_names(package, folder):
-    """Returns (names of a package with a package.xml, number of the folders above its files)."""
+    """Returns ([name in package.xml, name of the folder], the number of folders from `folder` to
+    the package). Returns ([], 0) if `package` is None."""
     if package is None:
         return [], 0
     places = package.relative_to(folder).parts
@@ -136,37 +140,38 @@ def _own_names(package, folder):
 
 def _candidate(lab, path, package, text, packages, names):
     *folders, name = path.lower().split('/')
-    own_names, depth = package
-    own, outer = own_names + folders[depth:], folders[:depth]
+    package_names, depth = package
+    own_names, outer_names = package_names + folders[depth:], folders[:depth]
     sign_texts = _signs(lab, text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
-        is_aside(path), min(_package_rank(usual, own, outer) for usual in packages),
+        is_aside(path), min(_package_rank(usual, own_names, outer_names) for usual in packages),
         3 + len(lab.uses) - len(sign_texts),
         lower.index(name) if name in lower else len(names),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
         len(folders), path, sign_texts, text)
 
 
-def _package_rank(usual, own, outer):
-    """Returns the rank of a package by its own names and by the folders around it."""
-    usual, own, outer = _plain(usual), list(map(_plain, own)), list(map(_plain, outer))
-    if usual in own:
+def _package_rank(usual, own_names, outer_names):
+    """Returns 0 if the package has the `usual` name, 1 if the usual name is a part of its name, 2
+    if a folder around the package has the usual name, else 3."""
+    own_names = list(map(_normalized, own_names))
+    if _normalized(usual) in own_names:
         return 0
     # my_lab2 and Lab2-main have the name lab2, but lab20 does not
-    has_name = re.compile(re.escape(usual) + r'(?!\d)').search
-    if any(map(has_name, own)):
+    has_name = re.compile(re.escape(_normalized(usual)) + r'(?!\d)').search
+    if any(map(has_name, own_names)):
         return 1
-    return 2 if any(map(has_name, outer)) else 3
+    return 2 if any(map(has_name, map(_normalized, outer_names))) else 3
 
 
-def _plain(name):
-    """Returns a name in small letters, in which a number follows its word directly, as in lab2."""
+def _normalized(name):
+    """Returns a name in small letters. A number in it follows its word directly, as in lab2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
 def _signs(lab, text):
-    """Returns the signs of the lab's node in a program, as clauses such as 'listens to imu'."""
+    """Returns the signs of the lab's node in a program. A sign is a clause, as 'listens to imu'."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
     return tuple(sign for pattern, sign in (
@@ -190,6 +195,7 @@ def _can_be_the_node(candidate, names, name):
 
 
 def _remarks(found, packages, names):
+    """Returns a list: a sentence for the student if the choice was not clear."""
     best, *others = found
     if not others:
         signs = ' and '.join(sign for sign in best.sign_texts if not sign.startswith(USES))

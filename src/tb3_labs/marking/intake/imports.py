@@ -1,5 +1,5 @@
-"""The imports of a node, and of the submission's modules that the node imports: which packages they
-need, and which modules are missing.
+"""Follows the imports of a node, also through the submission's own modules. Finds the packages that
+the imports need, and the modules that are missing.
 
 The files of the submission are only read. A module of the marking machine is imported, to see if it
 works without a screen.
@@ -20,11 +20,10 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
     MESSAGES, SERVICES, distance, interface_files, modules_of, own_name)
 from tb3_labs.marking.names import is_name, is_typo_of
+from tb3_labs.marking.text.source_analysis import nodes_of
 
 #: A program that catches one of these errors around an import runs without the module.
 IMPORT_ERRORS = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}
-#: ast.parse raises these for a text that is not valid Python, or is nested too deeply.
-NOT_PARSED = SyntaxError, ValueError, RecursionError, MemoryError
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
@@ -33,8 +32,8 @@ FIELD = re.compile(r'^[ \t]*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULT
 COURSE_TYPES = {MESSAGES: ('MouseController',), SERVICES: ('SetInitialPose', 'ResetPose')}
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
-#: The program that prints {module: error} of the modules that cannot be imported, and its time [s].
-#: A large module needs more memory than the reading of a submission.
+#: This program prints {module: error} of the modules that cannot be imported. Its memory is not
+#: limited, since a large module needs more memory than the reading of a submission.
 TRY_IMPORTS = '''import importlib, json, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, resource.getrlimit(resource.RLIMIT_AS)[1:] * 2)
 errors = {}
@@ -46,17 +45,20 @@ for name in sys.argv[1:]:
 print()
 print(json.dumps(errors))
 '''
+#: The program TRY_IMPORTS is stopped after this time [s].
 IMPORT_TIME = 20.0
 
 
 class Import(NamedTuple):
     """The import of a module by a program."""
 
+    importer: Path              # the program's file
     module: str                 # with dots, as it is written
     names: Tuple[str, ...]      # of the module's content; () if the module itself is imported
     used: bool                  # is an imported name used?
     guarded: bool               # does the program go on if the import fails?
     level: int = 0              # the number of dots in front, as in `from ..laws import name`
+    files: Tuple[Path, ...] = ()    # the submission's files that this import reads
 
     @property
     def package(self) -> str:
@@ -64,12 +66,9 @@ class Import(NamedTuple):
         return self.module.split('.')[0]
 
 
-def imports_of(text: bytes) -> List[Import]:
-    """Returns the imports of a program; [] if it is not valid Python, or nested too deeply."""
-    try:
-        nodes = list(ast.walk(ast.parse(text)))
-    except NOT_PARSED:
-        return []
+def _imports_of(program, text):
+    """Returns the Imports in the text of a program; [] if the text is not valid Python."""
+    nodes = nodes_of(text)
     used = {node.id for node in nodes if isinstance(node, ast.Name)}
     guarded = {id(inner) for node in nodes if isinstance(node, ast.Try)
                and any(_catches(handler) for handler in node.handlers)
@@ -77,12 +76,13 @@ def imports_of(text: bytes) -> List[Import]:
     found = []
     for node in nodes:
         if isinstance(node, ast.Import):
-            found += [Import(alias.name, (), (alias.asname or alias.name.split('.')[0]) in used,
+            found += [Import(program, alias.name, (),
+                             (alias.asname or alias.name.split('.')[0]) in used,
                              id(node) in guarded) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             bound = {alias.asname or alias.name for alias in node.names}
             found.append(Import(
-                node.module or '', tuple(alias.name for alias in node.names),
+                program, node.module or '', tuple(alias.name for alias in node.names),
                 bool(bound & {'*', *used}), id(node) in guarded, node.level))
     return list(dict.fromkeys(found))
 
@@ -93,25 +93,24 @@ def _catches(handler):
 
 
 def starts(text: str) -> bool:
-    """Does a program do anything besides defining names? If it is not valid Python, it may."""
-    try:
-        statements = ast.parse(text).body
-    except NOT_PARSED:
+    """Does a program do more than define names? A text that is not valid Python may."""
+    nodes = nodes_of(text)
+    if not nodes:
         return True
-    actions = [each for each in statements if isinstance(
+    actions = [each for each in nodes[0].body if isinstance(
         each, (ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try))]
     calls = [inner for each in actions for inner in ast.walk(each) if isinstance(inner, ast.Call)]
     return any(getattr(call.func, 'attr', '') not in CHANGES_PATH for call in calls)
 
 
 class OwnModules:
-    """The modules of a submission, as a node finds them."""
+    """The node and the submission's modules that the node imports, directly or through others."""
 
     def __init__(self, node: Path, folder: Path, packages: Dict[str, Path]) -> None:
         self._node = node
         self._files = {path for path in files_in(folder) if path.suffix == '.py'}
         self._folders = {parent for path in self._files for parent in path.parents}
-        #: Module that a setup.py installs -> its package, and the folder where it lies.
+        #: module that a setup.py installs -> its package, and -> the folder above the module
         self.package_of: Dict[str, str] = {}
         self._installed: Dict[str, Path] = {}
         for name, package in packages.items():
@@ -122,6 +121,17 @@ class OwnModules:
                 self._files, key=lambda each: distance(each, node, folder), reverse=True):
             self._anywhere[path.parent.name] = path.parent.parent
             self._anywhere[path.stem] = path.parent
+        #: file of the node or of a module -> its text
+        self.texts: Dict[Path, str] = {}
+        self.imports: List[Import] = []
+        files = [node]
+        for file in files:      # the list grows meanwhile
+            if file not in self.texts and file.stat().st_size <= LARGEST_PROGRAM:
+                data = file.read_bytes()
+                self.texts[file] = data.decode(errors='replace')
+                for item in _imports_of(file, data):
+                    self.imports.append(item._replace(files=self._files_of(item)))
+                    files += self.imports[-1].files
 
     def is_on_path(self, module: str) -> bool:
         """Does Python look where this module lies?"""
@@ -129,15 +139,15 @@ class OwnModules:
         return (module in self._installed or beside / f'{module}.py' in self._files
                 or beside / module in self._folders)
 
-    def files_of(self, item: Import, importer: Path) -> List[Path]:
-        """Returns the files of the submission that an import of the file `importer` reads. A module
-        that lies elsewhere is found too: the program may change Python's path."""
+    def _files_of(self, item):
+        """Returns the files of the submission that an Import reads. A module in a folder where
+        Python does not look is found too, since the program may change Python's path."""
         folder = self._installed.get(item.package, self._node.parent)
         if item.level:
-            folder = Path(*importer.parts[:-item.level])
+            folder = Path(*item.importer.parts[:-item.level])
         elif not self.is_on_path(item.package):
-            if is_system(item.package) or item.package not in self._anywhere:
-                return []
+            if _is_installed(item.package) or item.package not in self._anywhere:
+                return ()
             folder = self._anywhere[item.package]
         found = []
         for part in item.module.split('.')[:99] if item.module else []:
@@ -146,22 +156,11 @@ class OwnModules:
             found.append(folder / '__init__.py')
         for name in item.names:
             found += [folder / f'{name}.py', folder / name / '__init__.py']
-        return [path for path in found if path in self._files]
-
-    def reached(self) -> Dict[Path, List[Import]]:
-        """Returns file -> imports of the node, and of the modules that it imports, directly or
-        through others."""
-        reached, files = {}, [self._node]
-        for file in files:      # the list grows meanwhile
-            if file not in reached and file.stat().st_size <= LARGEST_PROGRAM:
-                reached[file] = imports_of(file.read_bytes())
-                for item in reached[file]:
-                    files += self.files_of(item, file)
-        return reached
+        return tuple(path for path in found if path in self._files)
 
 
-def is_system(module: str, *folders: str) -> bool:
-    """Has the marking machine this module?"""
+def _is_installed(module, *folders):
+    """Does Python find a module in these folders, or in the marking machine's own folders?"""
     return (module in sys.builtin_module_names
             or PathFinder.find_spec(module, [*folders, *sys.path]) is not None)
 
@@ -175,57 +174,58 @@ class Needs(NamedTuple):
     missing: Dict[str, str]     # missing package that it uses -> the module, with dots
     broken: Dict[str, str]      # module that it uses, and that does not work here -> the error
     misspelt: Dict[str, str]    # missing module -> the module that was probably meant
-    elsewhere: List[Path]       # own modules in folders that Python does not search
+    elsewhere: List[Path]       # own modules in folders where Python does not look
 
 
-def needs_of(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:
+def find_needs(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:
     """Returns the Needs of a node. `packages` has name -> folder of the submission's packages. The
-    names by which their messages are imported are added to it."""
+    names by which programs import their messages are added to `packages`."""
     own = OwnModules(node, folder, packages)
-    reached = own.reached()
-    texts = {file: file.read_bytes().decode(errors='replace') for file in reached}
-    imports = [(item, file) for file in reached for item in reached[file] if not item.level]
-    for item, _ in imports:
-        _name_package(item, packages)
+    imports = [item for item in own.imports if not item.level]
+    for item in imports:
+        _add_second_name(item, packages)
     available = {name for name, place in packages.items() if any(
         interface_files(place).values()) or (place / 'setup.py').exists()}
-    found = {item.package: files[-1] for item, file in imports
-             for files in [own.files_of(item, file)] if files}
-    others = [(item, file) for item, file in imports
+    found = {item.package: item.files[-1] for item in imports if item.files}
+    others = [item for item in imports
               if not item.guarded and item.package not in available.union(found)]
-    broken = _broken(sorted({item.package for item, _ in others}))
-    failing = [(item, file) for item, file in others
-               if item.package in broken or not is_system(item.package, str(node.parent))]
+    broken = _broken(sorted({item.package for item in others}))
+    failing = [item for item in others if item.package in broken
+               or not _is_installed(item.package, str(node.parent))]
     substituted: Dict[str, List[str]] = {}
-    for item, file in failing:
-        files = [] if item.package in packages else _course_files(item, texts[file])
-        if files:
-            substituted[item.package] = sorted({*files, *substituted.get(item.package, [])})
-    misspelt = _misspelt({item.package for item, _ in failing} - {*substituted, *broken})
+    for item in failing:
+        if item.package not in packages:
+            files = _course_files(item, own.texts[item.importer])
+            if files:
+                substituted[item.package] = sorted({*files, *substituted.get(item.package, [])})
+    misspelt = _misspelt({item.package for item in failing} - {*substituted, *broken})
     # a module may import a name for the modules that import it
-    passed_on = {name for item, file in imports if own.files_of(item, file) for name in item.names}
-    left = [item for item, _ in failing if item.package not in {*substituted, *misspelt}]
+    passed_on = {name for item in imports if item.files for name in item.names}
+    left = [item for item in failing if item.package not in {*substituted, *misspelt}]
     used = {item.package: item.module for item in left
             if item.used or passed_on.intersection(item.names)}
+    changes_path = any('sys.path' in text for text in own.texts.values())
     return Needs(
-        _needed_packages(reached, texts, packages, own.package_of), substituted,
+        _needed_packages(own, packages), substituted,
         sorted({item.module for item in left if item.package not in used}),
         {name: module for name, module in used.items() if name not in broken},
         {name: why for name, why in broken.items() if name in used}, misspelt,
-        [] if any('sys.path' in text for text in texts.values()) else sorted(
+        [] if changes_path else sorted(
             file for name, file in found.items()
             if name not in available and not own.is_on_path(name)))
 
 
-def _name_package(item, packages):
-    """Let a package have a second name, by which its messages are imported. It must be the only
-    package with messages of these names, and no package may have that name."""
+def _add_second_name(item, packages):
+    """Give a package a second name, by which a program imports its messages, if it is the only
+    package with messages of these names, and the second name is free."""
     kind, *_ = item.module.split('.')[1:2] or ['']
-    if kind in COURSE_TYPES and item.package not in packages and not is_system(item.package):
-        having = {place for place in packages.values()
-                  for file in interface_files(place)[kind]
-                  if file.partition('.')[0] in item.names
-                  or not own_name(place) and (not item.names or '*' in item.names)}
+    if kind in COURSE_TYPES and item.package not in packages and not _is_installed(item.package):
+        imports_all = not item.names or '*' in item.names
+        having = set()
+        for package in packages.values():
+            types = {file.partition('.')[0] for file in interface_files(package)[kind]}
+            if types & set(item.names) or types and imports_all and not own_name(package):
+                having.add(package)
         if len(having) == 1:
             packages[item.package] = having.pop()
 
@@ -235,21 +235,21 @@ def _course_files(item, text):
     if not is_name(item.package):
         return []
     kinds = item.module.split('.')[1:2] or item.names
-    listed = ' '.join(item.names) + item.module
-    if '*' in item.names or set(kinds) == {*item.names} or not item.names:
-        listed = text       # the program names the type where it uses it
+    # not after `import lab1.msg`, `from lab1 import msg` or `from lab1.msg import *`
+    names_its_types = item.names and '*' not in item.names and set(kinds) != {*item.names}
+    listed = ' '.join(item.names) + item.module if names_its_types else text
     return [f'{kind}/{name}.{kind}' for kind in kinds for name in COURSE_TYPES.get(kind, ())
             if name in listed]
 
 
-def _needed_packages(reached, texts, packages, package_of):
-    """Returns the names of the packages whose types or modules are imported, or whose names stand
-    in quotes, as for rospkg; and of the packages of their messages' fields."""
-    names = sorted({item.package for items in reached.values() for item in items}.union(
-        re.findall(r'[\'"](\w+)[\'"]', '\n'.join(texts.values()))))
+def _needed_packages(own, packages):
+    """Returns the names of the packages whose types or modules are imported, or whose names are in
+    quotes, as for rospkg. Adds the packages whose types are fields of their messages."""
+    names = sorted({item.package for item in own.imports}.union(
+        re.findall(r'[\'"](\w+)[\'"]', '\n'.join(own.texts.values()))))
     needed = []
     for name in names:          # the list grows meanwhile
-        package = name if name in packages else package_of.get(name)
+        package = name if name in packages else own.package_of.get(name)
         if package and package not in needed:
             needed.append(package)
             names += sorted(_packages_of_types(packages[package]))
@@ -264,7 +264,7 @@ def _packages_of_types(package):
 
 
 def _misspelt(missing):
-    """Returns {name: module} for the missing names that differ from a module by a typing error."""
+    """Returns missing name -> module from which the name differs by a typing error."""
     known = {each.name for each in pkgutil.iter_modules(sys.path)}.union(sys.builtin_module_names)
     return {name: near for name in missing for near in sorted(known)
             if len(near) > 3 and is_typo_of(name, near)}
@@ -278,11 +278,13 @@ def _broken(modules):
         if spec and re.search('(site|dist)-packages', spec.origin or '') and not (
                 Path(spec.origin).parent / MESSAGES).is_dir():
             installed.append(name)
+    if not installed:
+        return {}
     environment = {name: value for name, value in os.environ.items() if name != 'DISPLAY'}
     with suppress(subprocess.SubprocessError, ValueError, IndexError):
         printed = subprocess.run(
             [sys.executable, '-c', TRY_IMPORTS, *installed], stdout=subprocess.PIPE, cwd='/',
             stderr=subprocess.DEVNULL, timeout=IMPORT_TIME, env=environment,
-            universal_newlines=True).stdout if installed else '{}'
+            universal_newlines=True).stdout
         return json.loads(printed.splitlines()[-1])
     return {}

@@ -1,10 +1,12 @@
-"""Makes modules of messages and services, and an example of each. This program runs in a sandbox:
-genpy pastes a submission's names into Python code, and genmsg of Noetic evaluates constants.
+"""Makes modules of messages and services, and an example of each type. This program runs in a
+sandbox, since genpy pastes a submission's names into code, and Noetic's genmsg evaluates constants.
 
-It reads a JSON object: `search` has the system's packages and the folders of their messages;
-`definitions` has package, 'msg' or 'srv', name and text of each definition. It prints an object:
-"modules" (package, 'msg' or 'srv', name of the file, text), "problems" (file -> the reason why it
-cannot be built), "msg" and "srv" (type -> example, see `example_of`).
+It reads a JSON object. `search` has the system's packages and the folders of their messages.
+`definitions` has package, 'msg' or 'srv', name and text of each definition.
+
+It prints a JSON object. "modules" has package, 'msg' or 'srv', name of the file and text of each
+module. "problems" has file -> the reason why it cannot be built. "msg" and "srv" have type ->
+example, see `example_of`.
 """
 import importlib
 import io
@@ -19,16 +21,16 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: An example has at most this many bytes.
+#: The size of the largest example [bytes].
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: The field types that the check may fill in -> their format for struct. A header's is its stamp's.
+#: type of a field that the check fills in -> format for struct. Only a header's stamp is filled in.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
 
 def describe(search, definitions):
-    """Make the modules in the present folder. Returns the object that is printed."""
+    """Make the modules in the current folder. Returns the object that is printed."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     paths = [os.path.join('in', package, kind, f'{name}.{kind}')
              for package, kind, name, _ in definitions]
@@ -44,7 +46,7 @@ def describe(search, definitions):
             GENERATORS[kind]().generate(
                 genmsg.MsgContext.create_default(), f'{package}/{name}', path, target,
                 search)
-        except Exception as problem:    # any error: the other files may be valid
+        except Exception as problem:    # the other files may be valid
             result['problems'][os.path.relpath(path, 'in')] = str(problem).replace(
                 path + ': ', '') or repr(problem)
             if os.path.exists(module):
@@ -60,17 +62,17 @@ def describe(search, definitions):
         try:
             result[kind][f'{package}/{name}'] = example_of(getattr(
                 importlib.import_module(f'{package}.{kind}._{name}'), name))
-        except Exception:   # any error: it was not built, or is too large
+        except Exception:   # the type was not built, or its example is too large
             continue
     return result
 
 
 def example_of(kind):
-    """Returns the example of a class of messages or services, with its checksum.
+    """Returns the example of a class of messages or services, with the checksum of the type.
 
     A message's example has the bytes of a new message, and [name, type, first byte] of each field.
     The first byte is None if FIELD_FORMATS lacks the type. A service's example has the bytes of a
-    request with the pose (0, 0, 0), and of a response that reports success.
+    request with the pose (0, 0, 0), and the bytes of a response that reports success.
     """
     if not hasattr(kind, '_request_class'):
         data = _bytes_of(kind())
@@ -95,7 +97,8 @@ def _bytes_of(message):
 
 
 def _first_byte(message, name, of, before):
-    """Returns the place of a field: the first byte that changes if all bytes of the field are 1."""
+    """Returns the index of the first byte that changes if all bytes of the field become 1. `before`
+    are the bytes before that change."""
     form = FIELD_FORMATS[of]
     ones = struct.unpack(form, b'\1' * struct.calcsize(form))
     if of == 'std_msgs/Header':
@@ -108,7 +111,7 @@ def _first_byte(message, name, of, before):
 
 
 def _turn_upright(message):
-    """Make each quaternion in a message the rotation by 0."""
+    """Set each quaternion in a message to the rotation by 0."""
     for name, of in zip(message.__slots__, message._slot_types):
         if of == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0

@@ -1,4 +1,4 @@
-"""The start of a submission's node: the intake prepares it, and the trial carries it out."""
+"""The command, the environment and the files with which the trial starts a submission's node."""
 import json
 import os
 from pathlib import Path
@@ -10,38 +10,38 @@ OWN_PACKAGE = 'tb3_labs'
 IDENTITY = 'TB3_LABS_SUBMISSION'
 #: The environment variable with the path of the file that holds a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
-#: The folders in a sandbox that are the program's own.
+#: A program in a sandbox can write into these folders alone.
 HOME = '/home/student'
 OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
-#: The command that limits a program without a sandbox: the largest file [bytes].
+#: A submission's program cannot write a larger file [bytes].
 LARGEST_FILE = 50 * 10 ** 6
 FILES_LIMITED = ['prlimit', f'--fsize={LARGEST_FILE}']
-#: The command that starts a node. It dies with the process that tries it out. If the processor is
-#: busy, the robot comes before the node.
+#: This command starts a node, which dies with the process that starts it. If the processor is busy,
+#: the robot comes before the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
 class NodeStart(NamedTuple):
-    """The start of a node: `prefix`, then its own command. mark.py writes it into a file. The
-    check, another process, reads it and starts the node."""
+    """Everything that the start of a node needs. mark.py writes it into a file. The check, another
+    process, reads the file and starts the node."""
 
-    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED
+    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED     # the first words of its command
     environment: Optional[Dict[str, str]] = None        # None: the environment of this process
-    types: Optional[Dict[str, Any]] = None      # of the student; see message_examples.py
+    types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?
-    program: str = ''           # the path of the program; '': rosrun finds it
+    program: str = ''           # the path of the program; for '' rosrun finds the program
     package: str = ''           # the name of its package
     copy: str = ''              # the folder of the submission
-    text: str = ''              # the path of the node's file in `copy`
+    node_file: str = ''         # the path of the node's file in `copy`
 
     @classmethod
     def from_environment(cls) -> 'NodeStart':
-        """Returns the NodeStart that mark.py wrote; a check without mark.py has no sandbox."""
+        """Returns the NodeStart that mark.py wrote, or the default, which has no sandbox."""
         if NODE_START_FILE not in os.environ:
             return cls()
         return cls(*json.loads(Path(os.environ[NODE_START_FILE]).read_text()))
 
     def write(self, path: Path) -> Dict[str, str]:
-        """Write the NodeStart into a file. Returns the variable by which a process finds it."""
+        """Write the NodeStart into a file. Returns the variable that names the file."""
         path.write_text(json.dumps(self))
         return {NODE_START_FILE: str(path)}

@@ -1,5 +1,5 @@
-"""The packages of a submission: their names, folders and messages. This file also finds out which
-files catkin would make for them: the relay of a node, and the modules of a setup.py.
+"""Finds the packages of a submission, with their names, folders and messages. Finds out whether
+catkin would make a relay of a node, and which modules it would install for a setup.py.
 
 All files are only read. CMake is not run.
 """
@@ -18,14 +18,14 @@ from tb3_labs.marking.names import NAME, is_name
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml or a CMakeLists.txt is read [bytes].
 LARGEST_MANIFEST = 100000
-#: The folders of a package's messages, services and actions; also the endings of their files.
+#: The folders of a package's messages, services and actions. The endings of the files are the same.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
-#: A hidden folder, or a folder with one of these words in its name, has files that were put aside.
+#: A file is put aside if a folder above it is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
-#: The text of catkin's relay, which starts a node's file from another folder.
+#: The text of the relay that catkin puts into devel. It runs the node's file in the source folder.
 RELAY = '''#!{}
 python_script = {!r}
 with open(python_script, 'r') as fh:
@@ -33,7 +33,7 @@ with open(python_script, 'r') as fh:
                '__name__': __name__, '__package__': None}}
     exec(compile(fh.read(), python_script, 'exec'), context)
 '''
-#: The text of catkin's relay of a folder of modules. It puts the folder above first on the path.
+#: The text of the relay that catkin makes of a folder of modules. It puts {0} first on the path.
 RELAYED_MODULE = '''import os
 import pkgutil
 import sys
@@ -43,17 +43,17 @@ if os.path.isfile({1!r}):
     with open({1!r}) as fh:
         exec(fh.read())
 '''
-#: CMake's command that makes relays, and a variable of CMake.
+#: This command of CMake makes relays.
 MAKES_RELAYS = 'catkin_install_python'
 CMAKE_VARIABLE = re.compile(r'\$\{[^${}]*\}')
-#: A comment of CMake ends with its bracket, or with the line.
+#: A comment of CMake. It ends with its bracket, or with the line.
 CMAKE_COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
 #: CMake's variables for the folder of a package.
 SOURCE_FOLDER = re.compile(r'^\$\{(CMAKE_CURRENT|PROJECT)_SOURCE_DIR\}/')
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
-    """Returns the nearest folder above `path`, within `folder`, with a package.xml; else None."""
+    """Returns the nearest folder above `path`, up to `folder`, with a package.xml, or None."""
     for parent in path.parents:
         if (parent / MANIFEST).is_file():
             return parent
@@ -63,7 +63,7 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
 
 
 def name_in(manifest: Path) -> Tuple[str, str]:
-    """Returns (name in a package.xml, ''), or ('', reason) if there is no valid name."""
+    """Returns (the name in a package.xml, ''), or ('', a sentence) if there is no valid name."""
     if not manifest.is_file():
         return '', 'The package has no package.xml: one was made.'
     try:
@@ -79,37 +79,40 @@ def name_in(manifest: Path) -> Tuple[str, str]:
 
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
-    """Returns a key that sorts the nearest path to `node` first. Files that were put aside in
-    `folder` are farther."""
+    """Returns a key that sorts paths in `folder`, the nearest to `node` first. Of two paths with
+    the same folders in common, a path that was put aside is farther."""
     common = set(path.parents) & set(node.parents)
     return -len(common), is_aside(str(path.relative_to(folder))), len(path.parts), str(path)
 
 
 def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
-    """Returns name -> folder of all packages below `folder` whose names a program can import.
+    """Returns name -> folder of the packages below `folder` whose names a program can import.
 
-    A package has a package.xml, or at least message files. Of several packages with one name, the
-    package nearest to `node` is returned. A package that has no name gets the name of its folder.
+    A package has a package.xml, or at least message files. If packages have the same name, the one
+    nearest to `node` is returned. A package without a name gets the name of its folder.
     """
     files = files_in(folder)
-    places = {path.parent for path in files if path.name == MANIFEST} | {
+    found = {path.parent for path in files if path.name == MANIFEST} | {
         path.parent.parent for path in files
         if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
-    # the nearest comes last, and replaces the earlier ones
-    named = [(own_name(place) or re.sub(r'\W|^(?=\d)', '_', place.name), place) for place in sorted(
-        places, key=lambda place: distance(place, node, folder), reverse=True)]
-    return {name: place for name, place in named if is_name(name)}
+    packages = {}
+    # the nearest package comes last, and replaces the others
+    for package in sorted(found, key=lambda path: distance(path, node, folder), reverse=True):
+        name = own_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
+        if is_name(name):
+            packages[name] = package
+    return packages
 
 
 def own_name(package: Path) -> str:
-    """Returns the name in package.xml, or else in CMakeLists.txt; '' if there is none."""
+    """Returns the name in package.xml, or else the name in CMakeLists.txt, or else ''."""
     names = [name_in(package / MANIFEST)[0], *_calls(package, 'project')]
     return next((name.split()[0] for name in names if name.strip()), '')
 
 
 def gather_definitions(folder: Path) -> None:
-    """Copy messages and services below `folder` that lie elsewhere into the usual folders of their
-    packages. A definition that belongs to no package is copied into a folder beside it."""
+    """Copy each message and service below `folder` into the usual folder of its package. Without a
+    package the usual folder is made beside the file."""
     for path in files_in(folder):
         kind = path.suffix[1:]
         if (kind in (MESSAGES, SERVICES) and path.parent.name != kind and is_name(path.stem)
@@ -123,18 +126,18 @@ def gather_definitions(folder: Path) -> None:
 
 
 def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of the files of this kind, in a package; the names may be invalid."""
+    """Returns kind -> names of a package's files of this kind. The names may be invalid."""
     return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
             for kind in INTERFACES}
 
 
 def is_aside(path: str) -> bool:
-    """Is a folder in this path hidden, or does its name say that its files are old or copies?"""
+    """Is a file put aside, by a hidden folder or by a name such as old or copy?"""
     return any(map(ASIDE.search, Path(path).parts))
 
 
 def source_of(node: Path, folder: Path) -> Path:
-    """Returns the folder of a node's package. Without a package.xml this is a guess."""
+    """Returns the folder of a node's package. Without a package.xml it is guessed."""
     found = package_folder(node, folder)
     if found is not None:
         return found
@@ -150,7 +153,7 @@ def has_relay(source: Path, node: Path) -> bool:
     for call in _calls(source, MAKES_RELAYS):
         if 'GLOBAL' not in call:
             patterns += _patterns(call.partition('DESTINATION')[0])[1:]
-    if '*' in patterns:        # a variable holds the files: any line may name them
+    if '*' in patterns:        # a variable of CMake has the files, so any call may name them
         for call in _calls(source, '('):
             patterns += _patterns(call)
     path = node.relative_to(source).as_posix()
@@ -167,15 +170,14 @@ def _calls(source, command):
 
 
 def _patterns(words):
-    """Returns the paths of files in a package that words of CMake name; `*` stands for a variable.
-    """
+    """Returns the paths in a package that CMake's `words` name. A variable becomes `*`."""
     return [os.path.normpath(CMAKE_VARIABLE.sub('*', SOURCE_FOLDER.sub('', word)))
             for word in words.split()]
 
 
 def modules_of(package: Path, name: str) -> List[Path]:
-    """Returns the folders of Python modules that the setup.py of a package installs. `name` is the
-    package's name."""
+    """Returns the folders of modules that a package's setup.py installs. `name` is the package's
+    name."""
     setup = package / 'setup.py'
     if not setup.is_file() or (package / 'CMakeLists.txt').is_file() and not _calls(
             package, 'catkin_python_setup'):
@@ -183,9 +185,9 @@ def modules_of(package: Path, name: str) -> List[Path]:
     text = setup.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace')
     words = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}
     found = []
-    for place in sorted({'src', *words, *map(os.path.dirname, words)}):
-        for folder in sorted((package / place).glob('*')):
+    for parent in sorted({'src', *words, *map(os.path.dirname, words)}):
+        for folder in sorted((package / parent).glob('*')):
             is_named = folder.name in words or 'find_packages' in text
-            if folder.is_dir() and is_named and (place or (folder / '__init__.py').is_file()):
+            if folder.is_dir() and is_named and (parent or (folder / '__init__.py').is_file()):
                 found.append(folder)
     return found

@@ -1,8 +1,8 @@
-"""Reads a submission: copies it, chooses its node, and finds the packages that the node needs and
-the modules that are missing.
+"""Copies a submission, chooses its node, and finds the packages that the node needs and the modules
+that are missing.
 
-This happens in a process of its own, with limits: a stranger's file may be made so that reading it
-takes all memory, or hours. Then that process ends, and the marking goes on.
+A process with limits does this, since a stranger's file may use all memory, or take hours to read.
+If a limit ends that process, the marking goes on.
 """
 import json
 import subprocess
@@ -15,14 +15,15 @@ from tb3_labs.marking.intake.archives import (
     IGNORED_PATHS, SUBMISSIONS_PER_CLASS_ZIP, NotJudged, UnpackLimits, digest, shortened,
     unpack)
 from tb3_labs.marking.intake.find_node import find_node
-from tb3_labs.marking.intake.imports import needs_of
+from tb3_labs.marking.intake.imports import find_needs
 from tb3_labs.marking.intake.packages import (
     MANIFEST, gather_definitions, name_in, own_name, packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, copy_submission
 from tb3_labs.marking.names import NodeNames
 
-#: The limits of that process: memory [bytes], processor time [s].
+#: The limits of the process that reads a submission: memory [bytes], processor time [s].
 MEMORY, COMPUTING = 10 ** 9, 120
+#: This program calls a function of this file. Its input and its output are JSON.
 PROGRAM = '''import json, sys
 del sys.path[0]
 name, arguments = json.load(sys.stdin)
@@ -38,13 +39,13 @@ json.dump(answer, sys.stdout)
 class ParsedSubmission(NamedTuple):
     """A submission as it was read. Paths are relative to the folder of the copy."""
 
-    digest: str                     # of all files of the copy
-    remarks: List[str]              # sentences for the student; later steps add more
-    findings: List[str]             # sentences for the instructor; later steps add more
+    digest: str                     # a hash of all files of the copy
+    remarks: List[str]              # sentences for the student; prepare() adds sentences
+    findings: List[str]             # sentences for the instructor; prepare() adds sentences
     node: str                       # the node's file
     package: str                    # the folder of its package
     name: str                       # the name in the package's package.xml; '' if it is not valid
-    bad_name: str                   # the reason if the name is not valid, a sentence
+    bad_name: str                   # a sentence, the reason if the name is not valid
     packages: Dict[str, str]        # the packages that the node needs: name -> folder
     substituted: Dict[str, List[str]]   # missing package -> files of the course's types for it
     unused: List[str]               # missing modules that the node imports and does not use
@@ -52,7 +53,7 @@ class ParsedSubmission(NamedTuple):
 
 def read(submission: Submission, folder: Path, lab: NodeNames, package: str = '',
          name: str = '') -> ParsedSubmission:
-    """Copy a submission into `folder`, which is made, and read it. If `package` or `name` is given,
+    """Make `folder`, copy a submission into it, and read the copy. If `package` or `name` is given,
     the node has that package or name.
 
     Raises ``NotJudged`` if no file can be the node, or if the node uses a missing module.
@@ -63,18 +64,18 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
 
 
 def unpack_class(path: Path, folder: Path) -> List[str]:
-    """Unpack the zip file of a class. Returns remarks on files that are left out. ``NotJudged`` if
-    it is not a zip file, exceeds a limit, or is not safe."""
+    """Unpack the zip file of a class. Returns remarks on files that are left out. Raises
+    ``NotJudged`` if it is not a zip file, exceeds a limit, or is not safe."""
     return _in_limited_process(
         'The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
 
 
 def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function of this file in a process of its own, and return its result. Arguments and
-    result are sent as JSON.
+    """Call a function of this file in a process with limits, and return its result. JSON transfers
+    the arguments and the result.
 
-    Raises ``NotJudged`` if the function raises it, or if the process ends without a result. Then a
-    limit is the likely cause, and the text begins with `failure`.
+    Raises ``NotJudged`` if the function raises it. Also raises it, with a text that begins with
+    `failure`, if the process ends without a result, usually by a limit.
     """
     done = subprocess.run(
         ['prlimit', f'--as={MEMORY}:', f'--cpu={COMPUTING}', '--core=0',
@@ -82,11 +83,11 @@ def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: 
         input=json.dumps([function.__name__, arguments]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
         cwd='/',                    # Python looks for modules in its folder
-        start_new_session=True)     # Ctrl+C is for the marker
+        start_new_session=True)     # Ctrl+C must not end this process
     if done.returncode != 0:
-        words = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
+        lines = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
         raise NotJudged('{}: reading it takes more than {:g} GB of memory or {:g} s, or failed '
-                        '({}).'.format(failure, MEMORY / 1e9, COMPUTING, words[-1]))
+                        '({}).'.format(failure, MEMORY / 1e9, COMPUTING, lines[-1]))
     result, refusal = json.loads(done.stdout)
     if refusal is not None:
         raise NotJudged(refusal)
@@ -116,12 +117,12 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
     not_unpacked = list(dict.fromkeys(not_unpacked))
     try:
         path, why, findings = find_node(copy, names, package, name)
-    except NotJudged as problem:    # the node may be in what was not unpacked
+    except NotJudged as problem:    # the node may be in an archive that was not unpacked
         raise NotJudged(' '.join((not_unpacked or [str(problem)]) + remarks)) from None
     node, found = copy / path, len(findings)
     gather_definitions(copy)
     source, packages = source_of(node, copy), packages_in(copy, node)
-    needs = needs_of(node, copy, packages)
+    needs = find_needs(node, copy, packages)
     _refuse_missing(path, needs, packages)
     findings = findings + [f'{path} imports {name}, and there is no such module; near it: {near}.'
                            for name, near in sorted(needs.misspelt.items())]
@@ -141,7 +142,7 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
 
 
 def _refuse_missing(path, needs, packages):
-    """Raise ``NotJudged`` if a node, whose file is `path`, uses a module that it cannot get."""
+    """Raise ``NotJudged`` if the node, the file `path`, uses a module that is missing or broken."""
     missing = [name for name in needs.missing if name not in packages]
     if 'rclpy' in missing:
         raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')

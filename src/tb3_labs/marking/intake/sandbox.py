@@ -1,12 +1,12 @@
-"""The start of a submission's program, the node: its limits, and its sandbox by bubblewrap.
+"""Protects the marker from a submission's node by limits, and by a sandbox of bubblewrap.
 
-A submission's rostest, master, robot, check and node have a network of their own, which has only a
-loopback. They end together with the marker.
+The rostest, master, robot, check and node of a submission have a network of their own, which has
+only a loopback. They end together with the marker.
 
-The node is in a sandbox inside that network. It has its own processes, its own /tmp and home. It
-sees only the parts of the system that it needs, read-only. Its processes, memory and disk are
-limited. For an ordinary user a sandbox is a user namespace. Root's node becomes a user that owns
-nothing, because Linux does not count the processes of root.
+The node is in a sandbox inside that network. The sandbox has its own processes, its own /tmp and
+home. In it the node sees only the parts of the system that it needs, read-only. The node's
+processes, memory and disk are limited. An ordinary user makes the sandbox with a user namespace.
+Root's node becomes a user that owns nothing, because Linux does not count the processes of root.
 """
 import functools
 import inspect
@@ -28,36 +28,35 @@ from tb3_labs.marking.intake.node_start import (
 
 #: Variables that list the folders of workspaces, and of Python's modules.
 PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
-#: A sandbox gets the variables of the instructor's environment whose names begin with these.
+#: A sandbox gets each variable of the instructor whose name begins with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH',
                       'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: Each of OWN_FOLDERS has at most ROOM bytes.
 LOGS = HOME + '/.ros/log'
 ROOM = 100 * 10 ** 6
-#: Parts of /etc that a sandbox has: host names, time zone, libraries, fonts, ROS.
+#: The parts of /etc in a sandbox are for host names, time zone, libraries, fonts and ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
-#: The parts of this package for a student's program: messages, services, and files to find them.
+#: A student's program sees only these parts of this package.
 SHARED = ('package.xml', 'cmake', 'msg', 'srv')
-#: Limits: the address space of one process [bytes], and the number of threads and processes
-#: together. (A numpy on 64 cores starts 64 threads, and reserves 3 GB for them.)
+#: The limits of the address space of a process [bytes], and of the number of threads and processes
+#: together. (On 64 cores numpy starts 64 threads, and reserves 3 GB for them.)
 ADDRESS_SPACE, TASKS = 6 * 10 ** 9, 500
-#: The command that limits these programs: master, robot, check, and the node in a sandbox.
+#: This command limits the master, the robot, the check, and the node in a sandbox.
 LIMITED = FILES_LIMITED + [f'--as={ADDRESS_SPACE}']
-#: Users that own nothing, for root's sandboxes; systemd has these for the same purpose.
+#: Root's sandboxes use these users, which own nothing. systemd uses them for the same purpose.
 USERS = range(61184, 65519)
-#: SIZED is the first version of bubblewrap that limits the size of a folder. COUNTED is the first
-#: version of Linux that counts the processes of each user namespace separately.
-SIZED, COUNTED = (0, 8), (5, 14)
+#: The first version of bubblewrap that limits the size of a folder.
+BUBBLEWRAP_WITH_SIZE = 0, 8
+#: The first version of Linux that counts the processes of each user namespace separately.
+LINUX_WITH_COUNT = 5, 14
 #: A sandbox that works has started within this time [s].
 SANDBOX_START = 20.0
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: The protection that is left without sandboxes.
+#: The protection without sandboxes, for the instructor.
 UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
 
-
-# -- the kinds of protection
 
 class NoSandbox:
     """The protection if sandboxes do not work: a program cannot write a large file."""
@@ -77,12 +76,12 @@ class NoSandbox:
         return dict(environment)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the program's user the owner of a folder of copies, if that is another user."""
+        """Make the user who runs the program the owner of a folder of copies."""
 
 
 class OtherUser(NoSandbox):
-    """The protection of root without sandboxes, as in a container. The program's user owns nothing,
-    so the program can neither write the marks nor signal the marker."""
+    """The protection if root cannot make sandboxes, as in a container. The program's user owns
+    nothing, so the program can neither write the marks nor signal the marker."""
 
     def __init__(self) -> None:
         self.user = random.choice(USERS)
@@ -107,7 +106,7 @@ class OtherUser(NoSandbox):
 
 
 class Sandbox(NoSandbox):
-    """The protection by a sandbox. All its commands run as the same user."""
+    """The protection by a sandbox. All its commands have the same user."""
 
     isolates = True
 
@@ -126,17 +125,17 @@ class Sandbox(NoSandbox):
         options += ['--unshare-user'] if self.user is None else [
             '--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
         hidden, shared = _own_package()
-        places = _system() + _ros() + [(EMPTY, folder) for folder in hidden] + shared
-        places += [(READ_ONLY_TRY, folder, folder) for folder in self._readable]
-        options += _with_parents(places)
+        mounts = _system() + _ros() + [(EMPTY, folder) for folder in hidden] + shared
+        mounts += [(READ_ONLY_TRY, folder, folder) for folder in self._readable]
+        options += _with_parents(mounts)
         for folder in hidden + ['/dev', '/']:
             options += ['--remount-ro', folder]
         options += ['--chdir', HOME]
         limited = LIMITED + ['--core=0']
-        if self.user is not None or _version(platform.release()) >= COUNTED:
+        if self.user is not None or _version(platform.release()) >= LINUX_WITH_COUNT:
             limited.append(f'--nproc={TASKS}')
         entered = {'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS, 'logs': LOGS}
-        # Ctrl+C is for the program: it must not end bubblewrap
+        # Ctrl+C must end the program and not bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap'] + options + [
             '--'] + limited + ['/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)] + command
 
@@ -153,7 +152,7 @@ class Sandbox(NoSandbox):
 
 
 def protection_problem(protection: NoSandbox) -> str:
-    """Try a protection. Returns the reason why it does not work here, a clause; '' if it works."""
+    """Try a protection. Returns a clause, the reason why it does not work here; '' if it works."""
     command = protection.own_network(protection.command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
@@ -167,9 +166,9 @@ def protection_problem(protection: NoSandbox) -> str:
         return 'bubblewrap hangs'
     if done.returncode == 0:
         return ''
-    words = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
-    who = 'bubblewrap fails' if protection.isolates else 'another user cannot run them'
-    return f'{who} ({words[-1]})'
+    lines = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
+    failure = 'bubblewrap fails' if protection.isolates else 'another user cannot run them'
+    return f'{failure} ({lines[-1]})'
 
 
 def _give(folder, user):
@@ -177,20 +176,20 @@ def _give(folder, user):
         os.chown(str(path), user, user, follow_symlinks=False)
 
 
-# -- the places in a sandbox
+# -- the mounts in a sandbox
 
 def _system():
-    """Returns the places of the system, read-only, and the program's own folders."""
-    places = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
+    """Returns the mounts of the system, read-only, and of the program's own folders."""
+    mounts = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
               (READ_ONLY_TRY, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
     for name in ('bin', 'sbin', 'lib', 'lib32', 'lib64', 'libx32'):
         if os.path.islink('/' + name):
-            places.append(('--symlink', os.readlink('/' + name), '/' + name))
+            mounts.append(('--symlink', os.readlink('/' + name), '/' + name))
         elif os.path.isdir('/' + name):
-            places.append((READ_ONLY, '/' + name, '/' + name))
-    places += [(READ_ONLY_TRY, '/etc/' + name, '/etc/' + name) for name in ETC]
+            mounts.append((READ_ONLY, '/' + name, '/' + name))
+    mounts += [(READ_ONLY_TRY, '/etc/' + name, '/etc/' + name) for name in ETC]
     size = ('--size', str(ROOM)) if sized() else ()
-    return places + [size + (EMPTY, folder) for folder in OWN_FOLDERS]
+    return mounts + [size + (EMPTY, folder) for folder in OWN_FOLDERS]
 
 
 def _folders_in(*variables):
@@ -199,7 +198,7 @@ def _folders_in(*variables):
 
 
 def _ros():
-    """Returns the places of Python and ROS that are not the system's."""
+    """Returns the mounts of Python and ROS outside of the system."""
     folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _folders_in(
         MODULES, PREFIXES, 'LD_LIBRARY_PATH')
     return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
@@ -207,7 +206,7 @@ def _ros():
 
 
 def _own_package():
-    """Returns (the folders of this package, which are hidden; the SHARED parts of them)."""
+    """Returns (the hidden folders of this package, the mounts of their SHARED parts)."""
     folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
     folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(MODULES)]
     folders += [os.path.join(folder, 'lib', OWN_PACKAGE) for folder in _folders_in(PREFIXES)]
@@ -217,18 +216,18 @@ def _own_package():
                     for path in parts if os.path.exists(path)]
 
 
-def _with_parents(places):
-    """Returns bubblewrap's options for these places. Each comes after the folders above it, since
-    Python may be in a hidden folder, and a hidden folder in a folder of ROS. Those folders are made
-    here: if bubblewrap itself made them, only root could enter some of them."""
-    words, made = [], {Path('/')}
-    for place in sorted(places, key=lambda place: len(Path(place[-1]).parts)):
-        for folder in reversed(Path(place[-1]).parents):
+def _with_parents(mounts):
+    """Returns bubblewrap's options for these mounts. A mount comes after the folders above it,
+    since Python may be in a hidden folder, and a hidden folder may be in a folder of ROS. Options
+    make the folders above, since only root can enter some that bubblewrap itself makes."""
+    options, made = [], {Path('/')}
+    for mount in sorted(mounts, key=lambda mount: len(Path(mount[-1]).parts)):
+        for folder in reversed(Path(mount[-1]).parents):
             if folder not in made:
                 made.add(folder)
-                words += ['--dir', str(folder)]
-        words += place
-    return words
+                options += ['--dir', str(folder)]
+        options += mount
+    return options
 
 
 @functools.lru_cache(maxsize=1)
@@ -236,7 +235,7 @@ def sized() -> bool:
     """Can this bubblewrap limit the size of a folder?"""
     try:
         return _version(subprocess.check_output(
-            ['bwrap', '--version'], universal_newlines=True)) >= SIZED
+            ['bwrap', '--version'], universal_newlines=True)) >= BUBBLEWRAP_WITH_SIZE
     except (OSError, subprocess.CalledProcessError):
         return False
 
@@ -246,8 +245,8 @@ def _version(text):
 
 
 def _enter(forget, user, folders, logs):
-    """Become `user`, unless it is None, and make the `folders` writable for it. Remove the variable
-    `forget`. Make the folder `logs`: rospy could not, since it does not own the folder above.
+    """Make the `folders` writable for `user`, and become that user, unless it is None. Make the
+    folder `logs`, since rospy does not own the folder above it. Remove the variable `forget`.
 
     The text of this function runs in the sandbox, where this package is missing.
     """
@@ -259,11 +258,12 @@ def _enter(forget, user, folders, logs):
         os.setresuid(user, user, user)
     os.makedirs(logs, exist_ok=True)
     os.environ.pop(forget, None)
-    # bubblewrap ignores Ctrl+C, and its child would ignore it too
+    # this process inherits from bubblewrap that Ctrl+C is ignored
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-#: The text of the first program, for python3 -c. Arguments: JSON for _enter(), then the command.
+#: The first program in a sandbox, for python3 -c. Its arguments are JSON for _enter(), and the
+#: command.
 ENTER = '''import errno, json, os, signal, sys
 {}
 _enter(**json.loads(sys.argv[1]))

@@ -1,9 +1,9 @@
-"""The submissions of a class: folders and zip files of learning platforms.
+"""Finds and copies the submissions of a class: folders and zip files of a learning platform.
 
-Moodle writes ``Ann Miller_12345_assignsubmission_file_`` (a folder), or the same with a file's name
-behind it. Canvas writes ``millerann_12345_67890_lab2.zip``, with ``_LATE`` after the name of a
-student who is late, and ``lab2-1.zip`` for a file that is handed in again. A name may be any bytes,
-so each name is checked.
+Moodle writes ``Ann Miller_12345_assignsubmission_file_`` (a folder), or adds the name of a file to
+it. Canvas writes ``millerann_12345_67890_lab2.zip``. It adds ``_LATE`` to the name of a student who
+is late, and writes ``lab2-1.zip`` for a file that is handed in again. A name may be any bytes, so
+each name is checked.
 
 The files that were handed in are neither changed nor run. They are copied, or unpacked, once.
 """
@@ -30,23 +30,21 @@ CANVAS = re.compile(
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
-#: Names of folders and zip files in one student's work: of packages, in a package, of workspaces.
+#: The names of a student's packages and workspaces, and of the folders in them.
 COURSE_FOLDER = re.compile(
     r'(ice|lab)[ _.-]?\d.*|src|scripts|nodes|msg|srv|launch|build|devel|.*_ws', re.IGNORECASE)
-#: Names that the files of a student must not have: the folder of marks uses them, or Linux does.
+#: A student's files must not have these names, which the folder of marks or Linux uses.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: A name is at most this long, so that an ending fits behind it [bytes]. Linux allows 255.
+#: The longest name [bytes]. Linux allows 255, so an ending can be added.
 LONGEST_NAME = 180
 #: A larger file is not copied, unless it is a zip file [bytes].
 LARGEST_COPIED = 20000000
-#: The endings of archives that are not unpacked within a submission.
+#: The endings of archives. Such a file in the copy was not unpacked.
 ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 
 
-# -- names
-
 def file_name(text: str) -> str:
-    """Returns `text` as a printable name that a file can have; it changes only unusual names."""
+    """Returns a printable name that a file can have. Only unusual names differ from `text`."""
     name = printable(text.strip()).replace('/', '_')
     if RESERVED_NAMES.fullmatch(name):
         name = f'_{name}_'
@@ -58,11 +56,11 @@ def file_name(text: str) -> str:
 
 
 class PlatformName(NamedTuple):
-    """The parts of the name that a learning platform gives to a file or a folder."""
+    """The parts of a name that a learning platform gave to a file or a folder."""
 
     student: str
-    number: str         # of the student; '' if the platform gives none
-    file: str           # the student's own name of the file; '' for a folder
+    number: str         # the student's number on the platform; '' if the name has none
+    file: str           # the file's name on the student's computer; '' for a folder
     late: bool = False
 
 
@@ -80,11 +78,12 @@ def read_name(name: str, is_folder: bool) -> PlatformName:
 
 
 def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
-    """Returns student -> names of the student's files and folders. `names` has the parts of each.
+    """Returns student -> names of the student's files and folders. `names` maps these names to
+    their parts.
 
-    Several files of one student belong together. Two students of the same name get their numbers
-    behind it. If they have no number, each file is a student, whose name gets the file's name
-    behind it. Each student's name is a valid name of a file.
+    Several files of a student belong together. If two students have the same name, their numbers
+    are added to the name. Without a number each file is a student, and the file's name is added to
+    the student's name. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
@@ -95,17 +94,17 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     for (student, number, single), together in groups.items():
         if times[student] > 1:
             student = file_name(f'{student} ({number or single})')
-        while student in students:      # the names differed only in characters that do not show
+        while student in students:      # two names differed only in characters that do not show
             student += '_'
         students[student] = together
     return students
 
 
 def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
-    """Returns the students of the wanted names. Upper and lower case are the same here, and so are
-    the two ways in which Unicode writes a letter with an accent, if one student alone has the name.
+    """Returns the students with the `wanted` names. If a name fits one student alone, it may differ
+    in upper and lower case, and in the way in which Unicode writes a letter with an accent.
 
-    Raises ``ValueError`` with similar names if it is not clear who is wanted.
+    Raises ``ValueError``, which has similar names, if a name fits no student or several students.
     """
     def folded(text: str) -> str:
         return unicodedata.normalize('NFC', text).casefold()
@@ -122,22 +121,18 @@ def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
     return found
 
 
-# -- submissions
-
 class Submission(NamedTuple):
     """The files and folders that one student handed in."""
 
     student: str
-    files: Dict[Path, str]      # file or folder -> the student's own name of a file
-    number: str = ''            # of the student on the platform; '' if it gives none
-    late: bool = False          # does the platform say so?
+    files: Dict[Path, str]      # file or folder -> the file's name on the student's computer
+    number: str = ''            # the student's number on the platform; '' if there is none
+    late: bool = False          # does the platform say that the submission is late?
 
 
 def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Submission]:
-    """Returns the Submissions in a folder, sorted by student, and prints which files it leaves out.
-
-    Raises ``ValueError`` or ``OSError`` if there is nothing to mark.
-    """
+    """Returns the Submissions in a folder, sorted by student. Prints a line on each file that is
+    left out. Raises ``ValueError`` or ``OSError`` if there is no submission."""
     names = {}
     for path in sorted(folder.iterdir()):
         if path.name.startswith('.') or IGNORED_PATHS.search(path.name):
@@ -150,7 +145,7 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         kind = 'neither a folder nor a file'
         if stat.S_ISREG(mode):
             kind = 'neither a folder nor a zip file'
-        elif stat.S_ISLNK(mode):        # it may lead to another student's work, or out of here
+        elif stat.S_ISLNK(mode):        # a link may lead to another student's work
             kind = 'a link'
         print_line(f'left out, because it is {kind}: {path}')
     if not names:
@@ -161,9 +156,8 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def without_wrapping(folder: Path) -> Path:
-    """Returns the only folder in `folder` if it holds nothing but the folders and zip files of
-    students; else `folder`. Many programs that make zip files put such a folder around all
-    submissions."""
+    """Returns the folder that a zip program put around all submissions. Returns `folder` itself if
+    there is no such folder."""
     inside = list(folder.iterdir())
     is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
         path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
@@ -173,7 +167,7 @@ def without_wrapping(folder: Path) -> Path:
 
 
 def _is_one_submission(folder):
-    """Does a folder hold the packages of one student, or the content of a package or workspace?"""
+    """Does a folder have the packages of one student, or the content of a package or workspace?"""
     return any(not read_name(path.name, path.is_dir()).number and (
         COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name)
         for path in folder.iterdir())
@@ -183,13 +177,13 @@ def _is_one_submission(folder):
 
 def copy_submission(handed_in: Dict[Path, str], folder: Path,
                     has_node: Callable[[], bool]) -> Tuple[List[str], List[str]]:
-    """Copy the files of a submission into `folder`, which is made, and unpack its zip files.
+    """Make `folder`, copy the files of a submission into it, and unpack the zip files there.
 
-    Returns (remarks on files that are left out, remarks on archives that are not unpacked). If no
-    node is found, it may be in such an archive.
+    Returns (remarks on files that are left out, remarks on archives that are not unpacked).
 
-    If ``has_node()`` finds the node beside the zip files, they are not unpacked: then they do not
-    belong to the code. GENERATED_FOLDERS are copied only if the node is nowhere else.
+    ``has_node()`` tries to find the node in the copy. If the node is beside the zip files, they are
+    not unpacked, since they do not belong to the code. GENERATED_FOLDERS are copied only if the
+    node is nowhere else.
     """
     remarks = _copy(handed_in, folder, has_node, GENERATED_FOLDERS)
     if not has_node():
@@ -200,28 +194,26 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path,
 
 def _copy(handed_in, folder, has_node, ignored):
     folder.mkdir(parents=True)
-    limits, not_unpacked = UnpackLimits(), []
+    limits, not_unpacked, bad_names = UnpackLimits(), [], []
     files, remarks = _files_to_copy(handed_in, ignored)
-    zips = [place for place in files if is_zip(place.name)]
-    bad_names = []
-    others = [place for place in files if not is_zip(place.name)]
-    for place in sorted(others, key=lambda place: writing_order(
-            str(place), files[place].stat().st_size)):
-        path = files[place]
-        if limits.spend(path.stat().st_size):
-            with open(str(path), 'rb') as source:
-                if not write_file(source, folder / place, os.access(str(path), os.X_OK)):
-                    bad_names.append(place)
+    zips = [path for path in files if is_zip(path.name)]
+    sizes = {path: files[path].stat().st_size for path in files if not is_zip(path.name)}
+    for path in sorted(sizes, key=lambda path: writing_order(str(path), sizes[path])):
+        if limits.spend(sizes[path]):
+            with open(str(files[path]), 'rb') as source:
+                is_executable = os.access(str(files[path]), os.X_OK)
+                if not write_file(source, folder / path, is_executable):
+                    bad_names.append(path)
     remarks += omission_remarks(BAD_NAME, bad_names)
     if zips and has_node():
         remarks += omission_remarks('it is a zip file beside the node', zips)
         zips = []
-    for place in zips:
-        target = folder / place.parent / (place.stem + '.unpacked')
+    for path in zips:
+        target = folder / path.parent / (path.stem + '.unpacked')
         while target.exists():        # two names may differ in their endings alone
             target = target.with_name(target.name + '_')
         try:
-            remarks += unpack(files[place], target, limits, ignored)
+            remarks += unpack(files[path], target, limits, ignored)
         except NotJudged as reason:
             not_unpacked.append(str(reason))
     archives = [path for path in submitted_files(folder, IGNORED_PATHS)[0]
@@ -235,22 +227,22 @@ def _copy(handed_in, folder, has_node, ignored):
 
 
 def _files_to_copy(handed_in, ignored):
-    """Returns ({path in the copy: file to copy}, remarks on other files)."""
+    """Returns ({path in the copy: file to copy}, remarks on the files that are not copied)."""
     files, platform_names, remarks = {}, {}, []
-    for path, own_name in sorted(handed_in.items(), key=lambda item: _upload_order(item[0].name)):
-        sources = {Path(own_name): path}
-        if path.is_dir():
-            sources = _files_of_folder(path, remarks, ignored)
-        for place, source in sources.items():
-            if place in files:
+    for handed, own_name in sorted(handed_in.items(), key=lambda item: _upload_order(item[0].name)):
+        sources = {Path(own_name): handed}
+        if handed.is_dir():
+            sources = _files_of_folder(handed, remarks, ignored)
+        for path, source in sources.items():
+            if path in files:
                 remarks.append('{} was handed in again: {} counts, not {}.'.format(
-                    *map(printable, (str(place), path.name, platform_names[place]))))
-            files[place], platform_names[place] = source, path.name
+                    *map(printable, (str(path), handed.name, platform_names[path]))))
+            files[path], platform_names[path] = source, handed.name
     return files, remarks
 
 
 def _files_of_folder(folder, remarks, ignored):
-    """Returns {path below the folder: file to copy}. The other files are added to `remarks`."""
+    """Returns {path below the folder: file to copy}. Remarks on the other files are added."""
     files, refused = submitted_files(folder, ignored)
     large = {path for path in files
              if path.stat().st_size > LARGEST_COPIED and not is_zip(path.name)}
@@ -262,7 +254,7 @@ def _files_of_folder(folder, remarks, ignored):
 
 
 def _upload_order(name):
-    """Returns a key that sorts the latest file of a student last: Canvas numbers its files."""
+    """Returns a key that sorts the latest file of a student last, by the numbers of Canvas."""
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
     return (int(repetition.group(1)) if repetition else 0,
             int(canvas['upload']) if canvas else 0, name)

@@ -1,13 +1,13 @@
-"""Makes a workspace of the copy of a submission, in which its node can run.
+"""Makes the copy of a submission a workspace in which its node can run.
 
-Some faults of a file come from Windows, or from its transfer to the marking machine: a missing exec
-bit, line endings, a byte order mark. They are repaired in the copy. A name that a command line or a
-package cannot have is replaced. A missing module that the node imports and does not use is replaced
-by an empty one. A remark names each repair.
+A missing exec bit, line endings of Windows and a byte order mark are repaired in the copy, since
+the transfer to the marking machine may cause them. A name that a command line or a package cannot
+have is replaced. A missing module that the node imports and does not use is replaced by an empty
+one. A remark names each repair.
 
-catkin is not run: a CMakeLists.txt often needs packages that the marking machine does not have, and
-it is a program of the submission. A Python node needs only messages, services, and the modules of a
-setup.py. The modules of messages and services are made in a sandbox, by message_examples.py.
+catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
+that the marking machine lacks. A Python node needs only messages, services, and the modules of a
+setup.py. message_examples.py makes the modules of messages and services in a sandbox.
 """
 import codecs
 import json
@@ -38,25 +38,26 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-#: The beginning of a first line that names a Python.
+#: The first line of a program begins in this way if it names a Python.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: The text of a module in place of a missing module: each of its names is None.
+#: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-#: The text of the program that makes the modules of messages and services, and its time [s].
+#: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
-BUILD_TIME = 30.0
-#: The file's name of such a module.
+#: The name of a file that MAKE_MODULES makes.
 MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
-#: The start of that program, with its limits: memory [bytes], processor time [s].
+#: The program MAKE_MODULES is stopped after this time [s].
+BUILD_TIME = 30.0
+#: This command runs MAKE_MODULES with limits of memory [bytes] and processor time [s].
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
-#: Errors of a node on a machine with another version of a module, or of Python.
+#: A node has such an error on a machine with another version of a module, or of Python.
 VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
     r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
-#: The folder of a workspace that has the copy of the submission.
+#: The folder of a workspace with the copy of the submission.
 COPY = 'src'
 
 
@@ -64,8 +65,8 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
             sandbox: NoSandbox = NoSandbox()) -> NodeStart:
     """Make the workspace of a submission that was read into its folder COPY. Returns its NodeStart.
 
-    The node's environment is `environment`, with the folders of the workspace added. `reading` gets
-    the remarks. Messages and services are made in `sandbox`.
+    The node's environment is `environment` and the folders of the workspace. Remarks and findings
+    are added to `reading`. Messages and services are made in `sandbox`.
     """
     remarks = reading.remarks
     copy, made = workspace / COPY, workspace / 'python'
@@ -95,11 +96,11 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         environment.get('ROS_PACKAGE_PATH')]))
     types = build(packages, made, environment, remarks, sandbox)
     for module in reading.unused:
-        place = made
+        package = made
         for part in module.split('.'):
-            place /= part
-            place.mkdir(parents=True, exist_ok=True)
-            (place / '__init__.py').write_text(EMPTY_MODULE)
+            package /= part
+            package.mkdir(parents=True, exist_ok=True)
+            (package / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
         remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
@@ -111,7 +112,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
 
 
 def _stand_in(name, files, folder, remarks):
-    """Make the folder of a package that has only these types of the course, and return it."""
+    """Make a package that has only these types of the course. Returns its folder."""
     own = rospkg.RosPack().get_path(OWN_PACKAGE)
     for file in files:
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
@@ -123,7 +124,7 @@ def _stand_in(name, files, folder, remarks):
 
 
 def _usable_name(reading, source, packages, remarks):
-    """Returns a usable name of the package. A new name is written into a package.xml."""
+    """Returns a usable name of the node's package. A new name is written into its package.xml."""
     if reading.name and reading.name != OWN_PACKAGE:
         return reading.name
     remarks.append(reading.bad_name or
@@ -135,8 +136,8 @@ def _usable_name(reading, source, packages, remarks):
 
 
 def _repair(node, remarks, findings, relayed):
-    """Repair a node's file. If catkin starts it by a relay, its first line and its exec bit do not
-    matter."""
+    """Repair a node's file. If the file has a relay, its first line and its exec bit do not matter.
+    """
     code, repairs = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
@@ -163,8 +164,8 @@ def _repair(node, remarks, findings, relayed):
 
 
 def version_errors(printed: str, copy: Path) -> List[str]:
-    """Returns sentences for the instructor on errors that a node printed, and that it may not have
-    on another machine. The submission's own modules, in `copy`, are the same on each machine."""
+    """Returns sentences for the instructor on printed errors that a node may not have on another
+    machine. Errors of the submission's own modules, which are in `copy`, are left out."""
     return [f'It ended with "{line}". With the versions of another machine, such as Noetic, it may '
             'run.' for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
             if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
@@ -174,8 +175,8 @@ def version_errors(printed: str, copy: Path) -> List[str]:
 
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
           sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
-    """Make the Python modules of `packages`, {name: folder}, below `folder`. Returns the examples
-    of their types, see message_examples.py; None if they define no type.
+    """Make the Python modules of `packages` in `folder`. Returns the examples of their types, see
+    message_examples.py, or None if they define no type. `packages` has name -> folder.
 
     The messages are read in `sandbox` with this `environment`. Sentences are added to `remarks`.
     """
@@ -197,9 +198,9 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         if not (package_name in packages and kind in (MESSAGES, SERVICES)
                 and MODULE_FILE.fullmatch(name)):
             raise ValueError(f'a module is called {[package_name, kind, name]!r}')
-        place = folder / package_name / kind
-        place.mkdir(parents=True, exist_ok=True)
-        (place / name).write_text(text, encoding='utf-8')
+        module_folder = folder / package_name / kind
+        module_folder.mkdir(parents=True, exist_ok=True)
+        (module_folder / name).write_text(text, encoding='utf-8')
         (folder / package_name / '__init__.py').touch()
     for path, problem in sorted(done['problems'].items()):
         package_name, _, file = path.split(os.sep)
@@ -210,7 +211,7 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
 
 
 def _definitions(name, package, remarks):
-    """Yields package, 'msg' or 'srv', name and text of each message and service of a package."""
+    """Yields [package, 'msg' or 'srv', name, text] of each message and service of a package."""
     files = interface_files(package)
     if files[ACTIONS]:
         remarks.append(f'{name} has actions: they were not built.')
@@ -226,8 +227,8 @@ def _definitions(name, package, remarks):
 
 
 def _examples_of(definitions, environment, sandbox):
-    """Returns the object that message_examples.py prints about these definitions."""
-    # its answer comes in a file, since a program in a sandbox cannot write a large one
+    """Returns the object that message_examples.py prints for these definitions."""
+    # the answer comes in a file and not in a pipe, since the sandbox limits the size of a file
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
             sandbox.own_network(sandbox.command(LIMITED_PYTHON + [MAKE_MODULES])),
@@ -240,8 +241,8 @@ def _examples_of(definitions, environment, sandbox):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns name -> folders of its messages, for all ROS packages of this machine; cached."""
-    # A RosPack changes during a query, so the threads that have no result yet make their own.
+    """Returns name -> folders of the messages, for all ROS packages of this machine; cached."""
+    # A RosPack changes during a query, so two threads must not share it.
     ros = rospkg.RosPack()
     folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
     return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}

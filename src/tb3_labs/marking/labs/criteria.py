@@ -1,8 +1,7 @@
-"""The criterion, the verdict on a node by a criterion, and the criteria that several labs share.
+"""Defines what a criterion and a verdict are, and has the criteria that several labs share.
 
-The function `judge` of a criterion gets an Observation, and returns a Reason. Students read the
-Reason, the `meaning` of the criterion (the requirement) and `where` (a place in a lab sheet). No
-text that students read contains the solution.
+Students read the `meaning` of a criterion, its place in a lab sheet, and the Reason that its
+function `judge` returns. No text that students read contains the solution.
 """
 from dataclasses import dataclass
 from enum import Enum
@@ -16,10 +15,9 @@ from tb3_labs.marking.trial.remarks import (
     CLOSED_TOPIC, STOPPED_BY, exceptions_in, other_fields, reason_of, why_idle, why_missing)
 from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
-
-#: A clause that says why a node does not meet a criterion. It is '' if the node meets it.
+#: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
 Reason = str
-#: The Reason of a criterion that could not be tried, if an earlier verdict has the same clause.
+#: The Reason of a criterion that was not tried, if an earlier verdict has named the cause.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -38,10 +36,10 @@ BEYOND = Place(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 @dataclass(frozen=True)
 class Criterion:
-    """A requirement on a node, and the function that judges it."""
+    """A requirement on a node, and the function that judges the node."""
 
     name: str
-    part: str                # the part of the lab that tries it
+    part: str                # the part of the lab that tries the requirement
     meaning: str             # the requirement
     where: Place             # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
@@ -50,13 +48,12 @@ class Criterion:
     also: str = ''           # a second part of the lab that the criterion needs
 
     def is_tried(self, parts: Sequence[str]) -> bool:
-        """Can the criterion be judged after a trial of these parts? An empty list means all parts.
-        """
+        """Can the criterion be judged after a trial of these parts? [] means all parts."""
         return not parts or {self.part, self.also or self.part} <= set(parts)
 
     @property
     def label(self) -> str:
-        """The name, which begins with 'extra_' for a criterion beyond the handout."""
+        """The name, after 'extra_' for a criterion beyond the handout."""
         return 'extra_' + self.name if self.extra else self.name
 
 
@@ -66,9 +63,9 @@ class Verdict:
 
     criterion: Criterion
     outcome: Outcome
-    observed: Reason
-    worth: float             # the points that the criterion gives if it is met
-    moment: Optional[float] = None      # the begin of the judged stimulus [s]
+    reason: Reason
+    worth: float             # the points of a met criterion
+    moment: Optional[float] = None      # the time at which the judged stimulus began [s]
 
     @property
     def points(self) -> float:
@@ -78,9 +75,9 @@ class Verdict:
     @property
     def sentence(self) -> str:
         """The Reason and the place in the sheet; '' if the criterion is met."""
-        if self.outcome is Outcome.MET or self.observed == NOT_TRIED:
-            return self.observed
-        return f'{self.observed}; see {self.criterion.where}'
+        if self.outcome is Outcome.MET or self.reason == NOT_TRIED:
+            return self.reason
+        return f'{self.reason}; see {self.criterion.where}'
 
     @property
     def line(self) -> str:
@@ -96,8 +93,8 @@ class Verdict:
 
 def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
                 parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns a Verdict for each criterion of these parts. An empty list means all parts. `worth`
-    maps the name of a criterion to its points."""
+    """Returns a Verdict for each criterion of these parts. [] means all parts. `worth` has the
+    points of each criterion: name -> points."""
     verdicts: List[Verdict] = []
     quoted: Set[str] = set()
     for criterion in criteria:
@@ -105,40 +102,40 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: 
             continue
         observation.moment = None
         try:
-            clause = _quoted_once(criterion.judge(observation), quoted)
-            outcome = Outcome.MISSED if clause else Outcome.MET
-        except NotObserved as reason:
-            outcome = Outcome.NOT_OFFERED if isinstance(reason, NotOffered) else Outcome.MISSED
-            clause = _quoted_once(reason_of(reason, observation), quoted)
-            if isinstance(reason, NotTried) and any(clause == each.observed for each in verdicts):
-                clause = NOT_TRIED
-        verdicts.append(Verdict(criterion, outcome, clause, worth[criterion.name],
+            reason = _quoted_once(criterion.judge(observation), quoted)
+            outcome = Outcome.MISSED if reason else Outcome.MET
+        except NotObserved as problem:
+            outcome = Outcome.NOT_OFFERED if isinstance(problem, NotOffered) else Outcome.MISSED
+            reason = _quoted_once(reason_of(problem, observation), quoted)
+            if isinstance(problem, NotTried) and any(reason == each.reason for each in verdicts):
+                reason = NOT_TRIED
+        verdicts.append(Verdict(criterion, outcome, reason, worth[criterion.name],
                                 observation.moment))
     return verdicts
 
 
-def _quoted_once(clause: Reason, quoted: Set[str]) -> Reason:
-    """Returns the clause. An exception in the set `quoted` is replaced by "the same exception". A
-    new exception is added to the set."""
-    words, stopped, error = clause.partition(STOPPED_BY + ', ')
+def _quoted_once(reason: Reason, quoted: Set[str]) -> Reason:
+    """Returns the Reason, and adds its exception to the set `quoted`. If the set had the exception
+    already, the Reason says "the same exception" in its place."""
+    words, stopped, error = reason.partition(STOPPED_BY + ', ')
     if not stopped or error not in quoted:
         quoted.add(error)
-        return clause
+        return reason
     return words + 'the same exception had stopped it'
 
 
 # ----- criteria of several labs: start and Ctrl+C -----
 
 #: Keys of the facts of a Ctrl+C.
-EXIT_SECONDS = 'took'       # the time until the node ended [s]; None if the node was killed
-EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 if the node ended by itself
-#: A node must run, and must have subscribed to its topic, within this time after its start [s].
+EXIT_SECONDS = 'took'       # how long the node took to end [s]; None if it was killed
+EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
+#: A node must subscribe to its topic within this time after its start [s].
 START_TIME = 15.0
 #: A node must end within this time after Ctrl+C [s]. rospy itself needs up to 2 s.
 EXIT_TIME = 5.0
-#: If a criterion asks for a stop "at once", the zero velocity must come within this time [s].
+#: A stop is "at once" if the zero velocity comes within this time [s].
 STOP_TIME = 0.5
-#: A node must stop the robot within this time after the last message of a sensor or a device [s].
+#: If a sensor or a device falls silent, a node must stop the robot within this time [s].
 LOST_STOP_TIME = 1.0
 #: Returns the words for a limit [s].
 within = 'within {:g} s'.format
@@ -166,22 +163,22 @@ def _clean_exit(observation: Observation) -> Reason:
         if errors:
             last = f': {errors[-1]!r}' if errors[-1] else ''
             return 'it ended with a traceback' + last
-        if scene.facts[EXIT_SIGNAL] not in (0, 2, 15):       # by itself, by SIGINT, by SIGTERM
+        if scene.facts[EXIT_SIGNAL] not in (0, 2, 15):       # no signal, SIGINT, SIGTERM
             return f'it was ended by signal {scene.facts[EXIT_SIGNAL]}'
     return ''
 
 
 def stops_robot(observation: Observation) -> Reason:
-    """Judges whether the node sent a zero velocity at one Ctrl+C at least."""
+    """Judges whether the node sent a zero velocity at one Ctrl+C or more."""
     scenes = [scene for scene in observation.scenes(CTRL_C, may_die=True)
               if scene.facts[WAS_MOVING]]
     if not scenes:
         return 'it did not move the robot before Ctrl+C, so that a stop could not be seen'
     for scene in scenes:
-        soon, _ = scene.split(STOP_TIME)
+        soon, _ = scene.commands_before_and_after(STOP_TIME)
         if (soon[:, 1:] == 0.0).all(axis=1).any():
             return ''
-    observation.scene(scenes[-1].name, may_die=True)
+    observation.moment = scenes[-1].begin
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
@@ -195,15 +192,15 @@ def prints(observation: Observation, words: str) -> Reason:
 
 #: The part of a lab in which a sensor or an input device falls silent.
 LOST = 'lost'
-#: The Reason if a node stops sending without a zero velocity. The robot then stops by itself, half
-#: a second after the last command.
+#: The Reason if a node ends its commands without a zero velocity. Then the robot stops by itself,
+#: half a second after the last command.
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
 def not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    begin of the scene. A Reason calls this begin `event`."""
-    soon, late = scene.split(limit)
+    scene began. `event` are the words for the event at this time."""
+    soon, late = scene.commands_before_and_after(limit)
     if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
     return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
@@ -211,7 +208,7 @@ def not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
 
 def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
     """Returns the criterion beyond the handout that the node stops the robot after the device
-    `what` fell silent."""
+    `what` fell silent. In the stimulus `stimulus` the device falls silent."""
     def judge_stop(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:
@@ -225,23 +222,22 @@ def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Pl
 
 #: The least and the greatest value of a command.
 Bounds = Tuple[float, float]
-#: The columns of a command.
+#: The columns of an array of commands. Column 0 is the time.
 LINEAR, ANGULAR = 1, 2
-#: A stick that asks for one speed, linear or angular, must leave the other speed below this [m/s]
-#: or [rad/s].
+#: A speed that should be zero is at most this [m/s] or [rad/s].
 OTHER_SPEED = 0.05
 #: The Bounds of a speed that should be zero.
 STANDING = (-OTHER_SPEED, OTHER_SPEED)
 #: The Bounds of a speed that a criterion does not judge.
 ANY_SPEED = (-np.inf, np.inf)
-#: A command may exceed a limit by this, since a node rounds its numbers [m/s] or [rad/s].
+#: A command may exceed a limit by this, since nodes round their numbers [m/s] or [rad/s].
 ROUNDING = 0.005
 
 
 def steers(observation: Observation, name: str, linear: Bounds = STANDING,
            angular: Bounds = STANDING, of_moving: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
-    [m/s] and `angular` [rad/s]. If `of_moving`, the last command that is not zero is judged."""
+    [m/s] and `angular` [rad/s]. If `of_moving`, zero commands are left out."""
     scene = observation.scene(name)
     commands = scene.moving if of_moving else scene.commands
     if not len(commands) or not commands[-1, 1:].any():
@@ -250,15 +246,18 @@ def steers(observation: Observation, name: str, linear: Bounds = STANDING,
     linear_speed, angular_speed = commands[-1, 1:]
     if linear[0] <= linear_speed <= linear[1] and angular[0] <= angular_speed <= angular[1]:
         return ''
-    asked = [form.format(*bounds) for bounds, form in (
-        (linear, '{:.2f} to {:.2f} m/s'), (angular, '{:.2f} to {:.2f} rad/s'))
-        if bounds not in (STANDING, ANY_SPEED)]
+    asked = []
+    if linear not in (STANDING, ANY_SPEED):
+        asked.append('{:.2f} to {:.2f} m/s'.format(*linear))
+    if angular not in (STANDING, ANY_SPEED):
+        asked.append('{:.2f} to {:.2f} rad/s'.format(*angular))
     if STANDING in (linear, angular):
         asked.append('nothing else')
-    return 'with the {} it commanded {:.2f} m/s and {:.2f} rad/s, where {} were asked for'.format(
-        name, linear_speed, angular_speed, ' and '.join(asked))
+    return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '
+            f"where {' and '.join(asked)} were asked for")
 
 
-def times(factor: float, bounds: Bounds) -> Bounds:
+def scaled(bounds: Bounds, factor: float) -> Bounds:
     """Returns the Bounds times `factor`. A negative factor mirrors them at zero."""
-    return min(factor * bounds[0], factor * bounds[1]), max(factor * bounds[0], factor * bounds[1])
+    low, high = sorted((factor * bounds[0], factor * bounds[1]))
+    return low, high

@@ -1,4 +1,4 @@
-"""The stimuli and the criteria of the gamepad in the Transformation lab. The gamepad drives the
+"""The stimuli and the criteria of the gamepad node in the Transformation lab. The node drives the
 robot, hands the robot over, and resets the local frame."""
 from functools import partial
 from pathlib import Path
@@ -10,8 +10,9 @@ import yaml
 from tb3_labs.handout import (
     CTRL_RELINQ, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Criterion,
-    Reason, ends_cleanly, not_stopped, starts, steers, stops_robot, stops_when_lost, times, within)
+    ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
+    Criterion, Reason, ends_cleanly, not_stopped, scaled, starts, steers, stops_robot,
+    stops_when_lost, within)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
@@ -19,18 +20,18 @@ from tb3_labs.watch.input_links import FORWARD_STICK, TURNING_STICK
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
-#: The stimuli of the sticks, in their order.
+#: The stimuli of the sticks.
 LEFT_STICK_UP, LEFT_STICK_DOWN = FORWARD_STICK, 'left stick down'
 BOTH_STICKS = 'left stick half up, right stick half right'
 RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = TURNING_STICK, 'right stick right'
 STICKS_LET_GO = 'sticks let go'
-#: stimulus -> (left stick, 1 is up; right stick, 1 is left), each from -1 to 1
+#: stimulus -> (left stick, up is positive; right stick, left is positive), each from -1 to 1
 STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
     BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
-#: The stimulus by the axes that have no function. No criterion judges this stimulus. The recording
-#: shows whether a wrong node follows such an axis.
+#: The stimulus by the axes that have no function. No criterion judges it. In the recording one sees
+#: whether a wrong node follows such an axis.
 OTHER_AXES = 'other axes'
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
@@ -39,39 +40,37 @@ RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
 #: The stimulus in which the pad sends no more messages.
 PAD_SILENT = 'pad silent'
 #: Keys of the facts of A and B.
-RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None if no message came
-LATCHED = 'heard late'          # of A alone: did a subscriber that came after A get the value?
+RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message
+LATCHED = 'heard late'          # after A, does a new subscriber get the value?
 #: Keys of the facts of Y.
 CALLS = 'calls'                 # the number of calls
 SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
-IS_UNIT = 'unit'                # had each quaternion the length 1?
+IS_UNIT = 'unit'                # did each quaternion have the length 1?
 
-#: The least and the greatest command of a full stick.
+#: The bounds of the command for a full stick.
 FULL_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
 FULL_TURN = (1.5, MAX_ANGULAR_SPEED + ROUNDING)          # [rad/s]
-#: The least and the greatest command of a half stick, as a share of the full stick's command.
+#: The bounds of the command for a half stick, as shares of the command for the full stick.
 HALF_SHARE = (0.25, 0.75)
-#: A node that is not blocked follows a stick within this time [s]. A wait for a service takes 1 s.
+#: A node that does not wait for a service follows a stick within this time [s]. Such a wait takes
+#: 1 s or more.
 UNBLOCKED_TIME = 0.7
 #: The marker holds a stick for this time [s].
 STICK_TIME = 0.8
-#: After A or B a value comes on ctrl_relinq within this time [s].
+#: After A or B, a value comes on ctrl_relinq within this time [s].
 PUBLISH_TIME = 1.0
-#: After Y the node has called the reset, or has printed an error, within this time [s].
+#: After Y, the node calls the reset, or prints an error, within this time [s].
 RESET_TIME = 2.5
-#: The limits of the sticks, in words.
-STICK_LIMITS = '{:g} to {:g} {} within {:g} s, and at most {:g} of the other speed; half way, ' \
-    'beside the other stick, {:g} to {:g} of full'
 #: The default of the lab's option `pad`.
 HANDOUT_PAD = 'handout'
-#: The step of the sheet that names the mistakes of a reset.
+#: The step of the sheet with the usual mistakes of a reset.
 Y_STEP = BY_THUMB.at_step(3)
 
 
 def pad_called(name: str) -> Dict[str, int]:
-    """Returns the numbers of the axes and buttons of a pad. ``ValueError`` with the valid names if
-    no file has this name."""
+    """Returns the numbers of the axes and buttons of a pad: name -> number. ``ValueError`` with the
+    valid names if there is no such pad."""
     folder = Path(rospkg.RosPack().get_path('tb3_labs')) / 'launch' / 'params'
     known = {path.stem[len('pad_'):]: path for path in folder.glob('pad_*.yaml')}
     if name not in known:
@@ -87,30 +86,30 @@ def pad_text(name: str) -> str:
 
 
 def _drives(observation: Observation) -> Reason:
-    missed = (steers(observation, LEFT_STICK_UP, FULL_SPEED)
-              or steers(observation, LEFT_STICK_DOWN, times(-1.0, FULL_SPEED)))
-    if missed:
-        return missed
+    reason = (steers(observation, LEFT_STICK_UP, FULL_SPEED)
+              or steers(observation, LEFT_STICK_DOWN, scaled(FULL_SPEED, -1.0)))
+    if reason:
+        return reason
     full = observation.scene(LEFT_STICK_UP).commands[-1, LINEAR]
-    return steers(observation, BOTH_STICKS, times(full, HALF_SHARE), ANY_SPEED)
+    return steers(observation, BOTH_STICKS, scaled(HALF_SHARE, full), ANY_SPEED)
 
 
 def _turns(observation: Observation) -> Reason:
-    missed = (steers(observation, RIGHT_STICK_LEFT, angular=FULL_TURN)
-              or steers(observation, RIGHT_STICK_RIGHT, angular=times(-1.0, FULL_TURN)))
-    if missed:
-        return missed
+    reason = (steers(observation, RIGHT_STICK_LEFT, angular=FULL_TURN)
+              or steers(observation, RIGHT_STICK_RIGHT, angular=scaled(FULL_TURN, -1.0)))
+    if reason:
+        return reason
     full = observation.scene(RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
-    return steers(observation, BOTH_STICKS, ANY_SPEED, times(full, HALF_SHARE))
+    return steers(observation, BOTH_STICKS, ANY_SPEED, scaled(HALF_SHARE, full))
 
 
-def _lets_go(observation: Observation) -> Reason:
+def _stops_when_let_go(observation: Observation) -> Reason:
     if not len(observation.scene(RIGHT_STICK_RIGHT).moving):
         raise NotObserved('the sticks did not move the robot at all')
     return not_stopped(observation.scene(STICKS_LET_GO), 'the sticks were let go')
 
 
-def _control(observation: Observation, name: str, wanted: bool) -> Reason:
+def _publishes(observation: Observation, name: str, wanted: bool) -> Reason:
     """Judges whether the latest value on ctrl_relinq after the button `name` is `wanted`."""
     scene = observation.scene(name)
     published = scene.facts[RELINQUISHED]
@@ -124,7 +123,7 @@ def _control(observation: Observation, name: str, wanted: bool) -> Reason:
 
 
 def _require_hand_over(observation):
-    if _control(observation, HAND_OVER, wanted=True):
+    if _publishes(observation, HAND_OVER, wanted=True):
         raise NotObserved('A did not hand the robot over')
 
 
@@ -137,9 +136,9 @@ def _silent_meanwhile(observation: Observation) -> Reason:
 
 def _regains(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    missed = _control(observation, TAKE_BACK, wanted=False)
-    if missed or len(observation.scene(UP_TAKEN_BACK).moving):
-        return missed
+    reason = _publishes(observation, TAKE_BACK, wanted=False)
+    if reason or len(observation.scene(UP_TAKEN_BACK).moving):
+        return reason
     return 'after B the stick did not move the robot'
 
 
@@ -200,23 +199,28 @@ def _latches(observation: Observation) -> Reason:
     return 'a subscriber that came after A heard nothing on ctrl_relinq'
 
 
-def _once(observation: Observation) -> Reason:
+def _calls_once(observation: Observation) -> Reason:
     calls = observation.scene(RESET_BUTTON).facts[CALLS]
     return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
+def _stick_limits(bounds: Bounds, unit: str) -> str:
+    return (f'{bounds[0]:g} to {bounds[1]:g} {unit} {within(STICK_TIME)}, and at most '
+            f'{OTHER_SPEED:g} of the other speed; half way, beside the other stick, '
+            f'{HALF_SHARE[0]:g} to {HALF_SHARE[1]:g} of full')
+
+
 CRITERIA = [
     Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, starts, limits=IN_TIME),
-    Criterion('drives', STICKS, 'left stick drives forward and back, at most {:g} m/s'.format(
-        MAX_LINEAR_SPEED), BY_THUMB, _drives, limits=STICK_LIMITS.format(
-            *FULL_SPEED, 'm/s', STICK_TIME, OTHER_SPEED, *HALF_SHARE)),
-    Criterion('turns', STICKS, 'right stick turns left and right, at most {:g} rad/s'.format(
-        MAX_ANGULAR_SPEED), BY_THUMB, _turns, limits=STICK_LIMITS.format(
-            *FULL_TURN, 'rad/s', STICK_TIME, OTHER_SPEED, *HALF_SHARE)),
-    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB, _lets_go,
+    Criterion('drives', STICKS, f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} '
+              'm/s', BY_THUMB, _drives, limits=_stick_limits(FULL_SPEED, 'm/s')),
+    Criterion('turns', STICKS, f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} '
+              'rad/s', BY_THUMB, _turns, limits=_stick_limits(FULL_TURN, 'rad/s')),
+    Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB,
+              _stops_when_let_go,
               limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', BY_THUMB,
-              partial(_control, name=HAND_OVER, wanted=True), limits=within(PUBLISH_TIME)),
+              partial(_publishes, name=HAND_OVER, wanted=True), limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
               BY_THUMB, _silent_meanwhile, limits=f'the stick is up for {STICK_TIME:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
@@ -233,7 +237,7 @@ CRITERIA = [
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', BEYOND,
               _not_blocked, extra=True, limits='the stick drives ' + within(UNBLOCKED_TIME)),
-    Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _once, extra=True),
+    Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _calls_once, extra=True),
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND,
               _latches, extra=True, limits='heard ' + within(PUBLISH_TIME)),
     stops_when_lost('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),

@@ -1,4 +1,4 @@
-"""The stimuli and the criteria of the IMU exercise: a node prints the heading of the IMU."""
+"""The stimuli and the criteria of the IMU exercise, in which a node prints the IMU's heading."""
 import re
 from typing import List
 
@@ -12,7 +12,7 @@ from tb3_labs.watch.chains import HEADING_EXERCISE
 
 #: The parts of the exercise.
 HEADING, ODD_SAMPLES = 'heading', 'odd samples'
-#: name of a stimulus -> the heading at which the robot stands [deg]
+#: stimulus -> the heading at which the robot stands [deg]
 STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
 #: The node must print its line at each heading within this time [s].
 READING_TIME = 1.5
@@ -20,15 +20,15 @@ READING_TIME = 1.5
 HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: After the quaternion of zeros the marker sends samples with this heading [deg].
 VALID_HEADING_DEG = 57.0
-#: The marker sends the samples with VALID_HEADING_DEG for this time [s].
+#: The marker sends these samples for this time [s].
 VALID_TIME = 0.9
-#: Key of the facts of a stimulus: the IMU's heading while the robot stands [deg].
+#: Key of a fact of a stimulus, the IMU's heading while the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
 #: A printed heading may differ from the IMU's heading by this [deg].
 HEADING_TOLERANCE = 1.0
-#: A node may print this many headings after its goodbye. In the handout's code a sample may come
-#: just before the code sets its flag.
+#: A node may print this many headings after its goodbye. In the handout's code a callback may
+#: already run when the flag is set.
 MOST_LATE_HEADINGS = 1
 
 LISTENING_STEP, EXERCISE_STEP, CTRL_C_STEP = (
@@ -36,14 +36,14 @@ LISTENING_STEP, EXERCISE_STEP, CTRL_C_STEP = (
 
 
 def headings(text: str) -> List[float]:
-    """Returns the headings [deg] in a node's output."""
+    """Returns the headings in a node's output [deg]."""
     return [float(number) for number in re.findall(
         PRINTED_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
 
 
-def _standing(observation):
-    """Yields the IMU's heading [deg] and the list of the printed headings [deg] for each stimulus.
-    ``NotObserved`` if the node printed no heading at all."""
+def _headings_at_rest(observation):
+    """Yields the IMU's heading, and the list of the printed headings, for each stimulus [deg].
+    ``NotObserved`` if the node printed no heading in any stimulus."""
     scenes = [observation.scene(name) for name in STANDING_HEADINGS]
     if not any(headings(scene.printed) for scene in scenes):
         before = len(headings(scenes[0].process.printed))
@@ -55,14 +55,14 @@ def _standing(observation):
 
 
 def _prints_heading(observation: Observation) -> Reason:
-    for heading, printed in _standing(observation):
+    for heading, printed in _headings_at_rest(observation):
         if not printed:
             return f'nothing was printed while the robot stood at {heading:.0f} degrees'
     return ''
 
 
 def _prints_right_heading(observation: Observation) -> Reason:
-    for heading, printed in _standing(observation):
+    for heading, printed in _headings_at_rest(observation):
         for number in printed:
             if abs(difference_degrees(number, heading)) > HEADING_TOLERANCE:
                 return f'printed {number:.1f} degrees while the IMU said {heading:.1f}'
@@ -70,7 +70,7 @@ def _prints_right_heading(observation: Observation) -> Reason:
 
 
 def _prints_from_0_to_360(observation: Observation) -> Reason:
-    for heading, printed in _standing(observation):
+    for heading, printed in _headings_at_rest(observation):
         for number in printed:
             if not 0.0 <= number < 360.0:
                 return f'printed {number:.1f} degrees while the robot stood at {heading:.0f}'
@@ -78,9 +78,9 @@ def _prints_from_0_to_360(observation: Observation) -> Reason:
 
 
 def _says_goodbye(observation: Observation) -> Reason:
-    missed = prints(observation, IMU_GOODBYE)
-    if missed:
-        return missed
+    reason = prints(observation, IMU_GOODBYE)
+    if reason:
+        return reason
     printed = observation.scene(CTRL_C[0], may_die=True).printed
     late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
     return '' if late <= MOST_LATE_HEADINGS else \

@@ -1,5 +1,5 @@
-"""The stimuli and the criteria of the Transformation lab. The node drives to a goal in a local
-frame, and resets this frame."""
+"""The stimuli and the criteria of the Transformation lab, in which a node drives to a goal in a
+local frame, and resets this frame."""
 import math
 import re
 from functools import partial
@@ -14,7 +14,7 @@ from tb3_labs.handout import (
     MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
-    ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost)
+    ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost, within)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
@@ -34,11 +34,11 @@ RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declare
 OFFSET_DRIVE = 'drive with an offset IMU'
 ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts of a reset.
-RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' if the reset succeeded
-WRONG_NAME = 'name'             # the name of the service, if this is not SET_POSE; else ''
-DROVE_STRAIGHT = 'straight'     # did the node drive forward? The marker had turned it to its goal
+RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
+WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
+DROVE_STRAIGHT = 'straight'     # was the robot turned to the goal, and did it drive forward then?
 
-#: The marker observes the node for this time before the node has control, and at the goal [s].
+#: The marker observes the node for this time, before the node has control and at the goal [s].
 OBSERVATION_TIME = 1.5
 #: After its arrival the node may send commands for this time [s].
 SILENT_AFTER = 0.5
@@ -46,38 +46,38 @@ SILENT_AFTER = 0.5
 ANSWER_TIME = 3.0
 #: After the answer the node prints its line on the reset within this time [s].
 PRINT_TIME = 0.5
-#: The marker turns the robot by this angle between the first drive and the reset [deg].
+#: Between the first drive and the reset, the marker turns the robot by this angle [deg].
 ANGLE_BEFORE_RESET = 100.0
-#: After a reset in a drive the node turns the robot to the goal of the new frame.
-TURN_TIME_IN_DRIVE = 3.0    # the turn takes at most this time [s]
-LEAST_TURN = 20.0           # the turn is larger than this [deg]
+#: After a reset in a drive, the node turns the robot for at most this time [s].
+TURN_TIME_IN_DRIVE = 3.0
+#: After a reset in a drive, the node turns the robot by at least this angle [deg].
+LEAST_TURN = 20.0
 REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
-#: The goal as a fact of a drive: x, y [m], heading [rad].
+#: The goal of a drive as (x [m], y [m], heading [rad]).
 GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
-#: After a stop command the robot may coast by this.
+#: The robot may coast by this after a stop command.
 COAST_DISTANCE = 0.02       # [m]
 COAST_DEG = 2.0
 #: The tolerances of the criterion beyond the handout.
 EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0
-#: A drive begins within this time after the node got control [s].
+#: After the node got control, its drive begins within this time [s].
 REACTION_TIME = 4.0
-#: A drive takes at most this time [s].
+#: A drive lasts at most this time [s].
 DRIVE_TIME = 50.0
-#: A drive goes at most this far from its start [m].
+#: A drive may go this far from its start [m].
 FARTHEST = 3.0
-#: The requirement on the heading, and the limits of place and heading, in words.
+#: Words for the requirement on the heading, and for the limits of place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
-PLACE_LIMITS = 'within {:g} m, and {:g} for stopping; begun within {:g} s, over within {:g} s, ' \
-    'never {:g} m away'.format(
-        DISTANCE_TOLERANCE, COAST_DISTANCE, REACTION_TIME, DRIVE_TIME, FARTHEST)
-HEADING_LIMITS = 'within {:g} rad ({:.1f} degrees), and {:g} degrees for stopping'.format(
-    ANGLE_TOLERANCE, TOLERANCE_DEG, COAST_DEG)
+PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
+    f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
+HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and ' \
+    f'{COAST_DEG:g} degrees for stopping'
 
 ANALYSIS = Place(TRANSFORMATION_SHEET, '6. Analysis')
-#: The step of the sheet that names the mistakes of a drive after a reset.
+#: The step of the sheet with the usual mistakes of a drive after a reset.
 SECOND_DRIVE_STEP = THE_RESET.at_step(2)
 TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
 
@@ -85,19 +85,19 @@ TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
 def _ends_at_place(observation: Observation, name: str,
                    tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
     """Judges whether the drive `name` ended at most `tolerance` [m] from the goal."""
-    scene = _driven(observation, name)
-    away = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
+    scene = _scene_of_drive(observation, name)
+    distance = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
     if not scene.facts[RESTED]:
-        return f'{_unended(scene)}, {away:.2f} m from the goal'
-    return '' if away <= tolerance else f'it stopped {away:.2f} m from the goal'
+        return f'{_exceeded_limit(scene)}, {distance:.2f} m from the goal'
+    return '' if distance <= tolerance else f'it stopped {distance:.2f} m from the goal'
 
 
 def _ends_at_heading(observation: Observation, name: str,
                      tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
     """Judges whether the drive `name` ended at most `tolerance` [deg] from the goal's heading."""
-    scene = _driven(observation, name)
+    scene = _scene_of_drive(observation, name)
     if not scene.facts[RESTED]:
-        return _unended(scene)
+        return _exceeded_limit(scene)
     faced, goal = wrap(_end_of(scene).yaw), wrap(scene.facts[GOAL_POSE][2])
     if abs(math.degrees(difference(faced, goal))) <= tolerance:
         return ''
@@ -105,14 +105,14 @@ def _ends_at_heading(observation: Observation, name: str,
             f'{math.degrees(goal):.0f}')
 
 
-def _unended(scene: Scene) -> str:
-    """Returns a clause on the limit, of time or of distance, at which the marker ended a drive."""
+def _exceeded_limit(scene: Scene) -> str:
+    """Returns a clause on the limit of time or of distance that a drive exceeded."""
     distance = np.hypot(*(scene.truth[-1] - scene.truth[0])[1:3])
     limit = f'more than {FARTHEST:g} m from its start' if distance > FARTHEST else 'the limit'
     return f'it was still moving after {scene.end - scene.begin:.0f} s, {limit}'
 
 
-def _driven(observation: Observation, name: str) -> Scene:
+def _scene_of_drive(observation: Observation, name: str) -> Scene:
     """Returns the Scene of a drive. ``NotObserved`` if the node did not move the robot."""
     scene = observation.scene(name)
     if not scene.facts[MOVED]:
@@ -136,12 +136,12 @@ def _says_reached(observation: Observation) -> Reason:
 
 
 def _silent_at_goal(observation: Observation) -> Reason:
-    drive = _driven(observation, FIRST_DRIVE)
+    drive = _scene_of_drive(observation, FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
     if drive.commands[-1, 1:].any():
         return NO_ZERO.format('its arrival')
-    _, late = observation.scene(AT_GOAL).split(SILENT_AFTER)
+    _, late = observation.scene(AT_GOAL).commands_before_and_after(SILENT_AFTER)
     if len(late):
         return 'it went on sending commands on cmd_vel after it had arrived'
     return ''
@@ -152,15 +152,16 @@ def _within_limits(observation: Observation) -> Reason:
         drive.commands for drive in observation.scenes((FIRST_DRIVE, SECOND_DRIVE))])
     if not len(commands):
         return 'it commanded nothing'
-    turn, forward = observation.greatest_speed(commands, ANGULAR), np.abs(commands[:, LINEAR]).max()
-    if forward > MAX_LINEAR_SPEED + ROUNDING:
+    angular = observation.greatest_speed(commands, ANGULAR)
+    linear = np.abs(commands[:, LINEAR]).max()
+    if linear > MAX_LINEAR_SPEED + ROUNDING:
         observation.greatest_speed(commands, LINEAR)    # sets the moment of the verdict
-    elif turn <= MAX_ANGULAR_SPEED + ROUNDING:
+    elif angular <= MAX_ANGULAR_SPEED + ROUNDING:
         return ''
-    return f'it commanded up to {forward:.2f} m/s and {turn:.1f} rad/s'
+    return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
 
 
-def _reset(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
+def _accepts_reset(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
     problem = observation.scene(name).facts[RESET_PROBLEM]
     if 'returned None' in problem:
         problem += ' (does its callback return a response?)'
@@ -170,22 +171,22 @@ def _reset(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
 def _resets(observation: Observation) -> Reason:
     """Judges the name of the reset service, and the effect of a reset at rest and in a drive."""
     name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
-    missed = _reset(observation)
-    if missed or name:
-        return missed or f'its reset is called {name}, not /{SET_POSE}'
+    reason = _accepts_reset(observation)
+    if reason or name:
+        return reason or f'its reset is called {name}, not /{SET_POSE}'
     scene = observation.scene(RESET_IN_DRIVE)
     if scene.facts[WAS_MOVING] and not scene.facts[DROVE_STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
-    missed = _reset(observation, RESET_IN_DRIVE)
-    if missed or not scene.facts[WAS_MOVING] or abs(scene.turned_deg) >= LEAST_TURN:
-        return missed
+    reason = _accepts_reset(observation, RESET_IN_DRIVE)
+    if reason or not scene.facts[WAS_MOVING] or abs(scene.turned_deg) >= LEAST_TURN:
+        return reason
     return ('after a reset in the middle of a drive it did not turn to the goal of the new frame, '
             f'but by {scene.turned_deg:.0f} degrees in {TURN_TIME_IN_DRIVE:g} s')
 
 
 def _waits(observation: Observation) -> Reason:
-    """Judges whether the robot rested while the node had no control: first at the node's start,
-    then at a reset."""
+    """Judges whether the robot rested while the node had no control, after the node's start and
+    during a reset."""
     moved = len(observation.scene(WITHOUT_CONTROL).moving)
     if not moved and observation.has(RESET_TO_ORIGIN):
         scene = observation.scene(RESET_TO_ORIGIN, may_die=True)
@@ -203,9 +204,13 @@ def _control_taken(observation: Observation) -> Reason:
     return not_stopped(scene, 'control was taken')
 
 
-def _exact(observation: Observation, name: str) -> Reason:
-    return (_ends_at_place(observation, name, EXACT_DISTANCE)
-            or _ends_at_heading(observation, name, EXACT_DEG))
+def _arrives_exactly(observation: Observation) -> Reason:
+    for name in FIRST_DRIVE, SECOND_DRIVE:
+        reason = (_ends_at_place(observation, name, EXACT_DISTANCE)
+                  or _ends_at_heading(observation, name, EXACT_DEG))
+        if reason:
+            return reason
+    return ''
 
 
 def _arrives(observation: Observation, name: str) -> Reason:
@@ -220,8 +225,8 @@ def _says_reset(observation: Observation) -> Reason:
 
 
 def remarks_on_parts(observation: Observation, parts: Sequence[str]) -> List[str]:
-    """Returns a sentence if the part OFFSET was not tried, else []. A node may take the yaw of the
-    IMU for the yaw of the odometry, and only the part OFFSET shows this mistake."""
+    """Returns a sentence if the part OFFSET was not tried, else []. A node may take the IMU's yaw
+    for the odometry's yaw, and only the part OFFSET shows this mistake."""
     if not parts or OFFSET in parts:
         return []
     return ['Odometry and IMU had the same zero here, a real robot has two: add offset to the '
@@ -238,38 +243,36 @@ CRITERIA = [
               partial(_ends_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
     Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _says_reached),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', FOUR_STATES,
-              _silent_at_goal, limits='a zero velocity, then nothing from {:g} s after its '
-              'arrival on'.format(SILENT_AFTER)),
-    Criterion('within_limits', DRIVE, "keeps the robot's limits, {:g} m/s and {:g} rad/s".format(
-        MAX_LINEAR_SPEED, MAX_ANGULAR_SPEED), FOUR_STATES, _within_limits,
+              _silent_at_goal, limits='a zero velocity, then nothing from '
+              f'{SILENT_AFTER:g} s after its arrival on'),
+    Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
+              f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
-    Criterion('resets', RESET, 'a service /{} resets the local frame, also in a drive'.format(
-        SET_POSE), THE_RESET, _resets, limits='answers within {:g} s; in a drive it turns by {:g} '
-              'degrees within {:g} s'.format(ANSWER_TIME, LEAST_TURN, TURN_TIME_IN_DRIVE)),
+    Criterion('resets', RESET, f'a service /{SET_POSE} resets the local frame, also in a drive',
+              THE_RESET, _resets, limits=f'answers {within(ANSWER_TIME)}; in a drive it turns by '
+              f'{LEAST_TURN:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              THE_RESET, _says_reset, limits=f'within {PRINT_TIME:g} s after the answer'),
-    Criterion('second_place', RESET, 'does the same task after a turn by {:g} degrees and a '
-              'reset'.format(ANGLE_BEFORE_RESET), SECOND_DRIVE_STEP,
-              lambda observation: _reset(observation) or _ends_at_place(observation, SECOND_DRIVE),
+              THE_RESET, _says_reset, limits=within(PRINT_TIME) + ' after the answer'),
+    Criterion('second_place', RESET, 'does the same task after a turn by '
+              f'{ANGLE_BEFORE_RESET:g} degrees and a reset', SECOND_DRIVE_STEP,
+              lambda observation: (
+                  _accepts_reset(observation) or _ends_at_place(observation, SECOND_DRIVE)),
               limits='as goal_place'),
     Criterion('second_heading', RESET, FACES_GOAL + ' of the new frame', SECOND_DRIVE_STEP,
               lambda observation: (
-                  _reset(observation) or _ends_at_heading(observation, SECOND_DRIVE)),
+                  _accepts_reset(observation) or _ends_at_heading(observation, SECOND_DRIVE)),
               limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
               FOUR_STATES, _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
     ends_cleanly(CONTROL, FOUR_STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               stops_robot, extra=True, limits=STOPS_AT_ONCE),
-    Criterion('exact', RESET, 'both drives are within {:g} m and {:g} degree'.format(
-        EXACT_DISTANCE, EXACT_DEG), ANALYSIS,
-              lambda observation: _exact(observation, FIRST_DRIVE)
-              or _exact(observation, SECOND_DRIVE),
-              extra=True, also=DRIVE),
+    Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
+              f'{EXACT_DEG:g} degree', ANALYSIS, _arrives_exactly, extra=True, also=DRIVE),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
-              BEYOND, lambda observation: _reset(observation, RESET_ELSEWHERE)
-              or _arrives(observation, DECLARED_DRIVE),
-              extra=True, limits='as goal_place and goal_heading'),
+              BEYOND, lambda observation: (_accepts_reset(observation, RESET_ELSEWHERE)
+                                           or _arrives(observation, DECLARED_DRIVE)), extra=True,
+              limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
               TWO_ZEROS_STEP, partial(_arrives, name=OFFSET_DRIVE), extra=True,
               limits='as goal_place and goal_heading'),

@@ -1,7 +1,7 @@
-"""The scripts for a gamepad node. The marker plays the gamepad, and offers the reset services.
+"""Scripts for the trials of a gamepad node. The marker plays the gamepad, and offers the reset
+services.
 
-ResetServices uses private parts of rospy 1.15.15 (Debian 12). No other program here uses these
-parts.
+ResetServices uses private parts of rospy 1.15.15 (Debian 12).
 """
 import math
 import time
@@ -24,15 +24,15 @@ from tb3_labs.ros.rospy_internals import connection_of
 
 #: The marker presses a button for this time [s].
 PRESS_TIME = 0.15
-#: The marker presses Y for this time [s]. A node must not call the reset again meanwhile.
+#: The marker presses Y for this time [s]. A node should call the reset once in this time.
 Y_PRESS_TIME = 0.6
 
 
 class HeldPad(Repeater):
-    """The gamepad of the marker. At first the sticks are in the middle."""
+    """The gamepad that the marker plays. At first the sticks are in the middle."""
 
     def __init__(self, numbers):
-        """`numbers` maps the name of an axis or a button to its number."""
+        """`numbers` has the number of each axis and button: name -> number."""
         super().__init__(JOY, Joy)
         self.numbers = SimpleNamespace(**numbers)
         self._buttons = [0] * PAD_BUTTONS
@@ -40,7 +40,7 @@ class HeldPad(Repeater):
         self.wait_for_subscriber()
 
     def sticks(self, forward=0.0, left=0.0):
-        """Hold the sticks at these values, each -1 to 1."""
+        """Hold the sticks at these values from now on, each from -1 to 1."""
         self._axes = [0.0] * PAD_AXES
         self._axes[self.numbers.linear_axis] = forward
         self._axes[self.numbers.angular_axis] = left
@@ -67,7 +67,7 @@ class HeldPad(Repeater):
 
 
 def _stick_up(trial, pad, name):
-    trial.watch(name, lab.STICK_TIME, lambda: pad.sticks(1.0))
+    trial.observe(name, lab.STICK_TIME, lambda: pad.sticks(1.0))
     pad.sticks()
     time.sleep(DELIVERY_TIME)
 
@@ -78,7 +78,7 @@ def sticks(trial):
         trial.node.start()
         with HeldPad(trial.option) as pad:
             for name, place in lab.STICK_POSITIONS.items():
-                trial.watch(name, lab.STICK_TIME, lambda: pad.sticks(*place))
+                trial.observe(name, lab.STICK_TIME, lambda: pad.sticks(*place))
             with trial.stimulus(lab.OTHER_AXES):
                 pad.push_other_axes()
 
@@ -92,8 +92,8 @@ def buttons(trial):
             trial.node.start()
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
-            with trial.stimulus(lab.RESET_BUTTON) as record:
-                for names in ((SET_POSE,), RESET_NAMES):    # first the right name alone
+            with trial.stimulus(lab.RESET_BUTTON) as stimulus:
+                for names in ((SET_POSE,), RESET_NAMES):    # at first, only the right name is there
                     if calls:
                         break
                     services.offer(names)
@@ -101,7 +101,7 @@ def buttons(trial):
                     wait_until(lambda: calls, lab.RESET_TIME - Y_PRESS_TIME)
                     time.sleep(DELIVERY_TIME)
                 requests = [request for _, request in calls]
-                record.facts.update({
+                stimulus.facts.update({
                     lab.CALLS: len(calls), lab.SERVICE_NAME: calls[0][0] if calls else '',
                     lab.IS_ORIGIN: all(map(is_origin, requests)),
                     lab.IS_UNIT: all(map(is_unit, requests))})
@@ -122,22 +122,22 @@ def _start_driving(trial, pad):
 
 
 def _hand_over(trial, pad):
-    received, late = [], []
+    received, received_late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: received.append(message.data))
-    with trial.stimulus(lab.HAND_OVER) as record:
+    with trial.stimulus(lab.HAND_OVER) as stimulus:
         pad.press(pad.numbers.relinquish_button)
         wait_until(lambda: True in received, lab.PUBLISH_TIME)
         time.sleep(DELIVERY_TIME)
-        latecomer = rospy.Subscriber(CTRL_RELINQ, Bool, late.append)
-        record.facts[lab.LATCHED] = wait_until(lambda: late, lab.PUBLISH_TIME)
-        record.facts[lab.RELINQUISHED] = received[-1] if received else None
-        latecomer.unregister()
+        late_listener = rospy.Subscriber(CTRL_RELINQ, Bool, received_late.append)
+        stimulus.facts[lab.LATCHED] = wait_until(lambda: received_late, lab.PUBLISH_TIME)
+        stimulus.facts[lab.RELINQUISHED] = received[-1] if received else None
+        late_listener.unregister()
     _stick_up(trial, pad, lab.UP_HANDED_OVER)
     received.clear()
-    with trial.stimulus(lab.TAKE_BACK) as record:
+    with trial.stimulus(lab.TAKE_BACK) as stimulus:
         pad.press(pad.numbers.regain_button)
         wait_until(lambda: received and not received[-1], lab.PUBLISH_TIME)
-        record.facts[lab.RELINQUISHED] = received[-1] if received else None
+        stimulus.facts[lab.RELINQUISHED] = received[-1] if received else None
     listener.unregister()
     time.sleep(DELIVERY_TIME)
     _stick_up(trial, pad, lab.UP_TAKEN_BACK)
@@ -164,42 +164,42 @@ PARTS = {lab.STICKS: sticks, lab.BUTTONS: buttons, lab.NO_SERVICE: no_service, L
 # -- a reset service of any type
 
 def is_origin(request):
-    """Does a request declare the pose (0, 0, 0) or no pose at all?"""
+    """Does a request declare the pose (0, 0, 0), or no pose?"""
     return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
                if kind in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
-    """Has each quaternion of a request the length 1?"""
+    """Does each quaternion of a request have the length 1?"""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
                for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
-    """Has each covariance of a request a number that is not zero?"""
+    """Does each covariance of a request have a number that is not zero?"""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
 class _AnySum(str):
-    """A checksum that equals the checksum of each client, as rospy compares them."""
+    """A checksum that rospy finds equal to the checksum of each client."""
 
     def __ne__(self, other):
         return False
 
 
-#: For rospy: the class of a service of any type.
+#: The class of a service of any type, as rospy expects such a class.
 ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
                            _response_class=AnyMsg)
 
 
 class ResetServices:
-    """Reset services with the names RESET_NAMES, until the end of a ``with`` block. The services
-    accept calls of any type, and answer with success. `calls` has the name and the request of each
+    """Offers reset services with the names RESET_NAMES, until the end of a ``with`` block. The
+    services accept calls of any type, and answer with success. `calls` has (name, request) for each
     call. A request of an unknown type is recorded as an Empty.
 
-    The client's checksum shows the type. The fields of a student's own type are not read. If a
-    version of rospy compares the checksums in another way, or does not hand over the header and the
-    bytes of an AnyMsg, launch/checks/check_gamepad.test and test/ros/mark.test fail.
+    A client's checksum shows the type of its service. The fields of a student's own type are not
+    read. If a version of rospy compares the checksums in another way, or does not hand over the
+    header and the bytes of an AnyMsg, launch/checks/check_gamepad.test and test/ros/mark.test fail.
     """
 
     def __init__(self, trial):

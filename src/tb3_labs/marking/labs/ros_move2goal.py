@@ -1,7 +1,7 @@
-"""The scripts for a node of the Transformation lab, and the calls of the node's reset service.
+"""Scripts for the trials of the Transformation lab, and calls of the node's reset service.
 
-The type of the service is the handout's, ResetPose of this package, a type of std_srvs, or a
-student's own type. For a student's own type only a request with the pose (0, 0, 0) is known.
+The service has the handout's type, ResetPose of this package, a type of std_srvs, or a student's
+own type. For a student's own type only a request with the pose (0, 0, 0) is known.
 """
 import math
 import threading
@@ -23,21 +23,21 @@ from tb3_labs.srv import ResetPoseRequest
 
 #: The topic that resets the odometry of the robot's board.
 ROBOT_RESET = 'reset'
-#: A robot has arrived if it rests, and if the node sent no command to move for this time [s].
+#: A robot has arrived when it rests and the node has sent no command to move for this time [s].
 ARRIVAL_REST_TIME = 1.5
-#: The pose that the part `declared` declares.
+#: The pose to which the part `declared` resets the frame.
 DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE, 'reset_local_pose', 'set_local_pose')
-#: A service with another name may be the reset if its name has one of these words.
+#: If no service has one of RESET_NAMES, a service with one of these words in its name is the reset.
 RESET_WORDS = ('reset', 'pose')
 
 
 def fields_of(message):
-    """Yields the name, type and value of each field of a message, and of each field of a message in
-    a field. Headers are left out."""
+    """Yields name, type and value of each field of a message, and then of the fields within a
+    field. Headers are left out."""
     for name, kind in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
         if kind != 'std_msgs/Header':
@@ -47,7 +47,7 @@ def fields_of(message):
 
 
 def fill_pose(message, pose):
-    """Fill a Pose2 into a request of ResetPose, or into the geometry_msgs/Pose of another request.
+    """Write a Pose2 into the geometry_msgs/Pose of a request, or into a request of ResetPose.
     Returns False if the request has no fields for a pose."""
     for _, kind, value in fields_of(message):
         if kind == 'geometry_msgs/Pose':
@@ -64,36 +64,36 @@ class ResetCaller:
 
     def __init__(self, trial):
         graph, self._recording = trial.node.graph, trial.recording
-        bases = {name: name.rsplit('/', 1)[-1].lower() for name in graph.of_node(OFFERS)}
-        likely = sorted(name for name, base in bases.items()
-                        if any(word in base for word in RESET_WORDS))
-        usual = [name for wanted in RESET_NAMES for name in likely if bases[name] == wanted]
+        last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.at_role(OFFERS)}
+        likely = sorted(name for name, last in last_names.items()
+                        if any(word in last for word in RESET_WORDS))
+        usual = [name for wanted in RESET_NAMES for name in likely if last_names[name] == wanted]
         #: The name of the reset service; '' if the node offers no reset service.
-        self.found = (usual + likely + [''])[0]
-        #: The name of the reset service, if this name is not SET_POSE; else ''.
-        self.wrong_name = '' if rospy.resolve_name(SET_POSE) in bases else self.found
-        self._kind = graph.service(self.found) if self.found else None
+        self.name = (usual + likely + [''])[0]
+        #: The name of the reset service if it is wrong; '' if it is SET_POSE.
+        self.wrong_name = '' if rospy.resolve_name(SET_POSE) in last_names else self.name
+        self._kind = graph.service(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
 
     def call(self, pose):
         """Call the reset service with a Pose2, and record the call. Returns the reason why the call
-        failed; '' if the call succeeded."""
+        failed; '' for a success."""
         problem = self._problem_of_call(pose)[:LONGEST]
-        self._recording.event('call', service=self.found, pose=[pose.x, pose.y, pose.yaw],
+        self._recording.event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                               problem=problem)
         return problem
 
     def _problem_of_call(self, pose):
         if self._kind is None:
-            return f'the type of {self.found} cannot be loaded'
+            return f'the type of {self.name} cannot be loaded'
         request = self._kind._request_class()
         fill_pose(request, pose)
         answers = []
 
         def call():
             try:
-                response = rospy.ServiceProxy(self.found, self._kind)(request)
+                response = rospy.ServiceProxy(self.name, self._kind)(request)
                 refused = getattr(response, 'success', True) is False
                 answers.append(f"it was refused: {getattr(response, 'message', '')}"[:200]
                                if refused else '')
@@ -101,33 +101,31 @@ class ResetCaller:
                 answers.append(str(problem)[:200])
         threading.Thread(target=call, daemon=True).start()
         if not wait_until(lambda: answers, lab.ANSWER_TIME):
-            return f'{self.found} did not answer within {lab.ANSWER_TIME:g} s'
+            return f'{self.name} did not answer within {lab.ANSWER_TIME:g} s'
         return answers[0]
 
 
 class Control:
-    """Gives control of the robot to the node, and takes control away. At first the node has no
-    control."""
+    """Gives control of the robot to the node, and takes control away. At first the node does not
+    have control."""
 
     def __init__(self, trial):
         self._trial = trial
         self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
-        self.take()     # a node may ignore a first message, which may be old, if it is True
+        self.take()     # a node may ignore a True that comes first, since it may be old
 
     def give(self):
-        """Give control to the node."""
         self._control.publish(Bool(True))
 
     def take(self):
-        """Take control away from the node."""
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Give control to the node, and record a drive as the stimulus `name`, until the robot has
-        arrived or is too far away.
+        """Give control to the node, and record its drive as the stimulus `name`, until the robot
+        has arrived or is too far away.
 
-        At its true pose `start` the robot has the pose `local_T_base` in the local frame. By
-        default `start` is the robot's present pose.
+        When the robot stood at its true pose `start`, it had the pose `local_T_base` in the local
+        frame. By default `start` is the robot's present pose.
         """
         recorder = self._trial.recorder
         start = start or recorder.pose
@@ -139,10 +137,9 @@ class Control:
             lambda: recorder.pose.distance_to(start) > lab.FARTHEST)
 
     def start_driving(self):
-        """Make the node drive. Returns True in the middle of the drive, False if the node does not
-        drive.
+        """Make the node drive. Returns True in the middle of the drive, False without a drive.
 
-        A running node whose frame can be reset gets a reset. Any other node is started again.
+        A running node gets a reset. If it does not run, or cannot be reset, it is started again.
         """
         return self._trial.set_in_motion(self._is_ready, self.give, lab.REACTION_TIME)
 
@@ -156,9 +153,9 @@ class Control:
 
 
 def reset_to_origin(trial):
-    """Reset the node's frame to the robot's pose. Returns False if the reset failed."""
+    """Reset the node's frame, so that the robot is at (0, 0, 0). Returns False after a failure."""
     caller = ResetCaller(trial)
-    return bool(caller.found) and not caller.call(Pose2())
+    return bool(caller.name) and not caller.call(Pose2())
 
 
 def drive(trial):
@@ -166,9 +163,9 @@ def drive(trial):
     control = Control(trial)
     start = trial.recorder.pose
     trial.node.start()
-    trial.watch(lab.WITHOUT_CONTROL, lab.OBSERVATION_TIME)
+    trial.observe(lab.WITHOUT_CONTROL, lab.OBSERVATION_TIME)
     control.drive(lab.FIRST_DRIVE, start=start)
-    trial.watch(lab.AT_GOAL, lab.OBSERVATION_TIME)
+    trial.observe(lab.AT_GOAL, lab.OBSERVATION_TIME)
 
 
 def reset(trial):
@@ -178,9 +175,9 @@ def reset(trial):
         trial.node.start()
         trial.robot.leave_origin()
     time.sleep(0.3)
-    trial.robot.face(trial.recorder.heading_deg + lab.ANGLE_BEFORE_RESET)
+    trial.robot.turn_to(trial.recorder.heading_deg + lab.ANGLE_BEFORE_RESET)
     caller = ResetCaller(trial)
-    if not caller.found:
+    if not caller.name:
         trial.not_offered([lab.RESET_TO_ORIGIN, lab.SECOND_DRIVE], OFFERS_NO_RESET)
     if _reset(trial, lab.RESET_TO_ORIGIN, caller):
         control.drive(lab.SECOND_DRIVE)
@@ -188,23 +185,23 @@ def reset(trial):
 
 
 def _reset(trial, name, caller, pose=Pose2(), seconds=lab.PRINT_TIME, straight=True):
-    """Call the reset service with `pose`. Record the call, and the `seconds` [s] after it, as the
+    """Call the reset service with `pose`, and wait for `seconds` [s]. This is recorded as the
     stimulus `name`. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - INTERRUPTION_TIME),
              lab.DROVE_STRAIGHT: straight, lab.WRONG_NAME: caller.wrong_name}
-    with trial.stimulus(name, facts) as record:
-        problem = record.facts[lab.RESET_PROBLEM] = caller.call(pose)
+    with trial.stimulus(name, facts) as stimulus:
+        problem = stimulus.facts[lab.RESET_PROBLEM] = caller.call(pose)
         time.sleep(seconds)
     return not problem
 
 
 def _reset_in_drive(trial, control, caller):
-    """Reset the frame at the goal, turn the robot to the new goal, give control, and reset the
-    frame again in the drive."""
+    """Reset the frame at the goal, turn the robot toward the new goal, and give control. In the
+    middle of the drive, reset the frame again."""
     control.take()
     caller.call(Pose2())
     x, y, _ = lab.GOAL
-    trial.robot.face(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
+    trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
     begun = trial.recorder.now
     control.give()
     straight = wait_until(
@@ -218,7 +215,7 @@ def control_taken(trial):
     """Take control away in a drive. Then send Ctrl+C in another drive."""
     control = Control(trial)
     facts = {WAS_MOVING: control.start_driving()}
-    trial.watch(lab.CONTROL_TAKEN, lab.OBSERVATION_TIME, control.take, facts)
+    trial.observe(lab.CONTROL_TAKEN, lab.OBSERVATION_TIME, control.take, facts)
     trial.ctrl_c_in_motion(control.start_driving)
     control.take()
 
@@ -230,7 +227,7 @@ def declared(trial):
     caller = ResetCaller(trial)
     if not caller.takes_pose:
         trial.not_offered([lab.RESET_ELSEWHERE, lab.DECLARED_DRIVE],
-                          'its reset takes no pose' if caller.found else OFFERS_NO_RESET)
+                          'its reset takes no pose' if caller.name else OFFERS_NO_RESET)
     if _reset(trial, lab.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(lab.DECLARED_DRIVE, DECLARED_POSE)
 
@@ -242,7 +239,7 @@ def offset(trial):
     trial.node.stop()
     board = rospy.Publisher(ROBOT_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not trial.robot.face(100.0):     # [deg], the angle between both zeros after the reset
+    if not trial.robot.turn_to(100.0):     # the reset makes this difference to the IMU [deg]
         trial.not_offered([lab.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()

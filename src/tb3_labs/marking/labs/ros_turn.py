@@ -1,4 +1,4 @@
-"""The scripts for a node of the IMU exercise, and for a node of the IMU lab."""
+"""Scripts for the trials of the IMU exercise and of the IMU lab."""
 import math
 import time
 from contextlib import suppress
@@ -21,23 +21,23 @@ from tb3_labs.msg import MouseController
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_quaternion
 
-#: The topic of the marker's own IMU. The node's topic imu is remapped to this topic.
+#: The topic of the IMU that the marker plays. The node's topic imu is remapped to this topic.
 MARKERS_IMU = 'probe/imu'
-#: The marker repeats each odd sample for this time [s].
+#: The marker repeats an odd sample for this time [s].
 ODD_SAMPLE_TIME = 0.6
-#: Yaws a hair below zero [rad].
+#: Yaws of samples just below zero [rad].
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
-#: A turn is over if the robot rests, and if the node commanded no movement for this time [s].
+#: A turn is over when the robot rests and the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
 
 
 def exercise(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # before a node can change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # later, a node may change it
     node.start()
     for name, degrees in imu_lab.STANDING_HEADINGS.items():
-        trial.robot.face(degrees - offset)
+        trial.robot.turn_to(degrees - offset)
         heading = (trial.recorder.heading_deg + offset) % 360.0
         with trial.stimulus(name, {imu_lab.HEADING_DEG: heading}):
             wait_until(lambda: not node.alive or len(imu_lab.headings(node.printed)) > 2,
@@ -46,7 +46,7 @@ def exercise(trial):
 
 
 def odd_samples(trial):
-    """Send samples that a real IMU seldom sends. They come from the marker's own IMU."""
+    """Play an IMU, and send samples that a real IMU seldom sends."""
     trial.node.start('imu:=' + MARKERS_IMU, listens=[MARKERS_IMU])
     with Repeater(MARKERS_IMU, Imu) as sensor:
         def send(orientation, seconds):
@@ -64,24 +64,24 @@ def odd_samples(trial):
 # ----- the lab -----
 
 class HeldMouse(Repeater):
-    """The marker's mouse on the topic mouse_info. Its messages have the type that the node uses.
+    """The mouse that the marker plays. Its messages on mouse_info have the type that the node uses.
 
-    ValueError if this type has no fields for a mouse.
+    ``ValueError`` if this type has no fields for a mouse.
     """
 
     def __init__(self, graph, recording):
-        #: The sign of y above the middle of the screen.
+        #: The sign of y in the upper half of the screen.
         self.up = 1
         self._recording, self._last_sent = recording, None
         self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
         #: The package of the type.
         self.package = self._kind._type.split('/')[0]
-        #: `remarks` are sentences on fields that the mouse lab calls by other names.
+        #: `remarks` are sentences on fields whose names differ from the mouse lab's names.
         self._names, self.remarks = mouse_fields(self._kind.fields)
         super().__init__(MOUSE_INFO, self._kind)
 
     def at(self, x, y, active=True, seconds=0.0):
-        """Hold the mouse at a place from now on, and wait for `seconds` [s]. x is positive to the
+        """Hold the mouse at (x, y) from now on, and wait for `seconds` [s]. x is positive to the
         right, y upward, both from -1 to 1."""
         message = self._kind()
         for name, value in zip(self._names, (active, x, self.up * y)):
@@ -91,49 +91,52 @@ class HeldMouse(Repeater):
         time.sleep(seconds)
 
     def send(self, message):
-        # a node may reject a repeated stamp, which a stalled driver sends
+        # each message has a new stamp, since a node may reject a repeated stamp
         now = rospy.Time.now()
-        for name, of, _ in message.fields:
-            if of == 'std_msgs/Header':
+        for name, kind, _ in message.fields:
+            if kind == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
         self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
 
 
-#: The names of the fields in the mouse lab, and the types that such a field may have.
+#: The names of the fields in the mouse lab, and the types of a flag and of a number.
 STATUS, X, Y = 'status', 'xPos', 'yPos'
 FLAGS = ('bool', 'std_msgs/Bool')
 NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """Returns the names of the fields for status, x and y, and sentences on names that the mouse
-    lab does not have. `fields` are the fields of a message type: rows of name, type, place.
+    """Returns the names of a message's fields for status, x and y, and sentences on names that the
+    mouse lab does not have. `fields` has (name, type, ...) for each field.
 
-    Fields whose names do not fit are chosen by type and order. Raises ``ValueError`` with a clause
-    if the type has no flag, or fewer than two numbers.
+    If the names do not fit, the fields are chosen by type and order. Raises ``ValueError`` with a
+    clause if the message has no flag, or fewer than two numbers.
     """
-    flags = [name for name, of, *_ in fields if of in FLAGS]
-    numbers = [name for name, of, *_ in fields if of in NUMBERS]
+    flags = [name for name, kind, *_ in fields if kind in FLAGS]
+    numbers = [name for name, kind, *_ in fields if kind in NUMBERS]
     if not flags or len(numbers) < 2:
-        known = ', '.join(f'{of} {name}' for name, of, *_ in fields)
+        known = ', '.join(f'{kind} {name}' for name, kind, *_ in fields)
         raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
-    places = [_named(X, numbers), _named(Y, numbers)]
-    chosen = [_named(STATUS, flags) or flags[0]] + (places if all(places) else numbers[:2])
+    x_and_y = [_similar_name(X, numbers), _similar_name(Y, numbers)]
+    if not all(x_and_y):
+        x_and_y = numbers[:2]
+    chosen = [_similar_name(STATUS, flags) or flags[0], *x_and_y]
     return chosen, [f'Your {name} was taken for {usual}.'
                     for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
 
 
-def _named(usual, names):
-    """Returns the name in `names` that equals `usual` apart from capitals, `_` and `Pos`; or ''."""
+def _similar_name(usual, names):
+    """Returns the name in `names` that matches `usual`; '' if no name matches. Capitals, `_` and
+    the end `Pos` may differ, as in xPos, x_pos and x."""
     bare = {name.lower().replace('_', ''): name for name in reversed(names)}
     return bare.get(usual.lower()) or bare.get(usual.lower().replace('pos', ''), '')
 
 
 def mouse_of(trial, names):
     """Returns a HeldMouse, inactive and in the middle. If the node does not listen to a mouse, the
-    stimuli `names` are recorded as not offered, and NotOffered ends the part."""
-    if rospy.resolve_name(MOUSE_INFO) not in trial.node.graph.of_node(LISTENS):
+    stimuli `names` are recorded as not offered, and ``NotOffered`` ends the part."""
+    if rospy.resolve_name(MOUSE_INFO) not in trial.node.graph.at_role(LISTENS):
         trial.not_offered(names, 'it does not listen to mouse_info')
     try:
         mouse = HeldMouse(trial.node.graph, trial.recording)
@@ -155,23 +158,22 @@ def turns(trial):
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
-    _begin_at(trial, 40.0)      # [deg], where a right node ends the last turn
-    trial.watch(turn_lab.NONSENSE, turn_lab.ANSWER_TIME,
-                lambda: trial.node.type(turn_lab.TYPED_NONSENSE))
+    _begin_at(trial, 40.0)      # a right node ends the last turn at this heading [deg]
+    trial.observe(turn_lab.NONSENSE, turn_lab.ANSWER_TIME,
+                  lambda: trial.node.type(turn_lab.TYPED_NONSENSE))
 
 
 def _begin_at(trial, heading):
     """Make sure that the robot rests near the heading [deg], and that the node runs."""
-    astray = abs(difference_degrees(trial.recorder.heading_deg, heading)) > 25.0   # [deg]
-    if astray or not (trial.node.alive and trial.recorder.rests()):
+    is_elsewhere = abs(difference_degrees(trial.recorder.heading_deg, heading)) > 25.0   # [deg]
+    if is_elsewhere or not (trial.node.alive and trial.recorder.rests()):
         trial.node.stop()
-        if astray:
-            trial.robot.face(heading)
+        if is_elsewhere:
+            trial.robot.turn_to(heading)
         trial.node.start()
 
 
 def _try_turn(trial, name, typed, facts=(), seconds=turn_lab.TURN_TIME):
-    """Type the letter `typed`, and record the turn as the stimulus `name` with the `facts`."""
     trial.motion(name, lambda: trial.node.type(typed), turn_lab.TURN_REACTION, TURN_REST_TIME,
                  seconds, facts)
 
@@ -180,13 +182,13 @@ def mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
     with mouse_of(trial, turn_lab.MOUSE_ALONE) as hand:
-        trial.watch(turn_lab.NOT_ACTIVE, turn_lab.MOUSE_TIME,
-                    lambda: hand.at(0.0, 1.0, active=False))
+        trial.observe(turn_lab.NOT_ACTIVE, turn_lab.MOUSE_TIME,
+                      lambda: hand.at(0.0, 1.0, active=False))
         hand.at(0.0, 0.0, seconds=0.2)
         for name, place in turn_lab.MOUSE_PLACES.items():
-            trial.watch(name, turn_lab.MOUSE_TIME, lambda: hand.at(*place))
+            trial.observe(name, turn_lab.MOUSE_TIME, lambda: hand.at(*place))
         hand.at(0.0, 1.0, seconds=0.4)
-        trial.watch(turn_lab.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+        trial.observe(turn_lab.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
 
 
 def both(trial):
@@ -196,15 +198,16 @@ def both(trial):
     with mouse_of(trial, turn_lab.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
         _try_turn(trial, turn_lab.TURN_BESIDE, LEFT_KEY, seconds=turn_lab.BESIDE_MOUSE_TIME)
-        trial.watch(turn_lab.AFTER_TURN, turn_lab.MOUSE_TIME, lambda: hand.at(0.0, 1.0))
+        trial.observe(turn_lab.AFTER_TURN, turn_lab.MOUSE_TIME, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)
-        moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), turn_lab.TURN_REACTION)
+        was_moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), turn_lab.TURN_REACTION)
         time.sleep(INTERRUPTION_TIME)
-        with trial.stimulus(turn_lab.IN_TURN, {WAS_MOVING: moving}) as record:
+        with trial.stimulus(turn_lab.IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             hand.at(0.0, 1.0)
             wait_until(lambda: turn_lab.any_full_speed(
-                trial.recorder.commands_since(record.begin), 1.0, -1.0), turn_lab.MOUSE_REACTION)
+                trial.recorder.commands_since(stimulus.begin), 1.0, -1.0),
+                turn_lab.MOUSE_REACTION)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 
@@ -212,7 +215,7 @@ def _is_idle(trial):
     return trial.node.alive and wait_until(lambda: trial.recorder.rests(TURN_REST_TIME), 1.0)
 
 
-def _in_a_turn(trial):
+def _set_turning(trial):
     return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT_KEY),
                                turn_lab.TURN_REACTION)
 
@@ -222,14 +225,14 @@ def lost(trial):
     trial.node.start()
     with suppress(NotOffered), mouse_of(trial, [turn_lab.MOUSE_SILENT]) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        moving = trial.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
+        was_moving = trial.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
-        trial.falls_silent(turn_lab.MOUSE_SILENT, moving, lambda: hand.hold(None))
+        trial.falls_silent(turn_lab.MOUSE_SILENT, was_moving, lambda: hand.hold(None))
         hand.at(0.0, 0.0, active=False, seconds=0.3)
-    trial.sensor_falls_silent(turn_lab.IMU_SILENT, _in_a_turn(trial), IMU_SWITCH)
+    trial.sensor_falls_silent(turn_lab.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
 
 
 EXERCISE_PARTS = {imu_lab.HEADING: exercise, imu_lab.ODD_SAMPLES: odd_samples}
 PARTS = {turn_lab.TURNS: turns, turn_lab.MOUSE: mouse, turn_lab.BOTH: both,
-         turn_lab.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _in_a_turn(trial)),
+         turn_lab.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
          LOST: lost}

@@ -1,5 +1,5 @@
-"""The stimuli and the criteria of the IMU lab. The keyboard turns the robot, the mouse drives it.
-"""
+"""The stimuli and the criteria of the IMU lab, in which the keyboard turns the robot, and the mouse
+drives it."""
 import re
 from functools import partial
 from typing import Iterable, List, NamedTuple, Sequence
@@ -10,9 +10,9 @@ from tb3_labs.handout import (
     CONTROLLER_GOODBYE, HDG_TOL, LEFT_KEY, MAX_ANG_Z, MOUSE_DEAD_ZONE, MOUSE_FULL, RIGHT_KEY,
     TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
-    ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOP_TIME,
-    STOPS_AT_ONCE, Criterion, Reason, ends_cleanly, not_stopped, prints, starts, steers,
-    stops_robot, stops_when_lost, times, within)
+    ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
+    Criterion, Reason, ends_cleanly, not_stopped, prints, scaled, starts, steers, stops_robot,
+    stops_when_lost, within)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
@@ -20,10 +20,10 @@ from tb3_labs.watch.input_links import TURN_BESIDE_MOUSE
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
-#: The stimuli in which a device falls silent: the IMU in a turn, the mouse in a drive.
+#: The stimuli in which the IMU falls silent in a turn, and the mouse in a drive.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
-#: Steps of the sheet. START_STEP also names the mistakes of the heading.
+#: Steps of the sheet.
 MOUSE_STEP, START_STEP, LAW_STEP, RIGHT_STEP, CTRL_C_STEP = (
     TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
 
@@ -32,14 +32,14 @@ class TurnStimulus(NamedTuple):
     """A turn that the marker asks for."""
 
     typed: str              # the letter
-    requested_deg: float    # the requested angle, left positive
-    begins_deg: float       # the heading at the begin of the turn
+    requested_deg: float    # the requested angle, left positive [deg]
+    begins_deg: float       # the heading at which the turn begins [deg]
     slip: float = 0.0       # the share of the wheels' travel that slips
 
 
-#: The slip on a carpet. There a node that turns for a fixed time turns too little.
+#: The slip on a carpet, as a share of the wheels' travel. On a carpet, a node that turns for a
+#: fixed time turns too little.
 CARPET_SLIP = 0.3
-#: stimulus -> TurnStimulus
 TURN_STIMULI = {
     LEFT_KEY: TurnStimulus(LEFT_KEY, TURN_DEG, 40.0),
     'l across 180': TurnStimulus(LEFT_KEY, TURN_DEG, 130.0),
@@ -56,48 +56,50 @@ TYPED_NONSENSE = 'x'        # the invalid input
 COAST_DEG = 1.0
 #: A turn begins within this time after its letter was typed [s].
 TURN_REACTION = 3.0
-#: A turn ends within this time after its begin [s].
+#: A turn lasts at most this time [s].
 TURN_TIME = 8.0
-#: A turn beside an active mouse may take this time [s]. A node may send a zero for each message of
-#: a mouse at rest. The zeros between the commands of the turn make the turn slower.
+#: A turn beside an active mouse may take this time [s]. The turn is slow if the node sends a zero
+#: for each message of the mouse.
 BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
-#: The limits of the answer to an invalid input.
-ANSWER_TIME = 1.0           # [s]
+#: The node answers an invalid input within this time [s].
+ANSWER_TIME = 1.0
+#: A person can read an answer of at most this many lines.
 MOST_LEGIBLE_LINES = 1000
 #: The tolerance of a turn in the criterion beyond the handout [deg].
 EXACT_DEG = 1.0
-#: The stimuli of the mouse alone, in their order, and of the mouse beside turns.
+#: The stimuli of the mouse without turns, and of the mouse beside turns.
 MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
     'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
     'mouse half right and half down', 'mouse deactivated')
 BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
     TURN_BESIDE_MOUSE, 'mouse after a turn', 'mouse in a turn')
-#: The places of the active mouse: stimulus -> (x to the right, y up), each -1 to 1.
+#: stimulus -> the place (x, y) of the active mouse. x is positive to the right, y upward, both from
+#: -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
                 HALF_WAY: (0.6, -0.6)}
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
-#: The bounds of a speed if the mouse is at the edge of the screen [m/s], [rad/s].
+#: The bounds of a speed for a mouse at the edge of the screen [m/s] or [rad/s].
 EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
-#: The bounds of a speed if the mouse is at 0.6 of the way to the edge [m/s], [rad/s]. The bounds
-#: are wide, since the mouse lab does not say how the speed grows outside the dead zone.
+#: The bounds of a speed for a mouse at 0.6 of the way to the edge [m/s] or [rad/s]. They are wide,
+#: since the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
 #: The marker holds the mouse at a place for this time [s].
 MOUSE_TIME = 0.8
-#: If the marker moves the mouse in a turn, the robot must drive by the mouse within this time [s].
+#: After the marker moved the mouse in a turn, the mouse drives the robot within this time [s].
 MOUSE_REACTION = 4.0
-#: The limits of the mouse and of the turns in words.
-MOUSE_LIMITS = 'within {:g} s: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both ' \
-    '{:.2f} to {:.2f} at ({:g}, {:g})'.format(
-        MOUSE_TIME, *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED, *MOUSE_PLACES[HALF_WAY])
-TURN_LIMITS = 'within {:g} degrees, and {:g} for stopping; begun within {:g} s, over within ' \
-    '{:g} s, by a zero velocity'.format(HDG_TOL, COAST_DEG, TURN_REACTION, TURN_TIME)
+#: Words for the limits of the mouse and of the turns.
+MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
+    '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,
+                                    *MOUSE_PLACES[HALF_WAY])
+TURN_LIMITS = f'within {HDG_TOL:g} degrees, and {COAST_DEG:g} for stopping; begun ' \
+    f'{within(TURN_REACTION)}, over {within(TURN_TIME)}, by a zero velocity'
 ON_A_CARPET = f'as left, also if the wheels slip by {CARPET_SLIP:.0%}'
 
 
-def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
-           seconds: float = TURN_TIME) -> Reason:
+def makes_turn(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
+               seconds: float = TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
     scene, turn = observation.scene(name), TURN_STIMULI.get(name, TURN_STIMULI[LEFT_KEY])
     after = f'after {turn.typed} ({name[2:]})' if name in TURNS_ACROSS else f'after {turn.typed}'
@@ -111,11 +113,12 @@ def turned(observation: Observation, name: str, tolerance: float = HDG_TOL + COA
     error = abs(observed_deg - turn.requested_deg)
     if error <= tolerance:
         return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
-    missed = f"{after}{', where the wheels slip,' if turn.slip else ''} {it_turned}, then stopped"
+    on_carpet = ', where the wheels slip,' if turn.slip else ''
+    reason = f'{after}{on_carpet} {it_turned}, then stopped'
     if observed_deg * turn.requested_deg <= 0.0:
-        return missed
+        return reason
     side = 'short of' if abs(observed_deg) < abs(turn.requested_deg) else 'beyond'
-    return (f'{missed}: {error:.1f} degrees {side} the goal, where '
+    return (f'{reason}: {error:.1f} degrees {side} the goal, where '
             f'{min(tolerance, HDG_TOL):g} are allowed')
 
 
@@ -126,18 +129,14 @@ def _degrees(observed_deg):
     return f"{number} degrees to the {'left' if observed_deg > 0.0 else 'right'}"
 
 
-def _turned_each(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
-    """Returns the Reason of the first wrong turn by `turned`; '' if all turns are right."""
-    for name in names:
-        missed = turned(observation, name, *tolerance)
-        if missed:
-            return missed
-    return ''
+def _makes_turns(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
+    """Returns the Reason for the first wrong turn in `names`; '' if all turns are right."""
+    reasons = (makes_turn(observation, name, *tolerance) for name in names)
+    return next(filter(None, reasons), '')
 
 
 def _commands_of_turns(observation):
-    """Returns the commands of all turns that were tried. ``NotObserved`` if no turn moved the
-    robot."""
+    """Returns the commands of all tried turns. ``NotObserved`` if no turn moved the robot."""
     commands = np.vstack([turn.moving for turn in observation.scenes(list(TURN_STIMULI))])
     if not len(commands):
         raise NotObserved('the robot was never turned')
@@ -146,7 +145,7 @@ def _commands_of_turns(observation):
 
 def _keeps_speed_limit(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
-    observation.greatest_speed(commands, ANGULAR)
+    observation.greatest_speed(commands, ANGULAR)       # sets the moment of the verdict
     rates = commands[:, ANGULAR]
     fast = [f'{rate:.1f} rad/s to the {way}' for rate, way in (
         (rates.max(), 'left'), (-rates.min(), 'right')) if rate > MAX_ANG_Z + ROUNDING]
@@ -209,38 +208,42 @@ def _drives_in_turn(observation: Observation) -> Reason:
 
 
 def sign_of_up(observation: Observation) -> float:
-    """Returns the right sign of the speed for a mouse at the upper edge. If the submission's own
-    mouse client shows the direction of y, the sign is 1.0. Otherwise the first speed that the node
-    commanded for such a mouse has the right sign."""
-    speeds = [speed for name in (MOUSE_UP, AFTER_TURN, IN_TURN) if observation.has(name)
-              for speed in observation.scene(name, may_die=True).moving[:, LINEAR] if speed]
-    if not observation.mouse_up and speeds and speeds[0] < 0.0:
-        return -1.0
+    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0. It is 1.0 if
+    the direction of y is known from the submission's mouse client. Otherwise it is the sign of the
+    first speed that the node commanded for such a mouse."""
+    if observation.mouse_up:
+        return 1.0
+    for name in filter(observation.has, (MOUSE_UP, AFTER_TURN, IN_TURN)):
+        speeds = observation.scene(name, may_die=True).moving[:, LINEAR]
+        if speeds.any():
+            first_speed = speeds[speeds != 0.0][0]
+            return 1.0 if first_speed > 0.0 else -1.0
     return 1.0
 
 
 def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
-    """Does a command have the speed for a mouse at the upper edge, with one of the `signs`? The
-    commands are rows of time, linear, angular."""
+    """Does a command have the speed for a mouse at the upper edge, with one of the `signs`? A
+    command is (time, linear, angular)."""
     return any(sign * command[LINEAR] > EDGE_SPEED[0] for command in commands for sign in signs)
 
 
 def _mouse_drives(observation: Observation) -> Reason:
     up = sign_of_up(observation)
-    return (steers(observation, MOUSE_UP, linear=times(up, EDGE_SPEED), of_moving=True)
+    return (steers(observation, MOUSE_UP, linear=scaled(EDGE_SPEED, up), of_moving=True)
             or steers(observation, MOUSE_LEFT, angular=EDGE_SPEED, of_moving=True)
-            or steers(observation, HALF_WAY, linear=times(-up, HALF_WAY_SPEED),
-                      angular=times(-1.0, HALF_WAY_SPEED), of_moving=True))
+            or steers(observation, HALF_WAY, linear=scaled(HALF_WAY_SPEED, -up),
+                      angular=scaled(HALF_WAY_SPEED, -1.0), of_moving=True))
 
 
 def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
     """Returns sentences on mistakes that cost no points."""
+    # the lines after the typed letter
     printed = [observation.scene(name, may_die=True).printed.splitlines()[1:]
                for name in (LEFT_KEY, NONSENSE) if observation.has(name)]
     remarks = []
-    if len(printed) > 1 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
-        remarks.append('After "{}" it printed its prompt alone, and no error. See {}.'.format(
-            TYPED_NONSENSE, RIGHT_STEP))
+    if len(printed) == 2 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
+        remarks.append(f'After "{TYPED_NONSENSE}" it printed its prompt alone, and no error. See '
+                       f'{RIGHT_STEP}.')
     if sign_of_up(observation) < 0.0:
         remarks.append(NO_MOUSE_CLIENT)
     if observation.mouse_up < 0:
@@ -251,32 +254,31 @@ def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> Lis
 CRITERIA = [
     Criterion('starts', TURNS, 'runs and listens to imu', START_STEP, starts, limits=IN_TIME),
     Criterion('left', TURNS, f'l turns {TURN_DEG:g} degrees left', LAW_STEP,
-              partial(turned, name=LEFT_KEY), limits=TURN_LIMITS),
+              partial(makes_turn, name=LEFT_KEY), limits=TURN_LIMITS),
     Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_STEP,
-              partial(turned, name=RIGHT_KEY), limits=ON_A_CARPET),
+              partial(makes_turn, name=RIGHT_KEY), limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
-              lambda observation: _turned_each(observation, TURNS_ACROSS), limits=ON_A_CARPET),
+              partial(_makes_turns, names=TURNS_ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
               _keeps_speed_limit, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW_STEP,
               _on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', RIGHT_STEP, _answers_nonsense, limits='within {:g} s, in at most {} lines; '
-              'the robot rests'.format(ANSWER_TIME, MOST_LEGIBLE_LINES)),
-    Criterion('mouse_drives', MOUSE, 'mouse up drives forward, left turns left, {:g} at the '
-              'edge'.format(MOUSE_FULL), MOUSE_STEP, _mouse_drives, limits=MOUSE_LIMITS),
-    Criterion('mouse_dead_zone', MOUSE, 'a mouse within {:g} of the middle moves nothing'.format(
-        MOUSE_DEAD_ZONE), MOUSE_STEP, _has_dead_zone,
-              limits='zero velocity at ({:g}, {:g}) within {:g} s'.format(
-                  *MOUSE_PLACES[NEAR_MIDDLE], STOP_TIME)),
+              'ones', RIGHT_STEP, _answers_nonsense, limits=f'{within(ANSWER_TIME)}, in at most '
+              f'{MOST_LEGIBLE_LINES} lines; the robot rests'),
+    Criterion('mouse_drives', MOUSE, f'mouse up drives forward, left turns left, {MOUSE_FULL:g} at '
+              'the edge', MOUSE_STEP, _mouse_drives, limits=MOUSE_LIMITS),
+    Criterion('mouse_dead_zone', MOUSE, f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves '
+              'nothing', MOUSE_STEP, _has_dead_zone,
+              limits=f'zero velocity at {MOUSE_PLACES[NEAR_MIDDLE]} {STOPS_AT_ONCE}'),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               MOUSE_STEP, _stops_when_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              MOUSE_STEP, partial(turned, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
-              limits=f'as left, over within {BESIDE_MOUSE_TIME:g} s'),
+              MOUSE_STEP, partial(makes_turn, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
+              limits='as left, over ' + within(BESIDE_MOUSE_TIME)),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', MOUSE_STEP,
               _drives_after_turn,
-              limits=f'more than {EDGE_SPEED[0]:.2f} m/s within {MOUSE_TIME:g} s'),
+              limits=f'more than {EDGE_SPEED[0]:.2f} m/s {within(MOUSE_TIME)}'),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
               MOUSE_STEP, _drives_in_turn, limits=within(MOUSE_REACTION)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', CTRL_C_STEP,
@@ -285,7 +287,7 @@ CRITERIA = [
               partial(prints, words=CONTROLLER_GOODBYE)),
     ends_cleanly(SHUTDOWN, CTRL_C_STEP),
     Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS,
-              lambda observation: _turned_each(observation, TURN_STIMULI, EXACT_DEG), extra=True),
+              lambda observation: _makes_turns(observation, TURN_STIMULI, EXACT_DEG), extra=True),
     stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

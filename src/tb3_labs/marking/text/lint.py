@@ -1,7 +1,7 @@
 """Finds faults in the text of a node, such as lines without effect and undefined names.
 
-A right node may have faults. Therefore students read them only if their node loses points. A file
-that is not valid Python has no faults here, since Python itself reports the error.
+A right node may have such faults, so students read them only if the node loses points. A text that
+is not valid Python has no faults here, since Python itself reports the error.
 """
 import ast
 import json
@@ -22,34 +22,31 @@ from tb3_labs.marking.text.lint import assigned, faults
 text = sys.stdin.buffer.read()
 print(json.dumps([faults(text), assigned(text)]))
 '''
-#: The limits of the results.
-MOST_NAMES = 200    # variables
-MOST_LINES = 6      # lines of a variable
-MOST_FAULTS = 4
-QUOTED = 60         # characters of a quoted name or line
-#: A program with one of these names may use names that are not in its text.
+#: The limits of the results: variables, lines of a variable, faults, characters of a quotation.
+MOST_NAMES, MOST_LINES, MOST_FAULTS, QUOTED = 200, 6, 4, 60
+#: With these names a program can use a variable without writing the variable's name.
 DYNAMIC_NAMES = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
-#: The line of a fault, and a clause.
-Fault = Tuple[int, str]
+#: The number of a line, and a clause on the fault in it.
+LineFault = Tuple[int, str]
 
 
 def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
-    """Returns (sentences on the faults of a program, the result of `assigned`). The program is a
-    stranger's. Therefore a process with limits reads the program."""
+    """Returns (sentences on the faults of a program, the result of `assigned`). A process with
+    limits reads the program, since it is a stranger's."""
     if not path.is_file() or path.stat().st_size > LARGEST_TEXT:
         return [], {}
     done = subprocess.run(
         [*PROCESS_LIMITS, sys.executable, '-c', LINT_PROGRAM], input=path.read_bytes(), cwd='/',
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     found, lines = json.loads(done.stdout.decode()) if done.returncode == 0 else ([], {})
-    return [f'Line {line} of {path.name}: {words}.' for line, words in found], lines
+    return [f'Line {line} of {path.name}: {clause}.' for line, clause in found], lines
 
 
 def assigned(text: bytes) -> Dict[str, List[int]]:
-    """Returns variable -> lines that assign the variable. A variable is called NAME, also for
-    self.NAME. A field of a field is called FIELD.NAME, too."""
+    """Returns variable -> the lines that assign the variable. A variable and a field have their own
+    name. A field of a field also has the name FIELD.NAME."""
     lines: Dict[str, List[int]] = {}
     for node in nodes_of(text):
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
@@ -63,7 +60,7 @@ def assigned(text: bytes) -> Dict[str, List[int]]:
     return {name: sorted(set(at))[:MOST_LINES] for name, at in lines.items()}
 
 
-def faults(text: bytes) -> List[Fault]:
+def faults(text: bytes) -> List[LineFault]:
     """Returns the first faults in the text of a program."""
     try:
         tree = ast.parse(text)
@@ -71,12 +68,12 @@ def faults(text: bytes) -> List[Fault]:
                  *_always_true(tree), *_misspelt(tree), *_of_pyflakes(tree), *_unused(tree)]
     except NOT_READ:
         return []
-    first = {words: line for line, words in sorted(found, reverse=True)}
-    return sorted((line, words) for words, line in first.items())[:MOST_FAULTS]
+    first = {clause: line for line, clause in sorted(found, reverse=True)}
+    return sorted((line, clause) for clause, line in first.items())[:MOST_FAULTS]
 
 
-def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[Fault]:
-    # a name alone in a try block may ask whether the name exists
+def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[LineFault]:
+    # in a try block a name alone may find out if the name exists
     tried = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Try) for part in node.body}
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and id(node) not in tried and isinstance(
@@ -87,9 +84,8 @@ def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[Fault]:
             yield node.lineno, f'"{line}" has no effect: {why}'
 
 
-def _always_true(tree: ast.Module) -> Iterator[Fault]:
-    """Yields each condition with an ``or`` before a text, for example ``letter == 'l' or 'left'``.
-    """
+def _always_true(tree: ast.Module) -> Iterator[LineFault]:
+    """Yields each condition with a text alone behind ``or``, as in ``letter == 'l' or 'left'``."""
     for node in ast.walk(tree):
         test = getattr(node, 'test', None)
         if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or) and any(
@@ -98,9 +94,9 @@ def _always_true(tree: ast.Module) -> Iterator[Fault]:
             yield test.lineno, 'the condition is always true: a text alone after "or" is true'
 
 
-def _misspelt(tree: ast.Module) -> Iterator[Fault]:
+def _misspelt(tree: ast.Module) -> Iterator[LineFault]:
     """Yields each attribute that is assigned and never read, if an attribute with a similar name is
-    read. An object that works by itself, for example a Subscriber, need not be read."""
+    read. Attributes such as a Subscriber, which works unread, are left out."""
     working = {
         id(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
         and isinstance(node.value, ast.Call) and node.value.args
@@ -121,38 +117,39 @@ def _misspelt(tree: ast.Module) -> Iterator[Fault]:
                                        f'it: {near[:QUOTED]}')
 
 
-def _of_pyflakes(tree: ast.Module) -> Iterator[Fault]:
-    """Yields undefined names, unused variables and functions that are defined twice, if they change
-    the behaviour of the program."""
+def _of_pyflakes(tree: ast.Module) -> Iterator[LineFault]:
+    """Yields the undefined names, unused variables and functions defined twice that change the
+    behaviour of the program."""
     nodes = list(ast.walk(tree))
     dynamic = DYNAMIC_NAMES & set(_names(tree))
-    run = {(node.lineno, node.id) for node in nodes if isinstance(node, ast.Name)} - {
-        (name.lineno, name.id) for node in nodes for part in (
-            getattr(node, 'annotation', None), getattr(node, 'returns', None)) if part
+    annotations = [part for node in nodes for part in (
+        getattr(node, 'annotation', None), getattr(node, 'returns', None)) if part]
+    executed = {(node.lineno, node.id) for node in nodes if isinstance(node, ast.Name)} - {
+        (name.lineno, name.id) for part in annotations
         for name in ast.walk(part) if isinstance(name, ast.Name)}
-    plain = {(node.lineno, node.name) for node in nodes
-             if isinstance(node, FUNCTIONS) and not node.decorator_list}
-    own = {node.attr for node in nodes if isinstance(node, ast.Attribute) and _is_self(node)
-           and isinstance(node.ctx, ast.Load)}
-    everywhere = {target.id for node in tree.body if isinstance(node, ast.Assign)
-                  for target in node.targets if isinstance(target, ast.Name)}
+    undecorated = {(node.lineno, node.name) for node in nodes
+                   if isinstance(node, FUNCTIONS) and not node.decorator_list}
+    read_fields = {node.attr for node in nodes if isinstance(node, ast.Attribute)
+                   and _is_self(node) and isinstance(node.ctx, ast.Load)}
+    global_names = {target.id for node in tree.body if isinstance(node, ast.Assign)
+                    for target in node.targets if isinstance(target, ast.Name)}
     for finding in checker.Checker(tree).messages:
-        line, words = finding.lineno, finding.message_args
-        name = str(words[0])[:QUOTED] if words else ''
-        if isinstance(finding, messages.UndefinedName) and (line, name) in run and not dynamic:
+        line, arguments = finding.lineno, finding.message_args
+        name = str(arguments[0])[:QUOTED] if arguments else ''
+        if isinstance(finding, messages.UndefinedName) and (line, name) in executed and not dynamic:
             yield line, f"name '{name}' is not defined"
-        elif isinstance(finding, messages.UnusedVariable) and name in own | everywhere:
+        elif isinstance(finding, messages.UnusedVariable) and name in read_fields | global_names:
             yield line, '{} is a local variable here, and never used: {} is another one'.format(
-                name, 'self.' + name if name in own else 'the global ' + name)
+                name, 'self.' + name if name in read_fields else 'the global ' + name)
         elif isinstance(finding, messages.RedefinedWhileUnused):
-            first = words[1]
-            if {(line, name), (first, name)} <= plain:
+            first = arguments[1]
+            if {(line, name), (first, name)} <= undecorated:
                 yield line, f'{name} is defined a second time: that of line {first} is never used'
 
 
-def _unused(tree: ast.Module) -> Iterator[Fault]:
-    """Yields each function and each class whose name stands nowhere outside of its own text. A
-    function with a decorator may be used elsewhere. A method of a class with a base class, too."""
+def _unused(tree: ast.Module) -> Iterator[LineFault]:
+    """Yields each function and class that the program never uses. Functions with a decorator and
+    methods of a class with a base class are left out, since a library may call them."""
     used = Counter(_names(tree))
     if DYNAMIC_NAMES & set(used):
         return

@@ -12,22 +12,22 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, States
 
-#: A node's line about a reset, and the call of this reset, are at most this far apart [s].
+#: The call of a reset, and the node's printed line on this reset, are at most this far apart [s].
 SAME_RESET = 1.0
-#: Of a long output this many characters are read from the begin, and this many from the end.
+#: Of the output of a process, only the first and the last characters are kept, each this many.
 MOST_PRINTED = 20000
-#: A code for a colour in a text for a terminal.
+#: A terminal's code for a colour.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 #: kind of event -> the list of the Observation that gets the sentence of the event
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings', 'fault': 'faults'}
 
 
-def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
-    """Returns the Observation in the bag of a trial. All texts lose the `places`, which are
-    beginnings of paths on the marking machine. ``ValueError`` if the bag has no trial."""
+def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
+    """Returns the Observation in the bag of a trial. The `path_prefixes` are removed from all
+    texts, since they are paths on the marking machine. ``ValueError`` if the bag has no trial."""
     def cleaned(text: str) -> str:
-        for place in places:
-            text = text.replace(place, '')
+        for prefix in path_prefixes:
+            text = text.replace(prefix, '')
         return text
     recording = read_run(str(path))
     recording = replace(recording, log=replace(recording.log, texts=np.array(
@@ -47,18 +47,18 @@ def read_trial(path: Any, places: Sequence[str] = ()) -> Observation:
     observation.stimuli = [each for each in observation.stimuli if not math.isnan(each.end)]
     for each in observation.processes + observation.stimuli:
         each.printed = COLOUR.sub('', cleaned(each.printed))
-    for start in observation.processes:
-        if len(start.printed) > 2 * MOST_PRINTED:
-            start.printed = '{}\n...\n{}'.format(
-                start.printed[:MOST_PRINTED], start.printed[-MOST_PRINTED:])
+    for process in observation.processes:
+        if len(process.printed) > 2 * MOST_PRINTED:
+            process.printed = '{}\n...\n{}'.format(
+                process.printed[:MOST_PRINTED], process.printed[-MOST_PRINTED:])
     observation.recording = with_stimuli(recording, observation)
     return observation
 
 
 def with_stimuli(recording: RunData, observation: Observation) -> RunData:
-    """Returns the recording of a trial with the marker's starts, stimuli, letters, goals and resets
-    added. A reset has the time of the node's line about the reset; without such a line, the time of
-    the call.
+    """Adds the marker's starts, stimuli, letters, goals and resets to the recording of a trial, and
+    returns the new recording. A reset has the time of the node's printed line on the reset. Without
+    such a line it has the time of the call.
 
     After a failed call the node's frame is unknown. Therefore the variables from a failed call to
     the next start are removed.
@@ -67,26 +67,28 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     resets = np.column_stack([declared.arrival, declared.x, declared.y, declared.yaw]).tolist()
     for at, pose, problem in observation.calls:
         if problem:
-            end = min([start.begin for start in observation.processes if start.begin > at],
+            end = min([process.begin for process in observation.processes if process.begin > at],
                       default=math.inf)
             known &= (recording.variables.arrival < at) | (recording.variables.arrival > end)
         elif not (np.abs(declared.arrival - at) < SAME_RESET).any():
             resets.append([at, *pose])
     goals = [[each.begin, *each.facts[GOAL_POSE]] for each in observation.stimuli
              if GOAL_POSE in each.facts]
-    letters = [row for each in observation.stimuli if REQUESTED_DEG in each.facts
-               for row in ([each.begin, np.sign(each.facts[REQUESTED_DEG])], [each.end, 0.0])]
+    letters = []
+    for each in observation.stimuli:
+        if REQUESTED_DEG in each.facts:
+            letters += [[each.begin, np.sign(each.facts[REQUESTED_DEG])], [each.end, 0.0]]
     return replace(
         recording, variables=recording.variables.take(known),
         resets=samples_from_rows(Poses, sorted(resets)),
-        starts=tuple(start.begin for start in observation.processes),
+        starts=tuple(process.begin for process in observation.processes),
         states=samples_from_rows(States, [[each.begin, each.name] for each in observation.stimuli]),
         goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Numbers, letters))
 
 
 def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-    """Returns the Samples of rows: the time of arrival, then the fields. The stamp of a sample is
-    the time of its arrival."""
+    """Returns the Samples of rows. A row has the time of arrival, then the fields. The stamp of
+    each sample is its time of arrival."""
     if not rows:
         return kind.none()
     arrival, *columns = [np.array(column, dtype=object if isinstance(column[0], str) else float)
@@ -96,16 +98,16 @@ def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) ->
 
 def _add_output(observation: Observation, text: str, lines: int) -> None:
     """Add an output of `lines` lines to the present process and to the present stimulus."""
-    for each in observation.processes[-1:]:
-        each.printed += text
-    for stimulus in observation.stimuli[-1:]:
-        if math.isnan(stimulus.end):
-            stimulus.printed = (stimulus.printed + text)[-MOST_PRINTED:]
-            stimulus.lines += lines
+    if observation.processes:
+        observation.processes[-1].printed += text
+    if observation.stimuli and math.isnan(observation.stimuli[-1].end):
+        stimulus = observation.stimuli[-1]
+        stimulus.printed = (stimulus.printed + text)[-MOST_PRINTED:]
+        stimulus.lines += lines
 
 
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
-    """Add an event of a trial to the Observation of the trial."""
+    """Add an event of a trial to the Observation."""
     if kind in ('trial', 'program'):
         vars(observation).update(facts)
     elif kind == 'begin':
@@ -133,7 +135,7 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
     elif kind == 'own move':
         observation.own_moves.append([at - facts['seconds'], at])
     elif kind == 'not offered':
-        observation.missing.update(dict.fromkeys(facts['names'], facts['reason']))
+        observation.not_offered.update(dict.fromkeys(facts['names'], facts['reason']))
     elif kind == 'call' and 'pose' in facts:
         observation.calls.append([at, facts['pose'], facts['problem']])
     elif kind == 'mouse client':

@@ -1,42 +1,44 @@
-"""The trial of a node, as the criteria judge it: the stimuli, and the node's reactions.
+"""The criteria judge a node by an Observation. It has the stimuli of a trial, and the node's
+reactions.
 
 :mod:`tb3_labs.marking.trial.from_bag` reads an Observation from the bag of the trial.
 
 Units: seconds since the recording began, m/s, rad/s, metres, radians. The yaw of the true poses is
-continuous over whole turns. The commands of the marker are left out.
+continuous over whole turns. The marker's own commands are left out.
 """
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
-#: The stimuli by Ctrl+C. A node gets up to three, since rospy may lose the node's last message.
+#: The stimuli by Ctrl+C. A trial has up to three, since rospy may lose the node's last message.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Keys of a stimulus's `facts`. A pose or a transform is [x, y, yaw] in [m], [rad].
-MOVED = 'moved'                     # did the node command a movement after the begin?
+MOVED = 'moved'                     # did the node command a movement during the stimulus?
 RESTED = 'rested'                   # did the robot come to rest?
-WAS_MOVING = 'was_moving'           # did the robot move at the begin?
-REQUESTED_DEG = 'asked_deg'         # of a turn: the requested angle [deg]
-GOAL_POSE = 'goal'                  # of a drive: the goal in the local frame
-LOCAL_T_WORLD = 'local_T_world'     # of a drive: from the robot's true frame to the local frame
-#: A busy machine holds up the simulated robot. A trial is fair if no gap between two true poses is
+WAS_MOVING = 'was_moving'           # was the robot moving when the stimulus began?
+REQUESTED_DEG = 'asked_deg'         # the requested angle of a turn [deg]
+GOAL_POSE = 'goal'                  # the goal of a drive, in the local frame
+LOCAL_T_WORLD = 'local_T_world'     # in a drive, from the robot's true frame to the local frame
+#: A busy machine delays the simulated robot. A trial is fair if no gap between two true poses is
 #: longer than this [s].
 LONGEST_FAIR_GAP = 0.15
-#: The limits of an Observation.
-MOST_FINDINGS = 20      # findings, and also remarks
-LONGEST = 2000          # characters of a finding or a remark
-#: The marker counts commands of this kind, but does not record them.
+#: An Observation has at most this many findings, and at most this many remarks.
+MOST_FINDINGS = 20
+#: A finding or a remark has at most this many characters.
+LONGEST = 2000
+#: The name of the commands that the marker counts, but does not record.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
 NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
 
 
 class NotObserved(Exception):
-    """A criterion cannot be judged, since its stimulus had no effect. The text of the exception is
-    the reason, a clause."""
+    """A criterion cannot be judged. The text of the exception is the reason, a clause."""
 
 
 class NotOffered(NotObserved):
@@ -48,8 +50,8 @@ class NotTried(NotObserved):
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The text of the exception is the node's output during the
-    stimulus."""
+    """The node ended during a stimulus. The text of the exception is not a clause, but the node's
+    output during the stimulus."""
 
 
 @dataclass
@@ -59,23 +61,23 @@ class Stimulus:
     name: str
     begin: float
     end: float = math.nan
-    printed: str = ''           # the node's output during the stimulus
-    lines: int = 0              # the number of lines of this output
+    printed: str = ''           # the last part of the node's output during the stimulus
+    lines: int = 0              # the number of lines of the whole output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass
 class NodeProcess:
-    """A process of the node, from the start to the end of the process."""
+    """A process of the node. A trial starts the node several times."""
 
     begin: float
-    #: The time at which the node had subscribed to its topic; None if the node never subscribed.
-    ready: Optional[float] = None
+    ready: Optional[float] = None   # the time of the subscription to the needed topic, or None
     end: Optional[float] = None     # None while the process runs
     ended_by_itself: bool = False
-    printed: str = ''               # the begin and the end of the output
-    #: Subscribed topics that nobody publishes. They are recorded if a sensor's topic is missing.
+    printed: str = ''               # the first part and the last part of the output
+    #: Subscribed topics that nobody publishes. If the node subscribes to all topics that it needs,
+    #: the list is empty.
     unheard: List[str] = field(default_factory=list)
     needed: str = ''                # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the names of the node at the master
@@ -83,45 +85,46 @@ class NodeProcess:
     publishes: Dict[str, str] = field(default_factory=dict)     # published topic -> type
     #: The subscribed topics on which the node has no connection to the robot.
     unconnected: List[str] = field(default_factory=list)
-    #: The exit status of a process that ended by itself; -N if signal N ended the process.
+    #: The exit status of a process that ended by itself. It is -N if signal N ended the process.
     status: Optional[int] = None
 
 
 @dataclass
 class Observation:
-    """The recording of one node in a trial, and all events of the trial."""
+    """The recording and the events of the trial of one node."""
 
     lab: str
-    node: str                                                    # package/file
+    node: str                   # package/file
     recording: RunData = NO_RECORDING
-    #: The tried parts of the lab in their order: (name, begin [s]).
+    #: (name, start time [s]) of each tried part of the lab.
     parts: List[Tuple[str, float]] = field(default_factory=list)
     stimuli: List[Stimulus] = field(default_factory=list)
     processes: List[NodeProcess] = field(default_factory=list)
     #: stimulus -> the reason why the node could not get the stimulus
-    missing: Dict[str, str] = field(default_factory=dict)
-    remarks: List[str] = field(default_factory=list)             # sentences for the student
-    faults: List[str] = field(default_factory=list)      # sentences on the text of the node's file
+    not_offered: Dict[str, str] = field(default_factory=dict)
+    remarks: List[str] = field(default_factory=list)    # sentences for the student
+    faults: List[str] = field(default_factory=list)     # sentences on the text of the node's file
     marker_error: str = ''      # the marker's own error, which ended the trial
-    findings: List[str] = field(default_factory=list)            # sentences for the instructor
+    findings: List[str] = field(default_factory=list)   # sentences for the instructor
     #: kind of message -> the number of messages that were not recorded
     omitted: Dict[str, int] = field(default_factory=dict)
     #: [time, text] of each command that is not a finite number.
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
     own_moves: List[List[float]] = field(default_factory=list)
-    #: The sign of y above the middle in the submission's own mouse client; 0 if unknown.
+    #: The sign of y in the upper half of the screen, by the submission's mouse client; 0 if
+    #: unknown.
     mouse_up: int = 0
     #: variable -> the lines of the node's file that assign the variable
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     calls: List[List[Any]] = field(default_factory=list)
-    #: The begin of the stimulus that `scene` returned last [s]; None if `scene` found no stimulus.
+    #: The moment of the present verdict in the timeline [s]. Each call of `scene` sets it to the
+    #: time at which the stimulus began, or to None without a stimulus.
     moment: Optional[float] = None
 
     @property
     def file(self) -> str:
-        """The name of the node's file."""
         return self.node.rpartition('/')[2]
 
     @property
@@ -143,8 +146,8 @@ class Observation:
 
     @property
     def unpublished_topic(self) -> str:
-        """A clause on topics that nobody publishes, if the node subscribes to such topics in place
-        of a sensor's topic; else ''."""
+        """A clause on the topics that the node subscribes to in place of a sensor's topic, and that
+        nobody publishes; '' without such topics."""
         topics = sorted({topic for process in self.processes for topic in process.unheard})
         return f"it listens to {' and '.join(topics)}, which nobody publishes" if topics else ''
 
@@ -153,7 +156,7 @@ class Observation:
         return any(stimulus.name == name for stimulus in self.stimuli)
 
     def scene(self, name: str, may_die: bool = False) -> 'Scene':
-        """Returns the Scene of the stimulus `name`, and sets `moment` to the begin of the stimulus.
+        """Returns the Scene of the stimulus `name`, and sets `moment`.
 
         Raises ``NotOffered`` if the node lacks the topic or the service that the stimulus needs,
         and ``NotTried`` if the stimulus was not tried for another reason. Raises ``Ended`` if the
@@ -162,20 +165,20 @@ class Observation:
         stimulus = next((each for each in self.stimuli if each.name == name), None)
         self.moment = None if stimulus is None else stimulus.begin
         if stimulus is None:
-            raise NotOffered(self.missing[name]) if name in self.missing else NotTried()
+            raise NotOffered(self.not_offered[name]) if name in self.not_offered else NotTried()
         if stimulus.died and not may_die:
             raise Ended(stimulus.printed)
         return Scene(self, stimulus)
 
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
-        """Yields the Scene of each tried stimulus in `names`. If no stimulus in `names` was tried,
-        the error of `scene` for the first name is raised."""
+        """Yields the Scene of each tried stimulus in `names`. If none was tried, this raises the
+        error of `scene` for the first name."""
         tried = [name for name in names if self.has(name)] or names[:1]
         return (self.scene(name, may_die) for name in tried)
 
     def greatest_speed(self, commands: np.ndarray, column: int) -> float:
-        """Returns the greatest speed in a column of commands, and sets `moment` to the begin of the
-        stimulus with this speed."""
+        """Returns the greatest speed in a column of commands. Sets `moment` to the time at which
+        the stimulus with this speed began."""
         at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
         self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
         return float(speed)
@@ -192,13 +195,21 @@ class Scene(Stimulus):
         self.observation = observation
         self.not_finite = [text for time, text in observation.not_finite
                            if self.begin <= time <= self.end]
-        self.commands, self.truth = (
-            rows[(rows[:, 0] >= self.begin) & (rows[:, 0] <= self.end)]
-            for rows in (observation.commands, observation.truth))
+
+    @cached_property
+    def commands(self) -> np.ndarray:
+        return self._rows_during(self.observation.commands)
+
+    @cached_property
+    def truth(self) -> np.ndarray:
+        return self._rows_during(self.observation.truth)
+
+    def _rows_during(self, rows: np.ndarray) -> np.ndarray:
+        return rows[(rows[:, 0] >= self.begin) & (rows[:, 0] <= self.end)]
 
     @property
     def process(self) -> NodeProcess:
-        """The process of the node at the begin of the stimulus."""
+        """The process of the node that ran when the stimulus began."""
         before = [each for each in self.observation.processes if each.begin <= self.begin]
         return (before or self.observation.processes or [NodeProcess(self.begin)])[-1]
 
@@ -207,7 +218,7 @@ class Scene(Stimulus):
         """The rows of `commands` that are not zero."""
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
-    def split(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
+    def commands_before_and_after(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
         """Returns the commands in the first `seconds` [s], and the later commands."""
         is_late = self.commands[:, 0] > self.begin + seconds
         return self.commands[~is_late], self.commands[is_late]

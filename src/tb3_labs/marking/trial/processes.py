@@ -1,4 +1,5 @@
-"""A process and its output, and the limits of resources for the processes of one submission.
+"""Runs a program and reads its output. Kills the programs of a submission that use too much memory,
+disk or processes.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
 size of a folder. Therefore this module adds up memory and sizes.
@@ -13,35 +14,32 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-#: The limits for all programs of a sandbox together.
+#: The limits for the sum of all programs in a sandbox.
 MOST_MEMORY = 2 * 10 ** 9       # [bytes]
-MOST_DISK = 300 * 10 ** 6       # the files in the sandbox's own folders [bytes]
+MOST_DISK = 300 * 10 ** 6       # size of the files in the sandbox's own folders [bytes]
 MOST_PROCESSES = 100
-#: Master, robot and check may use this memory [bytes]. They need about 180 MB, but a node can send
-#: messages until their memory is full.
+#: Master, robot and check may use this memory [bytes]. They need about 180 MB, but a node can fill
+#: their memory by its messages.
 MOST_OTHER_MEMORY = 600 * 10 ** 6
-#: ResourceWatch looks at the limits with this period [s].
+#: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
 
 
 class Program:
-    """Runs ``command`` (a list of words) in a process group and a pseudo-terminal of its own, as if
-    a person had started it.
+    """Runs a command, a list of words, in a process group and a pseudo-terminal of its own, as if a
+    person had started it. Calls ``on_text(text)`` with each part of its output and errors."""
 
-    ``on_text(text)`` is called with each part of the program's output and errors. `ends` are three
-    open files in place of the terminal. This class reads the output from the first one. The second
-    one is the program's input, the third one the program's output.
-    """
-
-    def __init__(self, command, environment, on_text, ends=None):
+    def __init__(self, command, environment, on_text, files=None):
+        """`files` are three open files in place of the terminal. This class reads the first file.
+        The program has the second file as its input, and the third file as its output."""
         self._on_text = on_text
-        if ends is None:
-            source, theirs = pty.openpty()
-            ends = source, theirs, theirs
-        self._source, typed, printed = ends
+        if files is None:
+            ours, theirs = pty.openpty()
+            files = ours, theirs, theirs
+        self._source, typed, printed = files
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
-            # without PYTHONUNBUFFERED Python keeps back the output to a pipe
+            # without PYTHONUNBUFFERED Python would keep back the output to a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
         os.close(printed)
@@ -52,7 +50,7 @@ class Program:
         while True:
             try:
                 chunk = os.read(self._source, 65536)
-            except OSError:    # the other side of a pseudo-terminal is closed
+            except OSError:    # the program has closed the terminal
                 chunk = b''
             self._on_text(chunk.decode(errors='replace').replace('\r\n', '\n'))
             if not chunk:
@@ -61,7 +59,6 @@ class Program:
 
     @property
     def pid(self):
-        """The process ID."""
         return self._process.pid
 
     @property
@@ -70,11 +67,10 @@ class Program:
         return self._process.poll()
 
     def type(self, line):
-        """Type a line and Enter."""
         os.write(self._source, line.encode() + b'\n')
 
     def send(self, number):
-        """Send a signal to the whole process group."""
+        """Send the signal `number` to the whole process group."""
         with suppress(ProcessLookupError):      # it has ended already
             os.killpg(self._process.pid, number)
 
@@ -85,12 +81,11 @@ class Program:
 
 
 class ResourceWatch:
-    """Kills the process group of a program that exceeds a limit, until `over` is set."""
+    """Kills a process group that exceeds a limit. Set the event `over` to end the watch."""
 
     def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
-        """`pid` is the leader of the process group, which is the outermost process of a sandbox.
-        `own_folders` are paths in the sandbox. `others` is the parent of master, robot and check.
-        """
+        """`pid` is the first process of the group. It starts the sandbox. `own_folders` are paths
+        in the sandbox. `others` is the parent process of master, robot and check."""
         self._pid, self._own, self._others = pid, own_folders, others
         self.over = threading.Event()
         #: A clause on the exceeded limit; '' if no limit was exceeded.
@@ -102,7 +97,7 @@ class ResourceWatch:
             self.exceeded = self._exceeded_limit()
             if self.exceeded:
                 with suppress(ProcessLookupError):      # it has ended already
-                    os.killpg(self._pid, signal.SIGKILL)    # which ends the sandbox
+                    os.killpg(self._pid, signal.SIGKILL)    # this ends the whole sandbox
                 return
 
     def _exceeded_limit(self):
@@ -114,16 +109,17 @@ class ResourceWatch:
             return f'more than {MOST_MEMORY / 1e9:g} GB of memory'
         others = {self._others, *_descendants(self._others)} - {self._pid, *processes}
         if sum(map(_memory, others)) > MOST_OTHER_MEMORY:
-            return 'more than {:g} MB of the memory of master, robot and check'.format(
-                MOST_OTHER_MEMORY / 1e6)
+            return (f'more than {MOST_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '
+                    'check')
         if processes and sum(_disk_used(processes[-1], own) for own in self._own) > MOST_DISK:
             return f'files of more than {MOST_DISK / 1e6:g} MB'
         return ''
 
 
 def _descendants(pid):
+    """Returns the numbers of all processes below a process. A parent comes before its children."""
     family = [pid]
-    for parent in family:       # the loop adds to the list
+    for parent in family:       # this loop lengthens the list
         with suppress(OSError):     # the process may have ended
             for thread in Path(f'/proc/{parent}/task').iterdir():
                 family += map(int, (thread / 'children').read_text().split())
@@ -131,8 +127,8 @@ def _descendants(pid):
 
 
 def _memory(pid):
-    """Returns the memory of a process [bytes], without the pages of files, but with all pages that
-    it shares."""
+    """Returns the memory of a process [bytes]. Memory that several processes share counts whole for
+    each process. Pages of files do not count."""
     try:
         _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:
@@ -141,8 +137,8 @@ def _memory(pid):
 
 
 def _own_memory(pid):
-    """Returns the memory of a process [bytes], with its part of the shared pages. Slower than
-    `_memory`."""
+    """Returns the memory of a process [bytes]. Memory that several processes share is divided among
+    these processes. This function is slower than `_memory`."""
     try:
         with open(f'/proc/{pid}/smaps_rollup') as file:
             return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
@@ -151,7 +147,7 @@ def _own_memory(pid):
 
 
 def _disk_used(pid, folder):
-    """Returns the size [bytes] of the files in a folder of the sandbox of a process."""
+    """Returns the size of the files in a folder of a sandbox [bytes]. `pid` is a process in it."""
     try:
         state = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:

@@ -1,16 +1,17 @@
-"""Sentences on a node that did not do its task, from the Observation alone.
+"""Makes sentences from an Observation: why a node did not do its task, and what else a student
+should know.
 
-A sentence names the first cause in this order:
+If a node did not move the robot, the sentence names the first cause in this list:
 
-1. the process of the node printed an exception,
+1. the node printed an exception,
 2. commands are not finite numbers,
-3. a topic has another name or type,
-4. all commands are zero,
+3. all commands are zero,
+4. the topic has another name or type,
 5. the node sent no command.
 """
 import math
 import re
-from collections import Counter, defaultdict
+from collections import defaultdict
 from typing import Dict, List
 
 import numpy as np
@@ -22,32 +23,31 @@ from tb3_labs.watch.broken_link import wrong_field
 
 #: The type of cmd_vel.
 TWIST = 'geometry_msgs/Twist'
-#: A robot that gets no command turns by less than this [deg].
+#: A robot that gets no command turns less than this [deg].
 STILL_DEG = 3.0
-#: A clause that quotes an exception begins with these words.
+#: Clauses that quote an exception begin with these words.
 STOPPED_BY = 'an exception had stopped it'
-#: Python's words on an undefined name. The sentence of lint has the same words.
+#: Python's words on an undefined name. lint.py uses the same words.
 UNDEFINED = re.compile(r"name '\w+' is not defined")
 
-#: A traceback begins with these words, maybe in the middle of a line of a log.
+#: A traceback begins with these words. In a log they may stand in the middle of a line.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
-#: Python prints these words after a traceback, if a second exception follows from the first one.
+#: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
-#: Python prints these lines, without a traceback, for a file that is not valid Python.
+#: Python prints these lines for a file that is not valid Python. It prints no traceback then.
 SYNTAX_ERROR = re.compile(
     r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)', re.MULTILINE)
-#: rospy raises an exception with one of these texts in a callback that publishes while the node
-#: ends.
+#: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
 CLOSED_TOPIC, CLOSED_IN_PUBLISH = 'publish() to a closed topic', 'topic was closed during publish()'
 #: A quoted exception, or a quoted line, has at most this many characters.
 LONGEST_ERROR, LONGEST_LINE = 160, 160
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
-    """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
-    of the verdicts. An exception that the verdicts quote is left out."""
+    """Returns the sentences for the student that belong to no criterion. An exception that
+    `verdict_text`, the text of the verdicts, quotes is left out."""
     remarks = list(observation.remarks)
     if observation.unpublished_topic:
         remarks.append(f'Note that {observation.unpublished_topic}.')
@@ -58,21 +58,21 @@ def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
 
 
 def faults_in(observation: Observation, verdict_text: str) -> List[str]:
-    """Returns the sentences on faults in the node's file. `verdict_text` is the text of the
-    verdicts. An undefined name that the verdicts name is left out."""
+    """Returns the sentences on faults in the node's file. An undefined name that `verdict_text`,
+    the text of the verdicts, has is left out."""
     return [fault for fault in observation.faults if not any(
         words in verdict_text for words in UNDEFINED.findall(fault))]
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
     """Returns a sentence on each exception before Ctrl+C that `verdict_text` does not quote."""
-    names: Dict[str, List[str]] = defaultdict(list)
+    stimuli_of: Dict[str, List[str]] = defaultdict(list)
     for stimulus in observation.stimuli:
         if stimulus.name not in CTRL_C:
             for error in exceptions(stimulus.printed, observation.file):
-                names[error].append(stimulus.name)
+                stimuli_of[error].append(stimulus.name)
     sentences = []
-    for error, stimuli in names.items():
+    for error, stimuli in stimuli_of.items():
         if not error or repr(error) not in verdict_text:
             number = f', {len(stimuli)} times in all' if len(stimuli) > 1 else ''
             quoted = f': {error!r}' if error else ''
@@ -82,7 +82,7 @@ def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') 
 
 
 def errors_in(observation: Observation, process: NodeProcess) -> List[str]:
-    """Returns the readable exceptions that a process printed before its Ctrl+C."""
+    """Returns the readable exceptions that a process printed before Ctrl+C."""
     text = process.printed
     for stimulus in observation.stimuli:
         if stimulus.name in CTRL_C and stimulus.begin >= process.begin:
@@ -97,7 +97,7 @@ def why_idle(scene: Scene) -> str:
     if errors:
         number = sum(errors_in(scene.observation, each).count(errors[0])
                      for each in scene.observation.processes)
-        return f'{STOPPED_BY}, {quoted_errors(errors[:1] * number)[0]}'
+        return f'{STOPPED_BY}, {quoted_error(errors[0], number)}'
     if scene.not_finite:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.not_finite), scene.not_finite[0])
@@ -113,8 +113,8 @@ def why_idle(scene: Scene) -> str:
 
 
 def other_fields(scene: Scene) -> str:
-    """Returns a clause if the scene's commands have values in a field that moves no wheel, such as
-    linear.y; else ''."""
+    """Returns a clause on values in fields of the commands that move no wheel, such as linear.y;
+    '' without such values."""
     sent = scene.observation.recording.commands
     return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
@@ -136,15 +136,15 @@ def _why_no_command(scene, process):
 
 
 def other_topics(process: NodeProcess, topic: str) -> str:
-    """Returns a clause on the topics that a node publishes in place of `topic`; '' if the node
-    publishes `topic`, or if its topics are unknown."""
+    """Returns a clause on the topics that a node publishes in place of `topic`. Returns '' if the
+    node publishes `topic`, or if the node's topics are unknown."""
     if not process.publishes or '/' + topic in process.publishes:
         return ''
     return f"it does not publish {topic}, but {' and '.join(sorted(process.publishes))}"
 
 
 def _printed_text(scene):
-    printed = re.sub(r'^\w\r?\n', '', scene.printed)   # a terminal shows what was typed
+    printed = re.sub(r'^\w\r?\n', '', scene.printed)   # without the letter that the marker typed
     return f", and it printed {last_line(printed) if printed.strip() else 'nothing'}"
 
 
@@ -153,7 +153,7 @@ def why_unprinted(scene: Scene) -> str:
     process = scene.process
     errors = errors_in(scene.observation, process)
     if errors:
-        return f'its callback failed: {quoted_errors(errors)[0]}'
+        return f'its callback failed: {quoted_error(errors[0], errors.count(errors[0]))}'
     if process.unconnected:
         topics = ' and '.join(process.unconnected)
         return f'no message of {topics} reached it: does its type agree with that of the topic?'
@@ -172,8 +172,7 @@ def reason_of(problem: NotObserved, observation: Observation) -> str:
 
 
 def why_missing(observation: Observation) -> str:
-    """Returns a clause on the reason why a stimulus was not tried. The node had ended, was never
-    ready, or the time was up."""
+    """Returns a clause on the reason why a stimulus was not tried, such as the end of the node."""
     if not observation.processes:
         return 'it was never started'
     process = observation.processes[-1]
@@ -201,13 +200,13 @@ def _never_ready(process):
 # -- the exceptions and the last line of a node's output
 
 def exceptions(printed: str, file: str = '') -> List[str]:
-    """Returns the exceptions in a node's output in their order; '' for an unreadable exception. If
-    the node's `file` is given, an exception has its line in this file. The exceptions that rospy
-    raises while a node ends are left out.
+    """Returns the exceptions in a node's output, for example
+    ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    For example ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
+    The line is a line of the node's `file`, if the file is given. An unreadable exception is ''.
+    The exceptions that rospy raises while a node ends are left out.
     """
-    found = []
+    errors = []
     pieces = printed.split(TRACEBACK)
     if len(pieces) == 1:
         pieces = SYNTAX_ERROR.split(printed)
@@ -217,17 +216,17 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         if CAUSE_OF_NEXT.search(piece):
             continue
         if not any(words in (error or piece) for words in (CLOSED_TOPIC, CLOSED_IN_PUBLISH)):
-            found.append(error[:LONGEST_ERROR] + _line_of(piece, file) if error else '')
-    return found
+            errors.append(error[:LONGEST_ERROR] + _line_of(piece, file) if error else '')
+    return errors
 
 
 def _line_of(piece, file):
-    """Returns the line and the function of a traceback in brackets; '' if no line is known."""
+    """Returns the line and the function of a traceback in brackets; '' without a known line."""
     frames = FRAME.findall(piece)
     own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file] or [
         frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
     if not own:
-        if "'NoneType' object is not callable" in piece:    # rospy called the result of self.f()
+        if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
             return ' (was a callback given as self.f(), not as self.f?)'
         return ''
     _, line, function = own[-1]
@@ -235,25 +234,23 @@ def _line_of(piece, file):
 
 
 def exceptions_in(scene: Scene) -> List[str]:
-    """Returns the exceptions that the node printed in a scene; see `exceptions`."""
+    """Returns the `exceptions` that the node printed in a scene."""
     return exceptions(scene.printed, scene.observation.file)
 
 
-def quoted_errors(errors: List[str]) -> List[str]:
-    """Returns each different exception once, in quotes, with its number if it came more than once.
-    """
-    return [repr(error) if number == 1 else f'{error!r}, {number} times'
-            for error, number in Counter(errors).items()]
+def quoted_error(error: str, number: int) -> str:
+    """Returns an exception in quotes, with the number of times that it came if this is not 1."""
+    return repr(error) if number == 1 else f'{error!r}, {number} times'
 
 
 def last_line(printed: str) -> str:
-    """Returns the last line of a node's output in quotes; a clause if the output is empty."""
+    """Returns the last line of a node's output in quotes; a clause for an empty output."""
     lines = list(filter(None, map(str.strip, printed.splitlines())))
     return repr(lines[-1][:LONGEST_LINE]) if lines else 'it printed nothing'
 
 
 def last_words(printed: str, file: str) -> str:
-    """Returns the last exception in a node's output, in quotes; the last line without an exception.
-    """
+    """Returns the last exception in a node's output in quotes. Returns the last line if the output
+    has no exception."""
     errors = exceptions(printed, file)
-    return quoted_errors(errors[-1:])[0] if errors else last_line(printed)
+    return repr(errors[-1]) if errors else last_line(printed)

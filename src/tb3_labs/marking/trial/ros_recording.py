@@ -1,11 +1,13 @@
-"""Writes the bag of a trial. The marker's actions and the node's reactions have one clock.
+"""Writes the bag of a trial, with the marker's actions and the node's reactions.
 
-Topics: imu, odom, cmd_vel (without the marker's own commands), ctrl_relinq, joy, mouse_info,
-/rosout, variables (the node's own), ground_truth (the robot's true pose, to which no node can
-subscribe), and
+The bag has these topics:
 
-    trial     std_msgs/String, an event in JSON: {"kind": ..., facts}; from_bag.py has the kinds
-    printed   std_msgs/String, the output of the node
+    imu, odom, ctrl_relinq, joy, mouse_info, /rosout
+    cmd_vel         the node's commands, without the marker's own commands
+    variables       the node's variables
+    ground_truth    the robot's true pose, to which no node can subscribe
+    trial           events, std_msgs/String in JSON: {"kind": ..., facts}; from_bag.py has the kinds
+    printed         the output of the node, std_msgs/String
 
 A message gets its time as soon as it arrives. A separate thread writes the bag.
 """
@@ -36,31 +38,32 @@ from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import connection_of, note_connections
 
-#: The topics of the robot's true pose, the events of the trial, the node's output, and the node's
-#: variables.
+#: Names of topics.
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 #: The name of the robot's node.
 ROBOT_NODE = 'turtlebot3'
-#: At most this many of each kind are recorded.
+#: The most messages of each kind in a bag.
 MOST_COMMANDS = 40000
 MOST_MESSAGES = 100000      # messages of each other topic
-MOST_NOT_FINITE = 1000      # commands that are not finite numbers
+MOST_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MOST_LINES = 1000           # lines of the log
-MOST_EVENTS = 5000
-LINE_LENGTH = 300           # characters of a line of the log
-MOST_BYTES = 10000          # bytes of a message; a longer message is not recorded
+MOST_EVENTS = 5000          # events of all kinds
+#: A line of the log is cut after this many characters.
+LINE_LENGTH = 300
+#: A longer message is not recorded [bytes].
+MOST_BYTES = 10000
 #: A command that equals the last command is recorded only after this time [s].
 SAME_COMMAND = 0.04
-#: At most this many characters of the output are recorded in a second, a tenth of them if the bag
-#: is full. The first characters are left out.
+#: In each second, the last part of the output is recorded. It has at most this many characters, or
+#: a tenth of this in a full bag.
 PRINTED_A_SECOND = 20000
 #: A bag of this size is full [bytes].
 FULL_SIZE = 3 * 10 ** 6
 #: Only these topics are recorded in a full bag.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
-#: A recording that is cut off loses at most this part, before compression [bytes].
+#: The bag is written in parts of this size, before compression [bytes].
 CHUNK_SIZE = 2 ** 17
-#: A robot rests if it moves and turns less than this within REST_TIME.
+#: A robot rests if it moved and turned less than this in the last REST_TIME.
 REST_WAY = 0.002        # [m]
 REST_TURN = 0.005       # [rad]
 REST_TIME = 0.4         # [s]
@@ -72,25 +75,27 @@ class Recording:
     def __init__(self, path):
         self._bag = rosbag.Bag(
             str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK_SIZE)
-        self._path, self.is_full, self.problem = str(path), False, None
-        self._waiting, self._guard, self._last = queue.SimpleQueue(), threading.Lock(), 0.0
-        self.is_closed, self._events = False, 0
+        self._path, self._last_time, self._events = str(path), 0.0, 0
+        self.is_full, self.is_closed = False, False
+        #: The error that ended the recording; None without an error.
+        self.problem = None
+        self._waiting, self._guard = queue.SimpleQueue(), threading.Lock()
         self._writer = threading.Thread(target=self._write, daemon=True)
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message at the time `at` [s], by default now, and return this time. A serialized
-        message is given as (type, bytes, checksum, class). Two default times are never equal."""
+        """Record a message at the time `at` [s], and return this time. By default `at` is now, and
+        two default times are never equal. A `message` may be (type, bytes, checksum, class)."""
         with self._guard:
             if at is None:
-                at = self._last = max(ros_time(), self._last + 1e-6)
+                at = self._last_time = max(ros_time(), self._last_time + 1e-6)
             if self.problem is None:
                 self._waiting.put(('/' + topic.lstrip('/'), message, at))
         return at
 
     def event(self, kind, at=None, **facts):
-        """Record an event of the trial, and return the time of the event [s]. A text in `facts` is
-        cut after LONGEST characters."""
+        """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
+        LONGEST characters."""
         self._events += 1
         if self._events > MOST_EVENTS:      # a node may cause events for ever
             return ros_time()
@@ -99,8 +104,11 @@ class Recording:
         return self.add(EVENTS, String(json.dumps(dict(short, kind=kind))), at)
 
     def close(self):
-        """Write the waiting messages, and close the bag. If the bag cannot be written, it is
-        removed, and `problem` is the reason. Half a trial would cost the node points."""
+        """Write the waiting messages, and close the bag.
+
+        If the bag cannot be written, it is removed, since half a trial would cost the node points.
+        Then `problem` is the error.
+        """
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -128,42 +136,42 @@ class NodeOutput:
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. If too little time has passed since the last part, it is
-        recorded with the next part, or by `flush`."""
+        """Record a part of the output. A part that comes soon after another part is recorded later,
+        with the next part or by `flush`."""
         with self._guard:
             self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
-            excess = len(self._text) - self._most
+            excess = len(self._text) - self._most_characters
             if excess > 0:
                 self._left_out += excess
                 self._lines += self._text.count('\n', 0, excess)
                 self._text = self._text[excess:]
             if ros_time() >= self._free_at:
-                self._hand_over()
+                self._record()
 
     @property
-    def _most(self):
+    def _most_characters(self):
         return PRINTED_A_SECOND // (10 if self._recording.is_full else 1)
 
     def flush(self):
-        """Record the waiting output. An event follows, and its time must be later."""
+        """Record the waiting output. Call this before each event, so that the event is later."""
         with self._guard:
-            self._hand_over()
+            self._record()
             self.last = ''
 
-    def _hand_over(self):
+    def _record(self):
         if self._text:
             if self._left_out:
                 self._recording.event('unprinted', characters=self._left_out, lines=self._lines)
             at = self._recording.add(PRINTED, String(self._text))
-            self._free_at = at + len(self._text) / self._most
+            self._free_at = at + len(self._text) / self._most_characters
             self._text, self._left_out, self._lines = '', 0, 0
 
 
 class Recorder:
-    """Records the topics of the robot and of the node. The attributes show what both did last.
+    """Records the topics of the robot and of the node. The methods return what both did last.
 
-    Times are in seconds of ROS. RuntimeError if the robot does not run.
+    Times are in seconds of ROS. ``RuntimeError`` if the robot does not run.
     """
 
     def __init__(self, recording):
@@ -173,26 +181,26 @@ class Recorder:
         #: The node's commands: [time, linear, angular].
         self._commands = []
         #: kind of message -> the number of messages so far
-        self._number = {}
+        self._counts = {}
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
         rospy.Subscriber(CMD_VEL, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # rospy does not unpack an AnyMsg. In a process all subscribers of a topic have one class,
-        # and ros_gamepad.py reads Bool
+        # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must have one
+        # class, and ros_gamepad.py needs a Bool.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),
                 (CTRL_RELINQ, Bool, Bool)):
             rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
         rospy.Subscriber('/rosout', Log, guarded(self._on_log))
-        if not wait_until(lambda: self._truth, 60.0):     # also on a busy computer
+        if not wait_until(lambda: self._truth, 60.0):     # a busy computer needs long
             raise RuntimeError('the simulated robot does not run')
 
     def _read_truth(self, path):
         os.mkfifo(path, 0o600)
         with open(path, 'rb') as pipe:
-            os.remove(path)     # the robot has opened the pipe, and nobody else may open it
+            os.remove(path)     # only the robot, which has opened the pipe, may write into it
             for line in pipe:
                 at, (x, y, yaw) = self.now, map(float, line.split())
                 with self._lock:
@@ -201,30 +209,31 @@ class Recorder:
                 self.recording.add(TRUTH, to_pose_stamped(Pose2(x, y, yaw), 'world', at), at)
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
-    def _is_within(self, what, most):
-        """Count a message of the kind `what`. Returns True while the number is at most `most`."""
-        self._number[what] = self._number.get(what, 0) + 1
-        return self._number[what] <= most
+    def _is_within(self, kind, most):
+        """Count one more message of a kind. Returns True if there were at most `most` so far."""
+        self._counts[kind] = self._counts.get(kind, 0) + 1
+        return self._counts[kind] <= most
 
     def _on_command(self, message):
         at = self.now
-        entry = [at, message.linear.x, message.angular.z]
+        linear, angular = message.linear.x, message.angular.z
         if connection_of(message)['process'] == rospy.get_node_uri():
-            return      # a command of the marker
-        if not (math.isfinite(entry[1]) and math.isfinite(entry[2])):
+            return      # the marker itself sent this command
+        if not (math.isfinite(linear) and math.isfinite(angular)):
             if self._is_within(NOT_FINITE, MOST_NOT_FINITE):
-                self.recording.event('odd', text='{:g} m/s and {:g} rad/s'.format(*entry[1:]))
+                self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
             return
         with self._lock:
-            last = self._commands[-1:]
-            if last and last[0][1:] == entry[1:] and at - last[0][0] < SAME_COMMAND or (
-                    not self._is_within('commands', MOST_COMMANDS)):
+            last_at, *last = self._commands[-1] if self._commands else [-math.inf]
+            if last == [linear, angular] and at - last_at < SAME_COMMAND:
                 return
-            self._commands.append(entry)
+            if not self._is_within('commands', MOST_COMMANDS):
+                return
+            self._commands.append([at, linear, angular])
         self.recording.add(CMD_VEL, message, at)
 
-    def _on_message(self, message, about):
-        (topic, kind), at, data = about, self.now, BytesIO()
+    def _on_message(self, message, topic_and_class):
+        (topic, kind), at, data = topic_and_class, self.now, BytesIO()
         message.serialize(data)
         data = data.getvalue()
         if connection_of(message)['md5sum'] == kind._md5sum and len(data) <= MOST_BYTES and (
@@ -239,15 +248,14 @@ class Recorder:
                 name=line.name[:LINE_LENGTH], msg=line.msg[:LINE_LENGTH]), self.now)
 
     def finish(self):
-        """Record the number of the messages that were not recorded."""
-        for what, most in (('commands', MOST_COMMANDS), (NOT_FINITE, MOST_NOT_FINITE)):
-            if self._number.get(what, 0) > most:
-                self.recording.event('left out', what=f'{what} after the first {most}',
-                                     number=self._number[what] - most)
+        """Record how many messages were not recorded."""
+        for kind, most in (('commands', MOST_COMMANDS), (NOT_FINITE, MOST_NOT_FINITE)):
+            if self._counts.get(kind, 0) > most:
+                self.recording.event('left out', what=f'{kind} after the first {most}',
+                                     number=self._counts[kind] - most)
 
     @property
     def now(self):
-        """The time of ROS [s]."""
         return ros_time()
 
     @property

@@ -1,4 +1,4 @@
-"""The marker's means to act on a node: the robot, and a device that repeats its messages."""
+"""The robot of a trial, and the devices that the marker plays, such as a mouse."""
 import math
 import threading
 import time
@@ -21,7 +21,7 @@ from tb3_labs.ros.node import guarded
 IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 #: The robot rests within this time after its last command [s].
 STOP_REST_TIME = 2.0
-#: A movement lasts for this time before a stimulus interrupts the movement [s].
+#: Before a stimulus interrupts a movement, the movement has lasted for this time [s].
 INTERRUPTION_TIME = 0.5
 #: The output and the messages of a node arrive within this time [s].
 DELIVERY_TIME = 0.3
@@ -30,8 +30,8 @@ DELIVERY_TIME = 0.3
 class Robot:
     """Drives the simulated robot, and changes its settings.
 
-    Each movement is recorded as the marker's own. If another program changes a setting, the change
-    is recorded and undone.
+    Each movement is recorded as the marker's own. If another program changes a setting of the
+    robot, the change is recorded and undone.
     """
 
     def __init__(self, recorder):
@@ -42,8 +42,8 @@ class Robot:
                          guarded(self._on_settings))
 
     def _move(self, command, seconds):
-        """Send the speeds (linear, angular) that ``command()`` returns. End after `seconds` [s], or
-        when ``command()`` returns None. At the end send zero, also after an exception."""
+        """Send the speeds (linear, angular) that ``command()`` returns, for `seconds` [s] or until
+        ``command()`` returns None. Then send zero, also after an exception."""
         begin = time.monotonic()
         try:
             for speeds in iter(command, None):
@@ -55,22 +55,21 @@ class Robot:
             self._wheels.publish(to_twist(0.0, 0.0))
             self._recorder.recording.event('own move', seconds=time.monotonic() - begin)
 
-    def face(self, heading_deg):
+    def turn_to(self, heading_deg):
         """Turn the robot the short way to a heading [deg], in at most 8 s. Returns False if the
         robot does not come to rest."""
         def command():
             error = difference(math.radians(heading_deg), self._recorder.pose.yaw)
-            speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s], by the error in [rad]
+            speed = clamp(3.0 * abs(error), 0.1, 1.5)   # [rad/s]
             return (0.0, math.copysign(speed, error)) if abs(error) > 0.01 else None
         self._move(command, 8.0)
         return wait_until(self._recorder.rests, STOP_REST_TIME)
 
     def leave_origin(self):
-        """Drive the robot away from the odometry's origin. There a wrong frame may look right."""
-        self._move(lambda: (0.2, 0.0), 2.5)     # 0.2 m/s for 2.5 s
+        """Drive the robot away from the odometry's origin, where a wrong frame may look right."""
+        self._move(lambda: (0.2, 0.0), 2.5)
 
     def change(self, **settings):
-        """Change settings of the robot."""
         if self._settings:
             self._settings.update(settings)
         self._service(encode_config(settings))
@@ -78,7 +77,7 @@ class Robot:
     def _on_settings(self, message):
         now = decode_config(message)
         self._settings = self._settings or now
-        findings = changed(self._settings, now)
+        findings = changes_of_settings(self._settings, now)
         for finding in findings:
             self._recorder.recording.event('finding', text=finding)
         if findings:
@@ -86,7 +85,7 @@ class Robot:
                 self._service(encode_config(self._settings))
 
 
-def changed(before, now):
+def changes_of_settings(before, now):
     """Returns a sentence on each setting of the robot that changed."""
     return ['A setting of the robot was changed: {} from {} to {}.'.format(
         name, before.get(name, 'none'), now.get(name, 'none'))
@@ -109,13 +108,13 @@ class Repeater:
         self._message, self._closed = None, True
 
     def hold(self, message):
-        """Send the message now and repeatedly. None stands for an unplugged device, which sends no
-        message."""
+        """Send the message now, and repeat it. With None, end the messages, as an unplugged device
+        does."""
         self._message = message
         self._send_held()
 
     def wait_for_subscriber(self):
-        """Wait until a node is connected, and has got the held message for 0.45 s.
+        """Wait until a node is connected, and then for 0.45 s.
 
         A node may ignore a new gamepad until the gamepad has been at rest for a moment. This
         package's gamepad node waits for 0.3 s.

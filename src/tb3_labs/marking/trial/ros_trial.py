@@ -1,4 +1,4 @@
-"""The trial of a node: one robot, one node, and the recording of both.
+"""Tries a node in the parts of its lab, and records the trial.
 
 Each part of a lab has a script. Within a :meth:`Trial.stimulus` a script acts on the `node` or the
 `robot` of the Trial, and waits until the `recorder` shows the effect.
@@ -27,9 +27,9 @@ from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, INTERRUPTION_TIME,
 from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 
-#: A node's file lies in at most DEPTH - 1 folders below the folder of its package.
-DEPTH = 4
-#: lab -> part -> script, a function of a Trial
+#: A node's file lies in the folder of its package, or at most this many folders deeper.
+DEEPEST = 3
+#: lab -> part -> script. A script is a function of a Trial.
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
 
@@ -38,8 +38,8 @@ class Trial:
     """One robot, one node, and the recording of both."""
 
     def __init__(self, lab, package, executable, path, option, print_line):
-        """`path` is the path of the bag, `option` the value of the lab's option.
-        ``print_line(words)`` is called with the present step."""
+        """`path` is the path of the bag. `option` is the value of the lab's option. Each step of
+        the trial is announced by ``print_line(words)``."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
@@ -50,86 +50,89 @@ class Trial:
 
     @contextmanager
     def stimulus(self, name, facts=None):
-        """Record a ``with`` block as the stimulus `name`. The recorded facts are `facts`, and the
-        facts that the block adds."""
+        """Record a ``with`` block as the stimulus `name`. The block may add facts to `facts`."""
         self._print_line(f'{self.part}: {name}')
         self.node.flush()
-        record = SimpleNamespace(begin=self.recording.event('begin', name=name),
-                                 facts=dict(facts or {}))
-        yield record
+        stimulus = SimpleNamespace(begin=self.recording.event('begin', name=name),
+                                   facts=dict(facts or {}))
+        yield stimulus
         self.node.record_state()
-        self.recording.event('end', facts=record.facts, died=not self.node.alive)
+        self.recording.event('end', facts=stimulus.facts, died=not self.node.alive)
 
-    def watch(self, name, seconds, act=lambda: None, facts=None):
-        """Call `act()`. The call, and the `seconds` [s] after the call, are the stimulus `name`."""
+    def observe(self, name, seconds, act=lambda: None, facts=None):
+        """Call `act()`, and wait for `seconds` [s]. This is recorded as the stimulus `name`."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
 
     @lru_cache(maxsize=None)
     def findings_in_text(self, *packages):
-        """Returns the findings of source_analysis.text_of in the submission. Without a submission
-        the node's package and `packages` are read. A mouse client in the node's own package is
-        preferred."""
-        known = rospkg.RosPack()
-        own, *others = [
-            [known.get_path(name)] if name != OWN_PACKAGE and name in known.list() else []
-            for name in dict.fromkeys((self._name.split('/')[0], *packages))]
+        """Returns the findings of source_analysis.text_of in the submission. If mark.py has
+        prepared no submission, the node's package and `packages` are read. A mouse client in the
+        node's own package goes before other mouse clients."""
+        known, own_package = rospkg.RosPack(), self._name.split('/')[0]
+
+        def folders(names):
+            return [known.get_path(name) for name in names
+                    if name != OWN_PACKAGE and name in known.list()]
+        own, others = folders([own_package]), folders(set(packages) - {own_package})
         copy = NodeStart.from_environment().copy
-        found = text_of([copy] if copy else sum(others, own))
-        return dict(found, up=text_of(own)['up'] or found['up'])
+        findings = text_of([copy] if copy else own + others)
+        return dict(findings, up=text_of(own)['up'] or findings['up'])
 
     def record_faults(self):
-        """Record the faults and the assigned variables that lint finds in the node's file, unless
-        the package has several files of this name."""
+        """Record the faults and the assigned variables that lint finds in the node's file. If the
+        package has several files of this name, no file is read."""
         package, name = self._name.split('/')
-        text = NodeStart.from_environment().text
-        files = {Path(text)} if text else {
-            path.resolve() for depth in range(DEPTH)
-            for path in Path(rospkg.RosPack().get_path(package)).glob('*/' * depth + name)}
+        node_file = NodeStart.from_environment().node_file
+        if node_file:
+            files = {Path(node_file)}
+        else:
+            folder = Path(rospkg.RosPack().get_path(package))
+            files = {path.resolve() for depth in range(DEEPEST + 1)
+                     for path in folder.glob('*/' * depth + name)}
         faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
         for fault in faults:
             self.recording.event('fault', text=fault)
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
-        """Record that the node cannot get the stimuli `names`. Raises ``NotOffered`` with the
-        reason, a clause, which ends the part."""
+        """Record that the node cannot get the stimuli `names`, with the reason, a clause. Then
+        raise ``NotOffered``, which ends the part."""
         self.recording.event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
     def remark(self, sentences):
-        """Record sentences for the student."""
         for sentence in sentences:
             self.recording.event('remark', text=sentence)
 
     # -- patterns that several labs use
 
     def moves_after(self, act, seconds):
-        """Call `act()`. Returns True as soon as the node commands a movement, False after `seconds`
-        [s] or at the end of the node."""
+        """Call `act()`. Returns True as soon as the node commands a movement. Returns False after
+        `seconds` [s], or if the node ends."""
         begun = self.recorder.now
         act()
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
 
     def motion(self, name, act, reaction, quiet, seconds, facts=(), is_astray=lambda: False):
-        """Call `act()`, and record the motion that follows within `reaction` [s] as the stimulus
-        `name`. The stimulus ends when the robot rests without a command to move for `quiet` [s],
+        """Call `act()`, and record the motion that begins within `reaction` [s] as the stimulus
+        `name`. The stimulus ends when the robot rests and got no command to move for `quiet` [s],
         when `is_astray()` is True, or after `seconds` [s]."""
-        with self.stimulus(name, facts) as record:
-            record.facts[MOVED] = self.moves_after(act, reaction)
-            if record.facts[MOVED]:
+        with self.stimulus(name, facts) as stimulus:
+            stimulus.facts[MOVED] = self.moves_after(act, reaction)
+            if stimulus.facts[MOVED]:
                 wait_until(lambda: not self.node.alive or self.recorder.rests(quiet)
                            or is_astray(), seconds)
-            record.facts[RESTED] = self.recorder.rests(quiet)
+            stimulus.facts[RESTED] = self.recorder.rests(quiet)
 
     def set_in_motion(self, is_ready, act, reaction):
-        """Make the node move the robot. Returns True in the middle of the motion, False if the node
-        does not move the robot.
+        """Make the node move the robot. Returns True in the middle of the motion. Returns False if
+        the node does not move the robot within `reaction` [s] after `act()`.
 
-        The node is started unless `is_ready()` is True. After `act()` the node should move the
-        robot within `reaction` [s].
+        Unless `is_ready()` is True, the node is started first. A second attempt follows, because an
+        earlier stimulus may have upset the node.
         """
         for _ in range(2):
             if not is_ready():
@@ -137,56 +140,57 @@ class Trial:
             if self.moves_after(act, reaction):
                 time.sleep(INTERRUPTION_TIME)
                 return self.node.alive
-            self.node.stop()        # an earlier stimulus may have upset the node
+            self.node.stop()
         self.node.start()
         return False
 
     def falls_silent(self, name, was_moving, silence):
         """Call `silence()`, which ends the messages of a device, as the stimulus `name`."""
-        self.watch(name, LOST_STOP_TIME + 0.5, silence, {WAS_MOVING: was_moving})
+        self.observe(name, LOST_STOP_TIME + 0.5, silence, {WAS_MOVING: was_moving})
 
     def sensor_falls_silent(self, name, was_moving, switch):
-        """Make a sensor silent by the robot's setting `switch`, as the stimulus `name`."""
+        """Make a sensor silent by the robot's setting `switch`, as the stimulus `name`. Afterwards
+        the sensor sends again."""
         self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
         self.robot.change(**{switch: False})
 
     def set_slip(self, share):
-        """Let a share of the wheels' travel slip. Before a change the node is ended. A running node
-        may take the change for a fault of a sensor."""
+        """Let a share of the wheels' travel slip. A change ends the node first, because a running
+        node may take the change for a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change(slip=share)
             self._slip = share
 
     def ctrl_c_in_motion(self, set_in_motion):
-        """Send Ctrl+C while the node moves the robot, up to three times, until the node sends a
-        zero velocity.
+        """Send Ctrl+C while the node moves the robot. If the node sends no zero velocity, try
+        again, up to three times in all.
 
-        `set_in_motion()` makes the node move the robot, and returns True if this succeeded.
+        `set_in_motion()` makes the node move the robot, and returns True if the robot moves.
         """
         for name in CTRL_C:
-            moving, begin = set_in_motion(), self.recorder.now
-            self.ctrl_c(name, moving)
+            was_moving, begin = set_in_motion(), self.recorder.now
+            self.ctrl_c(name, was_moving)
             if any(not (linear or angular) and at <= begin + STOP_TIME
                    for at, linear, angular in self.recorder.commands_since(begin)):
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
         """Send Ctrl+C as the stimulus `name`, and end a node that still runs."""
-        with self.stimulus(name, {WAS_MOVING: was_moving}) as record:
+        with self.stimulus(name, {WAS_MOVING: was_moving}) as stimulus:
             ended = self.node.interrupt(EXIT_TIME)
             if not (ended or was_moving):   # in Python 3.13 input() first waits for Enter
                 self.node.type('')
                 ended = wait_until(lambda: not self.node.alive, STOP_TIME)
-            record.facts[EXIT_SECONDS] = self.recorder.now - record.begin if ended else None
-            record.facts[EXIT_SIGNAL] = max(0, -self.node.status) if ended else 0
+            stimulus.facts[EXIT_SECONDS] = self.recorder.now - stimulus.begin if ended else None
+            stimulus.facts[EXIT_SIGNAL] = max(0, -self.node.status) if ended else 0
             time.sleep(DELIVERY_TIME)
         self.node.stop()
 
 
 def end_with_the_marker(recording):
-    """End this process at once when ROS shuts it down. After a shutdown the process gets no message
-    any more, so that it would record a wrong behaviour of the node."""
+    """End this process at once when ROS shuts it down. It would get no more messages, and would
+    therefore record a wrong behaviour of the node."""
     def on_shutdown():
         if not recording.is_closed:
             recording.event('finding', text='The marker was ended while the node ran.')
@@ -196,9 +200,8 @@ def end_with_the_marker(recording):
 
 
 def record_trial(lab, package, executable, parts, path, option, print_line):
-    """Try a node in `parts` of a lab, and write the bag of the trial. [] means all parts. For the
-    other arguments see Trial.
-    """
+    """Try a node in `parts` of a lab, and write the bag of the trial. [] means all parts. Trial
+    explains the other arguments."""
     trial = Trial(lab, package, executable, path, option, print_line)
     end_with_the_marker(trial.recording)
     try:
@@ -209,10 +212,10 @@ def record_trial(lab, package, executable, parts, path, option, print_line):
                 trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
-                with suppress(NotOffered, NotTried):    # they end the part
+                with suppress(NotOffered, NotTried):    # these exceptions end a part
                     act(trial)
     except Exception as problem:
-        # a stimulus that was not tried must not look like a failure of the node
+        # the node must lose no points by an error of the marker
         trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}')
         raise
     finally:

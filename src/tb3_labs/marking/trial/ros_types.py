@@ -1,8 +1,8 @@
-"""Classes for a student's messages and services that run none of the student's code.
+"""Makes classes for a student's messages and services without the student's code.
 
 An import of a student's modules, even of generated modules, would run the student's code in the
-marker. Therefore a sandbox makes an example of each type, as bytes (see message_examples.py). This
-module replaces a few fields of an example, and reads no field.
+marker. Therefore a sandbox makes an example of each type, as bytes (see message_examples.py). A
+class of this module replaces a few fields of an example, and reads no field.
 """
 import importlib
 import struct
@@ -14,8 +14,8 @@ import genpy
 from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.names import is_name
 
-#: The packages of the services that handout, skeletons and sheets call. A student's service with
-#: the checksum of such a service is the same service.
+#: The packages of the services that handout, skeletons and sheets use. If a student's service has
+#: the checksum of a service in these packages, both have the same fields.
 KNOWN_SERVICES = 'tb3_labs', 'std_srvs'
 
 
@@ -23,39 +23,41 @@ class Types:
     """The types that this process can import, and the types for which a sandbox made examples."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described` is the result of workspace.build; None if the student defined no types."""
+        """`described` is the result of workspace.build. It is None if the student defined no types.
+        """
         described = described or {'msg': {}, 'srv': {}}
         self._messages, self._services = described['msg'], described['srv']
 
     def message(self, kind: str) -> Any:
-        """Returns a class of Examples for a message type, for example for 'lab2/MouseController';
-        None if the type is unknown."""
-        known = _imported(kind, 'msg')
+        """Returns a subclass of Example for a message type, such as 'lab2/MouseController'; None
+        for an unknown type."""
+        known = _class_in_a_package(kind, 'msg')
         example = example_of(known) if known else self._messages.get(kind)
-        return example and _example(kind, example['sum'], example['data'], example['fields'])
+        return example and _example_class(kind, example['sum'], example['data'], example['fields'])
 
     def service(self, kind: str) -> Any:
-        """Returns the class of a service type; None if the type is unknown."""
-        example = self._services.get(kind)
-        return _imported(kind, 'srv') or example and self.by_sum().get(example['sum'])
+        """Returns the class of a service type; None for an unknown type."""
+        known, example = _class_in_a_package(kind, 'srv'), self._services.get(kind)
+        return known or (self.by_sum().get(example['sum']) if example else None)
 
     def by_sum(self) -> Dict[str, Any]:
-        """Returns {checksum: class} for all known services."""
-        found = {example['sum']: SimpleNamespace(
+        """Returns checksum -> class for all known services."""
+        classes = {example['sum']: SimpleNamespace(
             _type=kind, _md5sum=example['sum'],
-            _request_class=_example(kind, example['sum'], example['request']),
-            _response_class=_example(kind, example['sum'], example['response']))
+            _request_class=_example_class(kind, example['sum'], example['request']),
+            _response_class=_example_class(kind, example['sum'], example['response']))
             for kind, example in self._services.items()}
         for package in KNOWN_SERVICES:
-            found.update({kind._md5sum: kind for kind in vars(importlib.import_module(
-                package + '.srv')).values() if hasattr(kind, '_request_class')})
-        return found
+            services = vars(importlib.import_module(package + '.srv')).values()
+            classes.update({kind._md5sum: kind for kind in services
+                            if hasattr(kind, '_request_class')})
+        return classes
 
 
 class Example(genpy.Message):
-    """A message as bytes. A new Example has the bytes of the example of its type."""
+    """A message as bytes. A new message has the bytes of the example of its type."""
 
-    fields: List[List[Any]] = []    # name, type and place of each field
+    fields: List[List[Any]] = []    # name, type and first byte of each field
 
     def __init__(self) -> None:
         self._data = bytearray(self._example)
@@ -63,25 +65,25 @@ class Example(genpy.Message):
     def put(self, name: str, *value: Any) -> None:
         """Replace the value of a field, or the stamp of a header. The type of the field must be in
         FIELD_FORMATS."""
-        of, place = {field: rest for field, *rest in self.fields}[name]
-        struct.pack_into(FIELD_FORMATS[of], self._data, place, *value)
+        kind, first_byte = {field: rest for field, *rest in self.fields}[name]
+        struct.pack_into(FIELD_FORMATS[kind], self._data, first_byte, *value)
 
     def serialize(self, buff: BinaryIO) -> None:
         """Write the message into a stream, as genpy's messages do."""
         buff.write(self._data)
 
     def deserialize(self, data: bytes) -> 'Example':
-        """Return the unchanged message. genpy calls this method."""
+        """Returns the unchanged message. genpy calls this method."""
         return self
 
 
-def _example(kind, checksum, data, fields=()):
+def _example_class(kind, checksum, data, fields=()):
     return type(kind.partition('/')[2], (Example,), {
         '_type': kind, '_md5sum': checksum, '_full_text': '', '_slot_types': [],
         '_example': bytes.fromhex(data), 'fields': list(fields)})
 
 
-def _imported(kind, what):
+def _class_in_a_package(kind, what):
     package, _, name = kind.partition('/')
     try:
         return is_name(package) and is_name(name) and getattr(

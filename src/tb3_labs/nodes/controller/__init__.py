@@ -1,1 +1,1 @@
-"""Turns by keyboard and IMU, beside the mouse: the node `controller`."""
+"""The node `controller` turns the robot by keyboard and IMU, and drives it by the mouse."""

@@ -1,7 +1,9 @@
-"""All that `controller` decides about turns, the mouse and the driver; see :mod:`tb3_labs.nodes`.
+"""All that `controller` decides about turns, the mouse and the driver.
+
+The package :mod:`tb3_labs.nodes` says how a core is used.
 
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`at`); radians, m/s. Turns are requested in degrees.
+back (`steady_now`, and the `at` of an Event); radians, m/s. Turns are requested in degrees.
 """
 import math
 from typing import Optional
@@ -19,12 +21,12 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.stale_or_stalled import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: A robot that turns faster than this without a command of this node is driven by another [rad/s].
+#: A robot that turns faster than this without a command is driven by another node [rad/s].
 DRIVEN_RATE = 0.1
 #: Least time between two log lines about refused turns [s].
 REFUSAL_PERIOD = 1.0
 #: The result of a turn is logged when the robot turns slower than this [rad/s].
-JUDGING_RATE = 0.01
+RESULT_RATE = 0.01
 
 
 class ControllerCore:
@@ -32,20 +34,21 @@ class ControllerCore:
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
         self._timing, self.imu = SampleTiming(), Sensor('imu')
-        self.driver = self._last_driver = Driver.NOBODY    # now, and at the last tick
+        self.driver = Driver.NOBODY
+        self._last_driver = Driver.NOBODY        # at the last tick
         self._law = law
         self._pace = Pace(law.period)
         self._heading = Heading()
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[ActiveTurn] = None       # None after its result is logged
-        self._carried = 0.0                      # error of the turn before, to be corrected [rad]
+        self._turn: Optional[ActiveTurn] = None  # None after the result of the turn is logged
+        self._error_of_last_turn = 0.0           # the next turn corrects this error [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
-        self._mouse_logged = False               # was the loss of the mouse logged?
+        self._mouse_loss_logged = False          # was the loss of the mouse logged?
         self._log = LogQueue()
 
     # -- inputs
@@ -62,17 +65,17 @@ class ControllerCore:
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.is_checked)
-        if self._turn is not None and rate <= JUDGING_RATE:
-            self._judge_turn(self._turn, now)
+        if self._turn is not None and rate <= RESULT_RATE:
+            self._log_result(self._turn, now)
         elif self._turn is None and rate > DRIVEN_RATE:
-            self._carried = 0.0
+            self._error_of_last_turn = 0.0
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
-        self._update(message.at)
+        self._check_sleep_and_mouse(message.at)
         was_active, active = self.mouse.active, message.content.active
         deactivated = self.mouse.received(message)
         if self.mouse.active:
@@ -83,22 +86,22 @@ class ControllerCore:
             self._handle(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
                          else DriverEvent.MOUSE_MOVED, 'the mouse took over')
         elif was_active or deactivated:
-            self._mouse_logged = active
+            self._mouse_loss_logged = active
             reason = 'the mouse was deactivated'
             if active:
                 reason = ('messages of the mouse are late: move it to the middle of the screen to '
                           'use it again')
             self._release_mouse(reason)
-        elif active and not self._mouse_logged:
-            self._mouse_logged = True
+        elif active and not self._mouse_loss_logged:
+            self._mouse_loss_logged = True
             self._log.add('The mouse was active before: move it to the middle of the screen to '
                           'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests. A request is ignored if it only
-        repeats a request from before the connection to this node, or from before a stop."""
-        self._update(turn.at)
-        doubts = self._repetitions.count_doubts(turn, self._sleep.is_waking)
+        """Turn by the angle [deg] that another node requests, unless it is a repetition, see
+        Repetitions."""
+        self._check_sleep_and_mouse(turn.at)
+        doubts = self._repetitions.doubts_after(turn, self._sleep.is_waking)
         if not doubts:
             self._request_or_log(turn, now)
         elif doubts == 1:
@@ -107,12 +110,12 @@ class ControllerCore:
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
-        self._update(turn.at)
+        self._check_sleep_and_mouse(turn.at)
         self._refused_at = -math.inf
         self._request_or_log(turn, now)
 
     def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
-        """Request a turn, and log its refusal, at most once a second."""
+        """Request a turn. Log a refusal, at most once a second."""
         try:
             self.request_turn(turn.content, now)
         except ValueError as refusal:
@@ -123,31 +126,31 @@ class ControllerCore:
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
         Raises ``ValueError`` with the reason of a refusal."""
-        angle = math.radians(degrees)
-        extended = self._turn if self.driver is Driver.TURN else None
-        whole = angle if extended is None else extended.remaining(self._yaw) + angle
-        self._check_turn(whole, now)
-        if extended is None:
+        angle = requested = math.radians(degrees)
+        present = self._turn if self.driver is Driver.TURN else None
+        if present is None:
+            self._check_turn(angle, now)
             self._begin_turn(angle, now)
         else:
+            self._check_turn(present.remaining(self._yaw) + angle, now)
             self._law.extend(angle)
-            extended.extend(angle)
-        requested = angle if extended is None else extended.requested
+            present.extend(angle)
+            requested = present.requested
         self._log.add(f'Turning {round(math.degrees(requested), 6):g} degrees')
         self._handle(DriverEvent.TURN_REQUESTED)
 
-    def _update(self, at: float) -> None:
+    def _check_sleep_and_mouse(self, steady_now: float) -> None:
         """Give up a turn during which this process slept. Release a mouse that is lost."""
-        self._sleep.update(at)
+        self._sleep.update(steady_now)
         if self._sleep.slept_for > RESUME_TIME:
             self._repetitions.stop()
             if self.driver is Driver.TURN:
                 self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
-        was_active, silence = self.mouse.active, self.mouse.silence(at)
+        was_active, silence = self.mouse.active, self.mouse.silence(steady_now)
         if self._sleep.slept_for or silence:
-            self.mouse.lose(at)
+            self.mouse.lose(steady_now)
         if was_active and not self.mouse.active:
-            self._mouse_is_due = self._mouse_logged = True
+            self._mouse_is_due = self._mouse_loss_logged = True
             self._release_mouse(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: PreciseTurn) -> None:
@@ -160,15 +163,18 @@ class ControllerCore:
 
     # -- outputs
 
-    def tick(self, now: float, at: float) -> Output:
+    def tick(self, now: float, steady_now: float) -> Output:
         """Look at both clocks, and decide."""
-        self._update(at)
-        is_due = self._mouse_is_due or self.driver is Driver.TURN and (
+        self._check_sleep_and_mouse(steady_now)
+        turn_is_due = self.driver is Driver.TURN and (
             self._pace.due(now) or not self._sensors.are_fresh(now))
-        command = (self._command(now) or Twist2()) if is_due else None
-        has_changed, self._last_driver = self.driver is not self._last_driver, self.driver
-        return Output(command, has_changed, self._log.pop_all(),
-                      self.driver is not Driver.NOBODY or self.mouse.active)
+        command = None
+        if self._mouse_is_due or turn_is_due:
+            command = self._command(now) or Twist2()
+        before, self._last_driver = self._last_driver, self.driver
+        return Output(command, stops_first=self.driver is not before,
+                      log_lines=self._log.pop_all(),
+                      watched=self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:
         """Returns the problem of the IMU, or ''."""
@@ -211,8 +217,8 @@ class ControllerCore:
 
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
-            self._judge_turn(self._turn, now)
-        self._turn = ActiveTurn(angle, self._heading.steady_yaw, self._carried, now)
+            self._log_result(self._turn, now)
+        self._turn = ActiveTurn(angle, self._heading.steady_yaw, self._error_of_last_turn, now)
         self._sensors.request_motion()
         self._sensors.pause()
         self._start_law(self._turn)
@@ -220,7 +226,7 @@ class ControllerCore:
     def _start_law(self, turn: ActiveTurn) -> None:
         """Begin a turn at the present heading, or continue the turn after a stop."""
         self._law.start(self._yaw, turn.remaining(self._yaw))
-        self._pace.pause()
+        self._pace.restart()
 
     def _sensors_allow(self, now: float) -> bool:
         turn = self._turn
@@ -229,7 +235,7 @@ class ControllerCore:
         if self._sensors.status is SensorStatus.SILENT:
             if self._pace.running:
                 self._log.add('Stopped: ' + self._sensors.hold_reason, warning=True)
-            self._pace.pause()
+            self._pace.restart()
         elif self._sensors.status is SensorStatus.BACK_SOON:
             self._log.add('Going on: the IMU is back')
             turn.stall.resume()
@@ -248,16 +254,16 @@ class ControllerCore:
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             problem = turn.stall.update(
-                step.remaining, 0.0, heading.rate, dt, step.command != Twist2())
+                step.remaining, 0.0, heading.rate, dt, must_move=step.command != Twist2())
         if not step.finished and not problem:
             return step.command
         turn.remaining_at_end = step.remaining
         self._handle(DriverEvent.TURN_OVER, problem)
         return None
 
-    def _judge_turn(self, turn: ActiveTurn, now: float) -> None:
+    def _log_result(self, turn: ActiveTurn, now: float) -> None:
         self._log.add(turn.result(now))
-        self._carried = turn.remaining_at_end
+        self._error_of_last_turn = turn.remaining_at_end
         self._turn = None
 
     # -- who drives
@@ -267,10 +273,10 @@ class ControllerCore:
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
-        """Apply the table of drivers. A turn that ends for a `reason` is given up."""
+        """Change the driver. A turn that ends for a `reason` is given up."""
         before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
         if self.driver is Driver.MOUSE:
-            self._carried = 0.0
+            self._error_of_last_turn = 0.0
         if reason:
             self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
@@ -278,4 +284,4 @@ class ControllerCore:
             left = abs(math.degrees(self._turn.remaining(self._yaw)))
             self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}',
                           warning=True)
-            self._turn, self._carried = None, 0.0
+            self._turn, self._error_of_last_turn = None, 0.0

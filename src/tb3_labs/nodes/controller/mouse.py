@@ -24,7 +24,7 @@ class MouseState(NamedTuple):
 
 
 def to_mouse(message) -> MouseState:
-    """Returns the state in a tb3_labs/MouseController; ``ValueError`` if it is not finite."""
+    """Returns the state in a tb3_labs/MouseController. ``ValueError`` if it is not finite."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f'mouse position ({x}, {y}) is not finite')
@@ -32,14 +32,14 @@ def to_mouse(message) -> MouseState:
 
 
 class _MouseSource:
-    """The state of one mouse, found from the messages of this mouse."""
+    """One mouse, by its messages."""
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
         #: Was the mouse active in its last message? An active mouse repeats its messages.
         self.reported_active = False
         self.is_lost = True
-        self._back_at = -math.inf    # end of the last silence
+        self._silence_ended_at = -math.inf    # end of the last silence [s]
         self._lateness = Lateness()
 
     @property
@@ -47,23 +47,25 @@ class _MouseSource:
         return self.reported_active and not self.is_lost
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
-        """Take in a message. `rests`: does the message ask for zero?"""
+        """Take in a message. `rests`: does the message ask for a stop?"""
         active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = not self.source.count
-        if not (is_first or self.reported_active) and now - self._back_at >= WAKING_TIME:
+        if not (is_first or self.reported_active) and now - self._silence_ended_at >= WAKING_TIME:
             self.is_lost = False    # the message before showed that the mouse was not active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
-            self._back_at, self.is_lost = now, self.is_lost or active
+            self._silence_ended_at = now
+            if active:
+                self.is_lost = True
         elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
-            self._back_at = now
+            self._silence_ended_at = now
         if message.age is not Age.SAME:
             self.source.received(now)
         self.reported_active = active
-        if rests and now - self._back_at >= WAKING_TIME:
+        if rests and now - self._silence_ended_at >= WAKING_TIME:
             self.is_lost = False
 
     def lose(self, now: float) -> None:
-        self.is_lost, self._back_at = True, now
+        self.is_lost, self._silence_ended_at = True, now
 
 
 class Mouse:
@@ -73,13 +75,13 @@ class Mouse:
     mouse stays inactive until a message shows that it is in the middle of the screen, or
     deactivated. A message that is delayed, or comes soon after a silence, does not show this.
 
-    Several mice may be connected. If a mouse is lost or deactivated, all other mice are lost, too,
-    since a person may have activated them earlier. The active mouse of the latest message drives.
+    Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
+    too, since a person may have activated them earlier. The mouse of the latest message drives.
     """
 
     def __init__(self) -> None:
-        self.source = Freshness('mouse', MOUSE_TIMEOUT)    # any mouse
-        #: The velocity that an active mouse asks for; zero in the middle of the screen.
+        self.source = Freshness('mouse', MOUSE_TIMEOUT)    # all mice together
+        #: The velocity that an active mouse asks for. It is zero in the middle of the screen.
         self.twist = Twist2()
         self._senders: DefaultDict[str, _MouseSource] = defaultdict(_MouseSource)
 
@@ -90,12 +92,12 @@ class Mouse:
 
     def received(self, message: 'Event[MouseState]') -> bool:
         """Take in a message of a mouse. Returns True if the message deactivates the mouse, which is
-        a stop, also by a lost mouse."""
+        a stop, even if the mouse was lost."""
         (active, x, y), now, sender = message.content, message.at, self._senders[message.sender]
-        twist = mouse_twist(x, y)
+        twist = Twist2(_speed(y), _speed(-x))
         was_active, deactivated = sender.active, not active and sender.reported_active
         self.source.received(now)
-        sender.received(message, not active or twist == Twist2())
+        sender.received(message, rests=not active or twist == Twist2())
         if deactivated or was_active and not sender.active:
             self.lose(now, kept=sender)
         if sender.active:
@@ -103,26 +105,21 @@ class Mouse:
         return deactivated
 
     def silence(self, now: float) -> str:
-        """Returns 'no mouse for 0.3 s' if an active mouse is silent, else ''."""
+        """Returns 'no mouse for 0.3 s' if an active mouse is silent, otherwise ''."""
         for sender in self._senders.values():
             if sender.active and not sender.source.is_fresh(now):
                 return sender.source.silence_with_age(now)
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
-        """Treat every mouse but `kept` as lost, since a person may have activated a mouse."""
+        """Treat all mice but `kept` as lost, since a person may have activated them earlier."""
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)
 
 
-def mouse_twist(x: float, y: float) -> Twist2:
-    """Returns the velocity for a mouse at (x, y)."""
-    return Twist2(_speed(y), _speed(-x))
-
-
 def _speed(position: float) -> float:
-    """Returns 0 in the closed dead zone, otherwise MOUSE_FULL times the position."""
+    """Returns 0 inside the dead zone and on its edge, otherwise MOUSE_FULL times the position."""
     if abs(position) <= MOUSE_DEAD_ZONE:
         return 0.0
     return MOUSE_FULL * clamp(position, -1.0, 1.0)

@@ -19,7 +19,7 @@ from tb3_labs.nodes.controller.turns import TurnConfig, degrees_of, make_turn
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
-from tb3_labs.ros.node import end, end_roslaunch, guarded
+from tb3_labs.ros.node import begin_shutdown, end_roslaunch, guarded
 from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
@@ -28,7 +28,7 @@ from tb3_labs.supervision.timeouts import ROBOT_WAIT
 
 
 class ControllerNode:
-    """Takes in IMU, keyboard, mouse and requested turns. Turns and drives the robot."""
+    """Turns and drives the robot by IMU, keyboard, mouse and requested turns."""
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
@@ -40,7 +40,7 @@ class ControllerNode:
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # every message is read, so scrolling up stops at once, also before later messages
+        # every message is read, so that scrolling up stops at once, even if later messages wait
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
@@ -65,7 +65,7 @@ class ControllerNode:
     def _on_line(self, line):
         if line.lower() == 'q':
             end_roslaunch()
-            end()
+            begin_shutdown()
             return
         try:
             degrees = degrees_of(line.lower())
@@ -95,26 +95,25 @@ class ControllerNode:
 
 
 class Keyboard:
-    """Calls `on_line(text)` for each line typed or piped in, then `on_end()` once.
+    """Calls `on_line(text)` for each line of the standard input, then `on_end()` once.
 
-    Keyboard works in a terminal, in an xterm, from a pipe, and under roslaunch, which gives its
-    terminal to its nodes. Without input (without a terminal, or as a job in the background)
-    Keyboard calls `on_end()` at once.
+    The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. Without
+    an input, or as a job in the background, Keyboard calls `on_end()` at once.
     """
 
     def __init__(self, on_line, on_end):
         self._on_line = guarded(on_line)
         self._on_end = guarded(on_end)
-        # This signal stops a job in the background that reads its terminal. If the job ignores the
-        # signal, the read fails.
+        # A job in the background that reads its terminal is stopped by this signal. If the signal
+        # is ignored, the read fails.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
     def _run(self):
         if sys.stdin is not None:      # otherwise descriptor 0 may be another file
             with contextlib.suppress(OSError):
-                # Unbuffered: a thread that waits in Python's own buffer holds a lock that the
-                # interpreter needs to end.
+                # A thread that waits in Python's own buffer holds a lock that the interpreter needs
+                # to end. So the file is not buffered.
                 for line in open(0, 'rb', buffering=0, closefd=False):
                     self._on_line(line.decode(errors='replace').strip())
         self._on_end()

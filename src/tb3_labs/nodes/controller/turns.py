@@ -1,8 +1,8 @@
 """The settings, the request and the result of a turn, and the table of drivers (turn or mouse).
-The law of a turn is :class:`tb3_labs.control.approach.PreciseTurn`.
+The law of a turn is :class:`tb3_labs.control.approach.PreciseTurn`. It ends a settled turn.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn, unlike in the handout's law.
+180 and -180 are different turns, and 360 is a full turn. The handout's law has headings.
 """
 import math
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
 def degrees_of(text: str) -> float:
-    """Returns the turn [deg] for a key or a number; ``ValueError`` for another text."""
+    """Returns the turn for a key or a number [deg]. ``ValueError`` for another text."""
     try:
         return TURN_KEYS[text] if text in TURN_KEYS else float(text)
     except ValueError:
@@ -51,16 +51,16 @@ class TurnConfig(Config):
 
 def make_turn(config: TurnConfig, model: RobotModel,
               response: Optional[Response] = None) -> PreciseTurn:
-    """Returns the law of a turn; `response` holds the known delay and lag of this robot."""
+    """Returns the law of a turn. `response` has the known delay and lag of this robot."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
                        math.radians(config.tolerance_deg), response or Response())
 
 
 class Heading:
-    """The heading of a robot by the IMU alone [rad], in the IMU's frame with an arbitrary zero."""
+    """The heading of a robot by the IMU alone. Its zero is arbitrary."""
 
     def __init__(self) -> None:
-        #: The yaw, continuous over whole turns [rad]; None before the first sample.
+        #: The yaw, which does not jump at +/-pi [rad]. It is None before the first sample.
         self.yaw: Optional[float] = None
         #: Rate of turn [rad/s].
         self.rate = 0.0
@@ -91,17 +91,14 @@ class Heading:
 
 
 class ActiveTurn:
-    """One turn, from the request until it is judged at rest.
+    """One turn, from the request until its result is logged. Angles do not jump at +/-pi [rad]."""
 
-    Angles are yaws that do not jump at +/-pi [rad], counter-clockwise positive.
-    """
-
-    def __init__(self, requested: float, yaw: float, carried: float, now: float) -> None:
-        """Turn from `yaw` by `requested`, and also by `carried`, the error of the turn before."""
+    def __init__(self, requested: float, yaw: float, last_error: float, now: float) -> None:
+        """Turn from `yaw` by `requested`, and by `last_error`, the error of the turn before."""
         self.requested = requested
-        self.goal = yaw + carried + requested
+        self.goal = yaw + last_error + requested
         self.stall = StallWatch()
-        #: The remaining angle at the end, computed by the law from many samples.
+        #: The remaining angle at the end, which the law computes from many samples.
         self.remaining_at_end = 0.0
         self._start = yaw
         self._begun_at = now
@@ -118,15 +115,15 @@ class ActiveTurn:
 
     def result(self, now: float) -> str:
         """Returns a text about the result, for a robot that rests."""
-        error, whole = self.remaining_at_end, self.goal - self._start
+        error, intended = self.remaining_at_end, self.goal - self._start
         side = 'short of' if error * self.requested > 0.0 else 'beyond'
         seconds = now - self._begun_at
-        text = (f'Turned {math.degrees(whole - error):.2f} degrees in {seconds:.1f} s: '
-                f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(whole):.2f}')
+        text = (f'Turned {math.degrees(intended - error):.2f} degrees in {seconds:.1f} s: '
+                f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(intended):.2f}')
         requested = round(math.degrees(self.requested), 2)
-        carried = math.degrees(whole - self.requested)
-        if abs(carried) >= 0.005:
-            text += f' (asked: {requested:g}; left by the turn before: {carried:+.2f})'
+        last_error = math.degrees(intended - self.requested)
+        if abs(last_error) >= 0.005:
+            text += f' (asked: {requested:g}; left by the turn before: {last_error:+.2f})'
         return text
 
 
@@ -144,13 +141,12 @@ class DriverEvent(Enum):
     TURN_REQUESTED = 'turn asked'
     TURN_OVER = 'turn over'
     MOUSE_MOVED = 'mouse moved'           # an active mouse is outside of the dead zone
-    MOUSE_CENTRED = 'mouse centred'       # an active mouse is in the dead zone; a turn continues
+    MOUSE_CENTRED = 'mouse centred'       # an active mouse is in the dead zone
     MOUSE_RELEASED = 'mouse released'     # the mouse was deactivated or lost
 
 
-#: {(driver, event): driver after the event}. Other events do not change the driver. A turn during a
-#: turn moves the goal, and a turn is refused while the mouse drives. Sources: the course's mouse
-#: lab, and the failures of nodes without this table.
+#: {(driver, event): driver after the event}. All other events do not change the driver. A turn is
+#: refused while the mouse drives. Sources: the course's mouse lab, and failures of other nodes.
 NEXT_DRIVER = {
     (Driver.NOBODY, DriverEvent.TURN_REQUESTED): Driver.TURN,
     (Driver.NOBODY, DriverEvent.MOUSE_MOVED): Driver.MOUSE,
@@ -164,14 +160,14 @@ NEXT_DRIVER = {
 
 class Repetitions:
     """Finds requests that only repeat a doubtful request, or a request from before a stop. A
-    repetition is the same angle from the same sender, within `SENDER_PAUSE`."""
+    repetition has the same angle and the same sender, and comes within `SENDER_PAUSE`."""
 
     def __init__(self) -> None:
         self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
-    def count_doubts(self, event: Event, is_waking: bool = False) -> int:
+    def doubts_after(self, event: Event, is_waking: bool = False) -> int:
         """Take in a request. Returns 0 if the request is accepted, otherwise the number of doubtful
-        requests so far. `is_waking`: may the request be older than a sleep of this process?"""
+        requests so far. While this process `is_waking`, a request may be older than the sleep."""
         last = self._requests.get(event.sender)
         if last is None or last.content != event.content or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _TurnRequest(event.content)
@@ -179,12 +175,14 @@ class Repetitions:
             last.is_repeated = True
         last.source.received(event.at)
         last.is_doubted = last.is_doubted or event.age.is_doubtful
-        last.doubts += 1 if last.is_doubted else 0
-        last.is_doubted = last.is_doubted or is_waking
+        if last.is_doubted:
+            last.doubts += 1
+        if is_waking:    # this request itself is refused elsewhere
+            last.is_doubted = True
         return last.doubts
 
     def stop(self) -> None:
-        """After a stop, ignore repetitions of each request that was repeated before the stop."""
+        """A stop makes each repeated request doubtful, so that its next repetitions are ignored."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 

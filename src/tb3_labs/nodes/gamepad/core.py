@@ -1,11 +1,12 @@
-"""All that `gamepad` decides about holder and command; see :mod:`tb3_labs.nodes`.
+"""All that `gamepad` decides about the holder of the robot and the command.
 
-Every press of a button is used, also if several messages arrive together. B always sends False,
-for any holder of the robot. A sends True, and Y asks for a reset, unless the press may be old.
+The package :mod:`tb3_labs.nodes` says how a core is used. Every press of a button is used, also if
+several messages arrive together. B always sends False, whoever holds the robot. A sends True, and Y
+asks for a reset, unless the press may be old.
 
 A silent pad is lost while a stick is off its middle, and while move_to_goal drives by the pad's
-permission. A stick that is held still looks like a lost pad, unless joy_node repeats its messages
-(autorepeat_rate).
+permission. Unless joy_node repeats its messages (autorepeat_rate), a stick that is held still looks
+like a lost pad.
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -21,8 +22,8 @@ from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING_TIME, EXPIRE_AFTER, HAND_BACK_TIME, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
 
-#: If the sticks are not at rest for this long, a warning tells why the pad does not drive [s].
-RESTLESS_TIME = 3.0
+#: A warning says why a pushed stick does not drive, after this time [s].
+STICK_WARNING_TIME = 3.0
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,12 @@ class GamepadCore:
         self.joy = self._pad.source
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
-        self._silent_until = 0.0
+        self._zero_until = 0.0    # until then the pad commands zero [s]
         self._command_is_due = False
         self._reset_requested = False    # was a reset requested since the last tick?
         self._published_holder: Optional[ControlHolder] = None
-        self._restless_since = math.inf    # since then a pushed stick does not drive [s]
-        self._restless_logged = False      # was the pushed stick logged?
+        self._stick_pushed_since = math.inf    # since then a pushed stick does not drive [s]
+        self._stick_logged = False             # was the pushed stick logged?
         self._log = LogQueue()
 
     # -- inputs
@@ -67,7 +68,7 @@ class GamepadCore:
     def on_joy(self, joy: 'Event[PadState]') -> None:
         now, state = joy.at, joy.content
         self._check_clock(now)
-        self._pad.receive(state, now, joy.sent_at, joy.age is Age.SAME)
+        self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME)
         before, pushed_at = self._pad.before, now - self._pad.lateness
         self._command_is_due = True
         if state.regain and not before.regain:
@@ -81,7 +82,7 @@ class GamepadCore:
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._handle(ControlEvent.LOST, now)    # the loss is noticed only now
+            self._handle(ControlEvent.LOST, now)    # the loss was not noticed before
         elif self._drives() and pushed_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         if state.reset and not before.reset and self._is_accepted('Y', OLDEST_RESET, now):
@@ -97,13 +98,13 @@ class GamepadCore:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or False of another node. A False takes the control that this pad gave, or
-        stops the robot while a stick is pushed."""
+        """Take in a True or False of another node. A False ends the control that this pad gave, or
+        stops a robot that this pad drives."""
         if not message.content:
             self._on_control_taken(message.at)
 
     def on_leave(self, now: float) -> None:
-        """Take control from move_to_goal, since this node ends."""
+        """Take the control that this pad gave, since this node ends."""
         if self.messages.grants:
             self._on_control_taken(now)
 
@@ -133,17 +134,17 @@ class GamepadCore:
             control_messages=self.messages.pop_all(), renews=self.messages.pop_renewal(now))
 
     def _check_rest(self, now: float) -> None:
-        """Is the pad ready: sticks at rest, and delay known? A line names a stick that is not."""
+        """Find whether the pad is ready. If a stick is pushed too long, log a warning."""
         state, config = self._pad.state, self._config
         if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
-            self._restless_since, self._restless_logged = math.inf, False
+            self._stick_pushed_since, self._stick_logged = math.inf, False
             return
-        self._restless_since = math.inf if state.at_rest else min(self._restless_since, now)
-        self._restless_logged = self._restless_logged and not state.at_rest
+        self._stick_pushed_since = math.inf if state.at_rest else min(self._stick_pushed_since, now)
+        self._stick_logged = self._stick_logged and not state.at_rest
         if state.at_rest and self._is_current(now):
             self._handle(ControlEvent.READY, now)
-        if now - self._restless_since > RESTLESS_TIME and not self._restless_logged:
-            self._restless_logged = True
+        if now - self._stick_pushed_since > STICK_WARNING_TIME and not self._stick_logged:
+            self._stick_logged = True
             axes, _ = state.sent
             axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
             self._log.add(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond '
@@ -153,7 +154,7 @@ class GamepadCore:
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
         state = self._pad.state
-        if state is None or not self._drives() or now < self._silent_until:
+        if state is None or not self._drives() or now < self._zero_until:
             return Twist2()
         model, config = self._model, self._config
         return saturate(Twist2(state.forward * min(config.linear_scale, model.max_linear),
@@ -166,7 +167,8 @@ class GamepadCore:
                 and not state.at_rest and (state.hold or not self._config.has_hold))
 
     def _check_clock(self, now: float) -> None:
-        """After a sleep the pad must become ready again. A long sleep ends the pad's permission."""
+        """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the
+        permission that the pad gave."""
         self._sleep.update(now)
         if self.messages.grants and self._sleep.slept_for > EXPIRE_AFTER:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
@@ -179,7 +181,7 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? A press that may be older than `longest` [s] is only logged."""
+        """Is a press of a button accepted? A press that may be older than `longest` [s] is not."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
@@ -195,7 +197,7 @@ class GamepadCore:
         before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
         self._command_is_due = self._command_is_due or self.holder is not before
         if before is ControlHolder.MOVE_TO_GOAL and self.holder is not before:
-            self._silent_until = now + HAND_BACK_TIME
+            self._zero_until = now + HAND_BACK_TIME
             if self.messages.grants:       # another node took control
                 self.messages.stop(now)
         if self.holder is before:
@@ -226,7 +228,7 @@ class GamepadCore:
                     'gamepad.launch does')
         silence = self.joy.silence_with_age(now).capitalize()
         self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
-        self._pad.state = None      # the last state is void now
+        self._pad.state = None      # the last state is not valid any more
         self._command_is_due = True
         self.messages.stop(now)
         self._handle(ControlEvent.LOST, now)

@@ -18,7 +18,7 @@ MAX_INDEX = 31
 
 @dataclass(frozen=True)
 class PadConfig(Config):
-    """The functions of axes and buttons. Indices count from 0, as in sensor_msgs/Joy."""
+    """The functions of axes and buttons. Indices begin at 0, as in sensor_msgs/Joy."""
 
     linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', '', 0, MAX_INDEX)
     angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', '', 0, MAX_INDEX)
@@ -42,7 +42,7 @@ class PadConfig(Config):
 
 
 class PadState(NamedTuple):
-    """A pad at one moment: sticks after their dead zone, and buttons pressed."""
+    """The sticks and buttons of a pad at one moment. A stick in its dead zone is 0."""
 
     forward: float = 0.0
     left: float = 0.0
@@ -66,9 +66,9 @@ class PadListener:
 
     def __init__(self) -> None:
         self.source = Freshness('joy', PAD_TIMEOUT)
-        #: The latest state; None before the first message, and after a loss.
+        #: The latest state. It is None before the first message, and after a loss.
         self.state: Optional[PadState] = None
-        self.repeats = False    # has the pad repeated an unchanged state?
+        self.repeats = False    # did the pad ever repeat an unchanged state?
         self.hangs = False      # does the pad's driver hang, and repeat one message?
         self._lateness = Lateness()
         self._received_since = math.inf    # since then the usual delay is learned [s]
@@ -79,15 +79,15 @@ class PadListener:
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
-        """Take in a message. `stamp`: time of sending, or 0; `hangs`: does the driver repeat one
-        message? In the first message only the stop button is treated as just pressed."""
+        """Take in a message. `stamp` is the time of sending, or 0. `hangs`: does the driver repeat
+        one message? Of the first message, only the stop button is treated as just pressed."""
         if self._last is not None and state.sent == self._last.sent:
             self.repeats = True
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
         is_silence = hangs or (stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT)
-        # not the last stamp, since a driver that hangs may repeat several messages
+        # a driver that hangs may repeat several messages
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
         if not is_silence:
@@ -100,7 +100,7 @@ class PadListener:
         self.before = before
 
     def knows_lateness(self, now: float) -> bool:
-        """Is the usual delay known, so that `lateness` is right?"""
+        """Is the usual delay known? Otherwise `lateness` may be wrong."""
         return now - self._received_since >= LATENESS_KNOWN_AFTER and (
             not self.hangs or self.source.is_fresh(now))    # two messages may have the same stamp
 
@@ -110,12 +110,13 @@ class PadListener:
 
 
 def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -> PadState:
-    """Returns the PadState of a message's axes and buttons; ``ValueError`` for another pad."""
-    needed = (1 + max(config.linear_axis, config.angular_axis), 1 + max(
-        config.relinquish_button, config.regain_button, config.reset_button, config.hold_button))
-    if len(axes) < needed[0] or len(buttons) < needed[1]:
+    """Returns the PadState of a message's axes and buttons. ``ValueError`` for another pad."""
+    needed_axes = 1 + max(config.linear_axis, config.angular_axis)
+    needed_buttons = 1 + max(config.relinquish_button, config.regain_button, config.reset_button,
+                             config.hold_button)
+    if len(axes) < needed_axes or len(buttons) < needed_buttons:
         raise ValueError(f'{len(axes)} axes and {len(buttons)} buttons, where the parameters need '
-                         f'{needed[0]} and {needed[1]}: another kind of pad?')
+                         f'{needed_axes} and {needed_buttons}: another kind of pad?')
     forward, left = axes[config.linear_axis], axes[config.angular_axis]
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError(f'stick ({forward}, {left}) is not finite')
@@ -127,7 +128,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
 
 
 def _stick_speed(dead_zone: float, position: float) -> float:
-    """Returns 0 inside the dead zone, and a linear value from its edge to the full stick."""
+    """Returns 0 inside the dead zone. From there to the full stick the speed grows evenly to 1."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:
         return 0.0

@@ -18,7 +18,7 @@ from tb3_labs.ros.topics import RENEWAL_HEADER, log_missing_topics, subscribe_ev
 
 
 class GamepadNode:
-    """Takes in messages of the pad and of other nodes. Drives, and gives and takes control."""
+    """Drives by the messages of a pad, and gives and takes the control of move_to_goal."""
 
     def __init__(self):
         model, config = read_model(), read_config(PadConfig)
@@ -30,7 +30,7 @@ class GamepadNode:
                                   self._carry_out)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
-        # every message is read: no press is lost if many messages arrive at once
+        # every message is read, so that no press is lost if many messages arrive at once
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))
@@ -43,7 +43,7 @@ class GamepadNode:
                            'has none)? The page of web:=true is a pad, too')
 
     def _publish_output(self, output):
-        """Publish a stop twice: a node may treat a connection's first message as latched."""
+        """Publish a stop twice, since a node may treat a connection's first message as latched."""
         for granted in output.control_messages:
             for _ in range(1 if granted else 2):
                 self._control.publish(granted)

@@ -1,10 +1,11 @@
-"""All that `move_to_goal` decides about pose, permission and command; see :mod:`tb3_labs.nodes`.
+"""All that `move_to_goal` decides about pose, permission and command.
 
-The robot moves only while this node has control, both sensors are fresh, gyro and wheels agree, the
-pose is known, and the goal is not reached. Without sensors a grant or a goal is void.
+The package :mod:`tb3_labs.nodes` says how a core is used. The robot moves only while this node has
+control, both sensors are fresh, gyro and wheels agree, the pose is known, and the goal is not
+reached. A grant or a goal is void if the sensors stay silent.
 
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
-back (`at`); metres, radians. Poses are in the local frame.
+back (`steady_now`); metres, radians. Poses are in the local frame.
 """
 import math
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from tb3_labs.localization.localizer import Fix, Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.move_to_goal.status import Announcer, DriveStatus
-from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
+from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
@@ -66,7 +67,7 @@ class DriveOutput(Output):
     status: Optional[DriveStatus] = None
     #: A new Fix, or None.
     fix: Optional[Fix] = None
-    #: The pose of ``local`` in the odometry's frame; None before the first fix.
+    #: The pose of ``local`` in the odometry's frame. It is None before the first Fix.
     odom_T_local: Optional[Pose2] = None
 
     @property
@@ -80,7 +81,7 @@ class MoveToGoalCore:
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[Response] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
-        """`response` has the known delays of this robot. `law` and this node improve them."""
+        """`law` and this node improve the delays of this robot in `response`."""
         self._response = response or Response()
         self._timing, self.imu, self.odometry = SampleTiming(), Sensor('imu'), Sensor('odom')
         self._localizer = Localizer(self._timing)
@@ -96,8 +97,8 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._last_command = Twist2()
-        self._last_ended_attempt = 0    # number of the last drive whose end was found
-        #: {another node that also commands motions: the time of its first command [s]}
+        self._last_ended_attempt = 0    # number of the last drive whose client got the answer
+        #: {another node that commands motions: the time of its first command [s]}
         self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
 
@@ -123,8 +124,8 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Take in a command of another node, which may move the robot. A warning names the other
-        node if it commands motions for `RIVAL_TIME` while move_to_goal drives, too."""
+        """Take in a command of another node, which may move the robot. If this node drives, too, a
+        warning names the other node after `RIVAL_TIME`."""
         if not (linear or angular):
             return
         self._localizer.driven_at = now
@@ -146,10 +147,9 @@ class MoveToGoalCore:
         self._machine.set_goal(goal)
         self._restart()
 
-    def on_goal(self, request: GoalRequest, at: float) -> None:
-        """Drive to the RequestedPose of a goal, unless the goal is refused, or only repeats the
-        present goal."""
-        self.on_repetition(request, at)
+    def on_goal(self, request: GoalRequest, steady_now: float) -> None:
+        """Drive to a goal, unless the goal is refused, or only repeats the present goal."""
+        self.on_repetition(request, steady_now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
             requests.refuse(request, doubt + ': send it again')
@@ -168,23 +168,23 @@ class MoveToGoalCore:
                 self.set_goal(goal)
             requests.accept(request)
 
-    def on_repetition(self, request: GoalRequest, at: float) -> None:
+    def on_repetition(self, request: GoalRequest, steady_now: float) -> None:
         """Take in a goal that was sent again with the same GoalID."""
-        self._update_control(at)    # a goal may be older than a sleep
-        self._check_end(at)
-        self._requests.note(request, at)
+        self._update_control(steady_now)    # a goal may be older than a sleep
+        self._check_end(steady_now)
+        self._requests.note(request, steady_now)
 
-    def on_cancel(self, at: float, name: str = '', stamp: int = 0) -> None:
+    def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
-        self._update_control(at)    # a sleep is not a pause of a sender
-        if self._requests.cancel(at, name, stamp):
+        self._update_control(steady_now)    # a sleep is not a pause of a sender
+        if self._requests.cancel(steady_now, name, stamp):
             self._machine.cancel()
             self._pause()
 
-    def on_reset(self, reset: Reset, now: float, at: float) -> None:
+    def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
         """Declare that the robot is at `reset.requested` now. A request that may be older than a
-        sleep is refused. `reset.is_over` tells the caller when the reset has ended."""
-        self._update_control(at)
+        sleep is refused. When the reset has ended, `reset.is_over` is True."""
+        self._update_control(steady_now)
         doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
         if doubt:
             reset.problem = doubt + ': ask again'
@@ -193,17 +193,17 @@ class MoveToGoalCore:
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
-    def begin_control(self, at: float) -> None:
+    def begin_control(self, steady_now: float) -> None:
         """Begin to hear senders of control."""
-        self._permission.begin(at)
+        self._permission.begin(steady_now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         self._permission.on_message(message)
 
-    def _update_control(self, at: float) -> None:
+    def _update_control(self, steady_now: float) -> None:
         """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
-        permission.update(at)
+        permission.update(steady_now)
         before, self.has_control = self.has_control, permission.granted
         is_new_grant, self._grants = permission.count > self._grants, permission.count
         if is_new_grant and (machine.failure or not before):
@@ -218,17 +218,16 @@ class MoveToGoalCore:
 
     # -- outputs
 
-    def tick(self, now: float, at: float) -> DriveOutput:
-        """Look at both clocks, and decide. Call this after each sample of the IMU and each request,
-        and also while no message arrives."""
-        self._update_control(at)
+    def tick(self, now: float, steady_now: float) -> DriveOutput:
+        """Look at both clocks, and decide."""
+        self._update_control(steady_now)
         # a command is due at the rate of the law, and if a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
-        self._check_end(at)
+        self._check_end(steady_now)
         return DriveOutput(
-            command, command is None and (is_due or not self._drives), status=self._new_status(now),
-            log_lines=self._log.pop_all(),
+            command, stops_first=command is None and (is_due or not self._drives),
+            status=self._new_status(now), log_lines=self._log.pop_all(),
             watched=self._permission.has_grant and self._machine.active,
             has_grant=self._permission.has_grant, answers=self._requests.pop_answers(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
@@ -244,28 +243,32 @@ class MoveToGoalCore:
         elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
             motion = self._localizer.motion(now)
             if motion is not None:
-                dt = self._pace.step(now)
-                self._check_readings(now)
-                command = self._machine.step(motion, dt)
-                # a repeated reading is checked in each period, since its sensor may be frozen
-                if self._machine.cruises and max(
-                        self.imu.repeated_for, self.odometry.repeated_for) <= SHORT_REPETITION:
-                    self._pace.prolong()
-                self._last_command = command or Twist2()
-                if self._last_command != Twist2():
-                    self._localizer.driven_at = now
-                return command
+                return self._step(motion, now)
         self._pace.skip(now)
         return None
 
-    def _check_end(self, at: float) -> None:
+    def _step(self, motion: Motion, now: float) -> Optional[Twist2]:
+        """Take a step of the drive. Returns its command."""
+        dt = self._pace.step(now)
+        self._check_readings(now)
+        command = self._machine.step(motion, dt)
+        # a repeated reading is checked in each period, since its sensor may be frozen
+        repeated_for = max(self.imu.repeated_for, self.odometry.repeated_for)
+        if self._machine.may_skip_next and repeated_for <= SHORT_REPETITION:
+            self._pace.prolong()
+        self._last_command = command or Twist2()
+        if self._last_command != Twist2():
+            self._localizer.driven_at = now
+        return command
+
+    def _check_end(self, steady_now: float) -> None:
         """Answer the client of a drive that has ended, once."""
         machine = self._machine
         if machine.goal is None or machine.active or machine.attempt == self._last_ended_attempt:
             return
         self._last_ended_attempt = machine.attempt
         if machine.failure:
-            self._requests.give_up(at)
+            self._requests.give_up(steady_now)
             outcome = GoalOutcome.CANCELED if machine.cancelled else GoalOutcome.GIVEN_UP
             self._requests.end(outcome, machine.failure)
         else:
@@ -286,7 +289,7 @@ class MoveToGoalCore:
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
-        """The pose of ``local`` in the odometry's frame; None before the first fix."""
+        """The pose of ``local`` in the odometry's frame. It is None before the first Fix."""
         return self._localizer.odom_T_local
 
     def status(self, now: float) -> DriveStatus:
@@ -313,7 +316,7 @@ class MoveToGoalCore:
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem(now))
         if sensors.status is not SensorStatus.FRESH:
-            self._pace.pause()
+            self._pace.restart()
         if sensors.status is SensorStatus.BACK_SOON:
             self._machine.interrupt()
         elif (sensors.status is SensorStatus.TIMED_OUT and self._permission.has_grant
@@ -328,7 +331,7 @@ class MoveToGoalCore:
         odometry = self._timing.odometry
         assert odometry is not None
         before, after = odometry.before, odometry.sample
-        # The odometry takes its yaw from the IMU. So the IMU must change if that yaw changes.
+        # The odometry takes its yaw from the IMU. So both yaws must change together.
         turned = before is None or before.pose.yaw != after.pose.yaw
         self.imu.check_repetition(turns or (drives and turned), now)
         self.odometry.check_repetition(drives or turns, now)
@@ -337,17 +340,17 @@ class MoveToGoalCore:
 
     def _pause(self) -> None:
         """Treat the next command as the first, since the robot stands or another node drives."""
-        self._pace.pause()
+        self._pace.restart()
         self._sensors.pause()
         self._last_command = Twist2()
 
     def _restart(self) -> None:
-        """Begin a requested motion with a robot that stands."""
+        """Begin a motion that was requested, with a robot that stands."""
         self._pause()
         self._sensors.request_motion()
 
     def _check_localizer(self) -> None:
-        """Give up a drive in which a sensor jumped. Begin a drive again after a reset."""
+        """Give up a drive after a jump of a sensor. Begin a drive again after a reset."""
         for jump in self._localizer.pop_jumps():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]

@@ -1,4 +1,4 @@
-"""The ROS side of move_to_goal; scripts/move2goal_tf.py describes its interface."""
+"""The ROS side of move_to_goal, by the interface in scripts/move2goal_tf.py."""
 import math
 import sys
 
@@ -35,10 +35,9 @@ PATH_STEP = 0.02
 PATH_TURN = math.radians(10.0)
 #: If the path has more points than this, every second point is dropped.
 PATH_POINTS = 1000
-#: Time between two transforms, and between two messages about errors [s]. A new frame is sent at
-#: once.
+#: Time between two transforms of the same frame, and between two messages about errors [s].
 DISPLAY_PERIOD = 0.1
-#: Time between two messages of the path, which are long [s].
+#: Time between two messages of the path [s].
 PATH_PERIOD = 0.2
 #: Time between two messages of the markers [s].
 REPEAT_PERIOD = 1.0
@@ -52,8 +51,8 @@ _permissions = [False]    # each value of _has_control:=; only the last value is
 
 
 def pop_permission():
-    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(), since
-    rospy would set a parameter, which outlives the launch. Then a later start would drive."""
+    """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). rospy
+    would set a parameter, which outlives the launch, and a later start would drive."""
     for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
         sys.argv.remove(word)
         value = word.partition(':=')[2]
@@ -61,7 +60,7 @@ def pop_permission():
 
 
 def _permission():
-    """Returns the has_control of this start. A node that roslaunch starts again has no control."""
+    """Returns the permission of this start. A node that roslaunch starts again has none."""
     if 'has_control:=true' in sys.argv or rospy.has_param('~has_control'):
         rospy.logwarn('has_control without _, or on the parameter server, gives no control: a '
                       'launch file takes has_control:=true, the node _has_control:=true')
@@ -77,7 +76,7 @@ def _permission():
 
 
 class MoveToGoalNode:
-    """Takes in samples, goals, resets and permissions; drives the robot."""
+    """Drives the robot by samples, goals, resets and permissions."""
 
     def __init__(self):
         typed = {'has_control': _permission()}
@@ -102,8 +101,8 @@ class MoveToGoalNode:
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Every message is read: any message may have the displacement that the firmware reverses.
-        # The core decides at the next sample of the IMU, which is fresher.
+        # Every message is read, since any may have the displacement that the firmware reverses. The
+        # core decides at the next sample of the IMU, which is fresher.
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
@@ -145,7 +144,7 @@ class MoveToGoalNode:
 
 
 class LocalPath:
-    """The path in local: thinned, bounded, and empty in a new frame."""
+    """The path in local. It is thinned and bounded, and begins again in a new frame."""
 
     def __init__(self, frame_id):
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
@@ -172,8 +171,7 @@ class LocalPath:
 
 
 class Display:
-    """Publishes each Fix (pose, path and the frame local) in the thread of the IMU. Publishes each
-    new status (text, goal, markers for RViz) in the thread of the CoreRunner.
+    """Publishes each Fix in the IMU's thread, and each new status in the CoreRunner's thread.
 
     Making a message costs more time than a step of a control law. So a message without a subscriber
     is not made, and messages for displays are sent only as often as the eye needs.
@@ -195,7 +193,7 @@ class Display:
         self._path = LocalPath(self._local)
 
     def show(self, fix, odom_T_local):
-        """Publish a localizer.Fix."""
+        """Publish a localizer.Fix as pose, path and frame."""
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._local, fix.stamp))
         shown_at, declared = self._shown
@@ -216,7 +214,7 @@ class Display:
         self._path.show(fix)
 
     def show_status(self, status):
-        """Publish a DriveStatus as a text, and as markers of text, goal and tolerance."""
+        """Publish a DriveStatus as text and goal, and as markers for RViz."""
         self._goal = goal = status.goal
         self._state.publish(status.text)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))

@@ -1,8 +1,8 @@
-"""The requests that move_to_goal takes: goals, and resets ("the robot is here, now").
+"""Takes goals and resets for move_to_goal. A reset declares that the robot is at a pose now.
 
 Goals come by the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal of this
-action, as in move_base. Resets come in three ways: the services `reset_pose` and `set_pose`, and
-`initialpose`, RViz's 2D Pose Estimate. The other side is :mod:`tb3_labs.ros.reset_client`.
+action, as in move_base. Resets come by the services `reset_pose` and `set_pose`, and by the topic
+`initialpose`, RViz's 2D Pose Estimate. :mod:`tb3_labs.ros.reset_client` requests a reset.
 """
 import math
 
@@ -27,17 +27,17 @@ from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalReq
 
 #: A reset is answered within this time [s].
 ANSWER_WITHIN = 0.85
-#: A waiting service looks with this period whether its reset is over [s].
+#: A service looks with this period whether its reset is over [s].
 ANSWER_POLL = 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
-#: Frames of a goal or a reset that mean ``local``; the handout's client sends `map`.
+#: Frames of a goal or a reset that mean ``local``. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
 #: A longer frame name of a sender is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
-#: {outcome of a goal: the method of actionlib's handle that answers its client}
+#: {outcome of a goal: the method of actionlib that answers the client}
 ANSWER_METHODS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
                   GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
                   GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
@@ -52,10 +52,9 @@ class GoalServer(ActionServer):
     receive goals and cancels in the same order. :meth:`answer` sends the core's answers, and does
     not need the lock of the core.
 
-    For 5 s actionlib (1.14.0) treats a goal with a known GoalID as the same goal, later as a new
-    goal. actionlib accepts a repeated latched goal as new, and does not cancel an ended goal to
-    which the robot drives again after a reset. So this class sees each message before actionlib
-    (test/ros/stops.test).
+    This class sees each message before actionlib (test/ros/stops.test). actionlib (1.14.0) treats a
+    goal with a known GoalID as a new goal after 5 s. It accepts a repeated latched goal as new. It
+    does not cancel an ended goal, to which the robot may drive again after a reset.
     """
 
     def __init__(self, runner, core):
@@ -70,7 +69,7 @@ class GoalServer(ActionServer):
         """Take goals from now on."""
         subscribe('move_base_simple/goal', PoseStamped,
                   only_new('move_base_simple/goal', self._on_simple_goal))
-        # otherwise the server's status thread may still publish while the topics are closed
+        # otherwise the thread of the status may publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
 
@@ -103,7 +102,7 @@ class GoalServer(ActionServer):
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """Obey every cancel, also an old cancel. actionlib's own subscriber calls this method."""
+        """Obey a cancel, even an old one. actionlib's own subscriber calls this method."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
@@ -139,8 +138,8 @@ class GoalServer(ActionServer):
 
 
 class Resets:
-    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
-    both sensors have sent the samples of the moment of the request."""
+    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset after
+    both sensors have sent their samples of the moment of the request."""
 
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
@@ -203,8 +202,8 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`. The function drops each
-    latched message that may be old, with a warning."""
+    """Returns a function that passes messages of `topic` to `callback`, but drops a latched message
+    that may be old, with a warning."""
     to_age = age_reader(topic)
 
     def on_message(message):

@@ -1,11 +1,10 @@
-"""The status of a drive, the text of the status on `goal_state`, and log lines about changes."""
+"""The status of a drive, its text on `goal_state`, and log lines about its changes."""
 import math
 from typing import Callable, NamedTuple, Optional, Tuple
 
 from tb3_labs import handout
 from tb3_labs.control.goal_state import (
-    DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go,
-    with_reason)
+    DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go)
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.supervision.events import LogQueue
@@ -15,13 +14,13 @@ PROGRESS_PERIOD = 1.0
 
 
 class DriveStatus(NamedTuple):
-    """The public status of a drive at one moment; poses in local."""
+    """The public status of a drive at one moment."""
 
     state: GoalState
-    goal: Optional[Pose2]
+    goal: Optional[Pose2]         # in local
     tolerance: float              # largest distance from a goal that is reached [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
-    begun: bool                   # was the robot commanded to move in this drive?
+    begun: bool                   # was a motion commanded in this drive?
     active: bool                  # has the drive not ended yet?
     failure: str                  # the reason why the drive was given up, or ''
     hold_reason: str              # the reason why the robot stands during the drive, or ''
@@ -36,16 +35,16 @@ class DriveStatus(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The text for the topic `goal_state`; '' before the first command to move."""
+        """The text on `goal_state`. It is '' until the drive begins."""
         if self.failure:
-            return with_reason(GAVE_UP, self.failure)
+            return f'{GAVE_UP}: {self.failure}'
         if not self.active:
             return self.state.name
         if not self.has_control:
             return WAITING_FOR_CONTROL
         if not self.begun:
-            return with_reason(WAITING, self.sensor_problem) if self.sensor_problem else ''
-        return with_reason(STOPPED, self.hold_reason) if self.hold_reason else self.state.name
+            return f'{WAITING}: {self.sensor_problem}' if self.sensor_problem else ''
+        return f'{STOPPED}: {self.hold_reason}' if self.hold_reason else self.state.name
 
 
 class Announcer:
@@ -53,14 +52,14 @@ class Announcer:
 
     def __init__(self, log: LogQueue) -> None:
         self._log = log
-        self._logged: Tuple = ()       # attempt, goal and text of the last log line
-        self._begun = 0                # number of the drive that began last
-        self._begun_at = 0.0           # time at which this drive began [s]
-        self._progress_at = 0.0        # time of the last log line [s]
+        self._logged: Tuple = ()     # attempt, goal and text of the last log line
+        self._begun_attempt = 0      # number of the drive that began last
+        self._begun_at = 0.0         # time at which this drive began [s]
+        self._progress_at = 0.0      # time of the last log line [s]
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Log a new status, and once a second the progress of a drive. Returns True if the status
+        """Log a new status, and the progress of a drive once a second. Returns True if the status
         is new. `motion()` returns the robot's present Motion."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._logged:
@@ -70,9 +69,9 @@ class Announcer:
                     self._log.add(f'{status.text}: {to_go(*status.remaining(motion()))}')
             return False
         self._logged, self._progress_at = key, now
-        begins = status.begun and status.attempt != self._begun
+        begins = status.begun and status.attempt != self._begun_attempt
         if begins:
-            self._begun, self._begun_at = status.attempt, now
+            self._begun_attempt, self._begun_at = status.attempt, now
         if status.failure:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
         elif not status.active:
