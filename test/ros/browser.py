@@ -26,7 +26,7 @@ CHROMIUM, DRIVER = shutil.which('chromium'), shutil.which('chromedriver')
 MISSING = '' if webdriver and CHROMIUM and DRIVER else (
     'no browser: sudo apt install chromium chromium-driver python3-selenium')
 #: The browser looks up nothing in the network, and has no sandbox, since root and containers have none.
-FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
+FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--in-process-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
          '--disable-dev-shm-usage', '--disable-extensions',
          '--disable-features=PreloadTopChromeWebUI,InitialWebUI,SpareRendererForSitePerProcess,OptimizationHints',
