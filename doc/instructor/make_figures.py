@@ -3,7 +3,7 @@
 
     python3 doc/instructor/make_figures.py
 
-The two frames have the numbers of the sheets' worked example.
+The two frames have the numbers of the worked example in the sheets.
 `test/unit/test_worked_examples.py` computes these numbers in another way.
 
 Units: metres, degrees on labels; radians inside.
@@ -13,7 +13,6 @@ import pathlib
 
 import matplotlib
 import numpy as np
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
@@ -32,10 +31,6 @@ DOC = ROOT / 'doc'
 A_T_B = Pose2(2.0, 1.0, math.atan2(0.8, 0.6))
 #: The worked example's pose of the robot in A.
 A_T_ROBOT = Pose2(1.0, 3.0, A_T_B.yaw + math.pi / 2.0)
-#: The lab's goal in local.
-GOAL = LAB_GOAL
-#: The lab's own law stops at this distance from the goal [m].
-STOP_DISTANCE = DISTANCE_TOLERANCE
 #: The yaw of the IMU minus the yaw of the odometry, of a real Burger [deg].
 OFFSET_DEG = -34.6
 #: The time between two commands of the lab's law [s].
@@ -45,13 +40,6 @@ TURN_DURATION = 8.0
 #: state -> (fill, hatching)
 STATES = {'ROTATE_TO_GOAL': ('#c9d8ee', '///'), 'MOVE_FORWARD': ('#f7e3c4', ''),
           'ROTATE_TO_FINAL': ('#d3e8d3', '\\\\\\'), 'GOAL_REACHED': ('#ffffff', '')}
-
-
-def new_figure(width, height):
-    """Returns an empty figure of a size [inch]."""
-    figure = Figure(figsize=(width, height), constrained_layout=True)
-    FigureCanvasSVG(figure)
-    return figure
 
 
 def blank(axes, x, y):
@@ -106,8 +94,9 @@ def robot(axes, pose, size=0.16):
 
 def mark_goal(axes):
     """Draw the lab's goal, and the circle within which the lab's own law stops."""
-    axes.add_patch(Circle((GOAL.x, GOAL.y), STOP_DISTANCE, fill=False, linestyle='--', color=GREEN))
-    axes.plot(GOAL.x, GOAL.y, '*', color=GREEN, markersize=13, zorder=6)
+    axes.add_patch(Circle((LAB_GOAL.x, LAB_GOAL.y), DISTANCE_TOLERANCE, fill=False, linestyle='--',
+                          color=GREEN))
+    axes.plot(LAB_GOAL.x, LAB_GOAL.y, '*', color=GREEN, markersize=13, zorder=6)
 
 
 def dotted(axes, *places, colour):
@@ -117,7 +106,7 @@ def dotted(axes, *places, colour):
 
 def point_in_both_frames():
     """A place, with the place's coordinates in A and in B."""
-    figure = new_figure(5.6, 4.4)
+    figure = Figure((5.6, 4.4), constrained_layout=True)
     axes = figure.subplots()
     plain(axes, (-0.5, 4.2), (-0.45, 3.8))
     place = (A_T_ROBOT.x, A_T_ROBOT.y)
@@ -140,7 +129,7 @@ def point_in_both_frames():
 
 def heading_in_both_frames():
     """A robot, with the robot's heading in A and in B."""
-    figure = new_figure(4.6, 2.8)
+    figure = Figure((4.6, 2.8), constrained_layout=True)
     axes = figure.subplots()
     blank(axes, (-1.7, 2.0), (-0.35, 1.75))
     here, theta = Pose2(0.0, 0.0, A_T_ROBOT.yaw), math.degrees(A_T_B.yaw)
@@ -166,10 +155,10 @@ def drive():
     while states:
         linear = angular = 0.0
         if states[0] == 'MOVE_FORWARD':
-            linear, is_over = DRIVE_SPEED, pose.distance_to(GOAL) <= STOP_DISTANCE
+            linear, is_over = DRIVE_SPEED, pose.distance_to(LAB_GOAL) <= DISTANCE_TOLERANCE
         else:
             final = states[0] == 'ROTATE_TO_FINAL'
-            error = difference(GOAL.yaw if final else pose.bearing_to(GOAL), pose.yaw)
+            error = difference(LAB_GOAL.yaw if final else pose.bearing_to(LAB_GOAL), pose.yaw)
             angular = (GAIN_TO_FINAL if final else GAIN_TO_GOAL) * error
             is_over = abs(error) <= ANGLE_TOLERANCE
         if is_over:
@@ -183,11 +172,11 @@ def drive():
 def four_states():
     """A drive in local, and its commands over time, with the states."""
     seen = drive()
-    figure = new_figure(8.4, 3.8)
+    figure = Figure((8.4, 3.8), constrained_layout=True)
     left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.25)))
     plain(left, (-1.0, 0.4), (-0.25, 0.9))
     mark_goal(left)
-    left.text(GOAL.x, GOAL.y + 0.18, 'goal', color=GREEN, ha='center')
+    left.text(LAB_GOAL.x, LAB_GOAL.y + 0.18, 'goal', color=GREEN, ha='center')
     left.plot([pose.x for _, pose, *_ in seen], [pose.y for _, pose, *_ in seen], color=BLUE)
     for state, look, ha in zip(DRIVING, ((0.0, -0.14), (-0.17, 0.26), (-0.5, 0.36)),
                                ('center', 'left', 'right')):
@@ -210,14 +199,14 @@ def four_states():
 
 def offset_of_the_imu():
     """A drive that never reaches its goal, since the node turns displacements by a wrong yaw."""
-    figure = new_figure(5.6, 4.2)
+    figure = Figure((5.6, 4.2), constrained_layout=True)
     axes = figure.subplots()
     plain(axes, (-1.75, 0.6), (-0.25, 1.6))
     frame(axes, Pose2(), 'local', BLUE, (0.3, 0.3), where=(0.0, -0.13), gap=0.11)
-    along = Pose2(0.0, 0.0, math.atan2(GOAL.y, GOAL.x))
+    along = Pose2(0.0, 0.0, math.atan2(LAB_GOAL.y, LAB_GOAL.x))
     believed = Pose2(0.0, 0.0, along.yaw - math.radians(OFFSET_DEG))
     mark_goal(axes)
-    axes.text(GOAL.x + 0.1, GOAL.y + 0.17, 'goal', color=GREEN)
+    axes.text(LAB_GOAL.x + 0.1, LAB_GOAL.y + 0.17, 'goal', color=GREEN)
     arrow(axes, (0.0, 0.0), along.act((1.9, 0.0)), 'black')
     axes.text(*along.act((1.62, 0.0)) + (0.14, 0.06), 'true path', fontsize=10)
     arrow(axes, (0.0, 0.0), believed.act((1.75, 0.0)), ORANGE, linestyle='--')
@@ -230,13 +219,13 @@ def offset_of_the_imu():
 
 def a_reset():
     """The two frames on the floor before and after a reset."""
-    figure = new_figure(8.0, 3.6)
-    here = Pose2(GOAL.x, GOAL.y, math.radians(60.0))
+    figure = Figure((8.0, 3.6), constrained_layout=True)
+    here = Pose2(LAB_GOAL.x, LAB_GOAL.y, math.radians(60.0))
     left, right = figure.subplots(1, 2)
     for axes, title, local in ((left, 'before', Pose2()), (right, 'after', here)):
         plain(axes, (-1.75, 0.75), (-0.35, 1.35))
         axes.set_title(title + ' the reset', fontsize=11)
-        goal = local @ GOAL
+        goal = local @ LAB_GOAL
         axes.plot(goal.x, goal.y, '*', color=GREEN, markersize=15, zorder=6)
         axes.text(goal.x, goal.y - 0.28, 'goal', color=GREEN, ha='center')
         robot(axes, here, 0.09)
@@ -248,7 +237,7 @@ def a_reset():
 
 def error_on_the_circle():
     """A turn the short way from 350 to 80 degrees, and the command as a function of the error."""
-    figure = new_figure(8.0, 3.3)
+    figure = Figure((8.0, 3.3), constrained_layout=True)
     left, right = figure.subplots(1, 2, gridspec_kw=dict(width_ratios=(1, 1.35)))
     blank(left, (-1.55, 1.55), (-1.4, 1.4))
     left.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY))
@@ -278,7 +267,7 @@ def error_on_the_circle():
 
 def axes_of_the_robot():
     """The robot from above, its axes, and the direction of a positive yaw."""
-    figure = new_figure(4.2, 3.0)
+    figure = Figure((4.2, 3.0), constrained_layout=True)
     axes = figure.subplots()
     blank(axes, (-1.5, 1.7), (-0.75, 1.55))
     robot(axes, Pose2(0.0, 0.0, math.pi / 2.0), 0.34)
@@ -309,7 +298,7 @@ def turn(wrapped):
 
 def two_turns():
     """The heading over time, not wrapped, in a good turn and in a turn that does not end."""
-    figure = new_figure(5.1, 2.8)
+    figure = Figure((5.1, 2.8), constrained_layout=True)
     titles = ('A good turn: it ends\nwithin the green band',
               'A bad turn: it goes on\nthrough the band')
     for axes, wrapped, title in zip(figure.subplots(1, 2), (True, False), titles):
@@ -324,14 +313,14 @@ def two_turns():
     return figure
 
 
-FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns,
-           'reset': a_reset,
+#: {name of a file: function that returns the figure}
+FIGURES = {'axes': axes_of_the_robot, 'turns': two_turns, 'reset': a_reset,
            'point': point_in_both_frames, 'heading': heading_in_both_frames,
            'states': four_states, 'imu_offset': offset_of_the_imu, 'error': error_on_the_circle}
 
 
 if __name__ == '__main__':
-    # the same files each time; letters as text, not as curves
+    # each run writes the same files; letters are text, not curves
     matplotlib.rcParams.update({'svg.hashsalt': 'tb3_labs', 'svg.fonttype': 'none'})
     for name, draw in FIGURES.items():
         draw().savefig(str(DOC / 'figures' / f'{name}.svg'), metadata={'Date': None})

@@ -1,4 +1,4 @@
-"""One of the package's nodes with a method that raises during a drive, for the tests.
+"""Runs a node of the package with a method that raises during a drive.
 
 Usage: broken_node.py NODE.py MODULE:CLASS.METHOD [ROS arguments]
 """

@@ -1,6 +1,5 @@
-"""A real browser for tests: Chromium without a window, driven by selenium."""
+"""A real browser for tests, which is Chromium without a window, driven by selenium."""
 import contextlib
-import glob
 import os
 import pathlib
 import shutil
@@ -23,15 +22,17 @@ except ModuleNotFoundError:
 from tb3_labs.ros.clocks import wait_until
 
 CHROMIUM, DRIVER = shutil.which('chromium'), shutil.which('chromedriver')
-#: The reason why there is no browser; '' if there is one.
+#: The reason why the tests have no browser, or ''.
 MISSING = '' if webdriver and CHROMIUM and DRIVER else (
     'no browser: sudo apt install chromium chromium-driver python3-selenium')
-#: Nothing is looked up in the network; root and containers have no sandbox.
-FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run',
+#: The browser looks up nothing in the network, and has no sandbox, since root and containers have none.
+FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--in-process-gpu', '--disable-quic', '--no-first-run',
          '--disable-background-networking', '--disable-component-update', '--disable-sync',
-         '--disable-dev-shm-usage', '--window-size=1120,800')
-#: Time between two questions to the page, each of which costs as much as a picture [s].
-PERIOD = 0.1
+         '--disable-dev-shm-usage', '--disable-extensions',
+         '--disable-features=PreloadTopChromeWebUI,InitialWebUI,SpareRendererForSitePerProcess,OptimizationHints',
+         '--window-size=900,700')
+#: Time between two questions to the page [s]. Each question costs as much as a picture.
+PERIOD = 0.2
 #: On a busy machine a new browser answers no question for half a minute and more [s].
 SLOWEST = 200.0
 #: A map that has not moved for this long rests [s].
@@ -49,26 +50,11 @@ window.makeTestPad = (axes, pressed) => {
   if (isNew) dispatchEvent(new Event('gamepadconnected'));
 };
 """
-#: `window.longestSilence` is the longest time of less than a second between two messages of hands [s], since the page
-#: was loaded, or since it was set to 0.
-SILENCE_METER = """
-window.longestSilence = 0;
-let lastJoy = 0;
-const send = WebSocket.prototype.send;
-WebSocket.prototype.send = function (text) {
-  if (text.includes('"joy"')) {
-    const gap = (performance.now() - lastJoy) / 1000;
-    if (gap < 1) window.longestSilence = Math.max(window.longestSilence, gap);
-    lastJoy = performance.now();
-  }
-  return send.call(this, text);
-};
-"""
 
 
 class Cable:
-    """A cable to a port of this computer. Bytes that are sent while it is unplugged arrive when it is plugged in again,
-    as by TCP."""
+    """A cable to a port of this computer. Bytes that are sent while the cable is unplugged arrive when it is plugged in
+    again, as by TCP."""
 
     def __init__(self, port):
         self._port, self._plugged = port, threading.Event()
@@ -124,7 +110,7 @@ class Browser:
         options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
         self._driver = webdriver.Chrome(service=Service(DRIVER), options=options)
         self._driver.execute_cdp_cmd('Page.addScriptToEvaluateOnNewDocument',
-                                     {'source': GAMEPAD + SILENCE_METER})
+                                     {'source': GAMEPAD})
         self._driver.set_script_timeout(SLOWEST)
         self._tab = self._driver.current_window_handle
         self._driver.get(address)
@@ -142,7 +128,7 @@ class Browser:
         return self._find(element).is_displayed()
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):
-        """Wait until `condition()` holds; RuntimeError with the page's picture if it does not."""
+        """Wait until `condition()` holds. Raises RuntimeError with the page's picture after `seconds`."""
         if not wait_until(condition, seconds, PERIOD):
             raise RuntimeError('waited {:.0f} s in vain for {}; the page: {}; {}; {}'.format(
                 seconds, what, self.run('return JSON.stringify(panel.latest)'),
@@ -154,16 +140,8 @@ class Browser:
                         seconds, str(values))
 
     @property
-    def longest_silence(self):
-        """Longest time between two messages of the page's hands [s]."""
-        try:
-            return self.run('return window.longestSilence')
-        except WebDriverException:
-            return 0.0    # it has been killed
-
-    @property
     def notes(self):
-        """The lines of the page's log that the panel has warned of."""
+        """The lines of the page's log that are of the panel."""
         try:
             return [line for line in self.text('log').splitlines() if '/panel' in line]
         except WebDriverException:
@@ -184,7 +162,7 @@ class Browser:
         self._find(element).click()
 
     def type(self, **texts):
-        """Type into fields, in place of what they hold: field_x='1' into field-x."""
+        """Replace the texts of fields. field_x='1' types 1 into the field field-x."""
         for name, text in texts.items():
             field = self._find(name.replace('_', '-'))
             field.clear()
@@ -194,12 +172,12 @@ class Browser:
         ActionChains(self._driver).send_keys(key).perform()
 
     def _actions(self):
-        """Quick actions; the selenium of Debian 11 knows only slow ones."""
+        """Returns quick actions. The selenium of Debian 11 has only slow ones."""
         quick = {'duration': 50} if 'duration' in signature(ActionChains).parameters else {}
         return ActionChains(self._driver, **quick)
 
     def drag_in_local(self, start, end):
-        """Drag on the map from one point to another, [x, y] in local [m]."""
+        """Drag on the map from `start` to `end`. A point is [x, y] in local [m]."""
         (x0, y0), (x1, y1) = self._steady(lambda: [
             self.run('return panel.pixel(arguments[0], arguments[1])', *point)
             for point in (start, end)])
@@ -214,8 +192,8 @@ class Browser:
     def grip(self, element, across=0.0, up=0.0):
         """Press on the middle of an element, and move from there by parts of its half size.
 
-        The page marks an element that is held. A press does nothing while the element is not ready
-        yet, or if the page moves it at this moment: then again.
+        The page marks an element that is held. A press has no effect while the element is not ready, or if the page
+        moves the element at this moment. Then the person presses again.
         """
         box = self._find(element)
 
@@ -237,38 +215,35 @@ class Browser:
         self.run('makeTestPad(arguments[0], arguments[1])', list(axes), list(pressed))
 
     def hide(self):
-        """Open an empty tab in front of the page, which is hidden then."""
+        """Open an empty tab, which hides the page."""
         self._driver.switch_to.new_window('tab')
 
     def show(self):
-        """Close that tab: the page is seen again."""
+        """Close the empty tab, so that the page is visible again."""
         self._driver.close()
         self._driver.switch_to.window(self._tab)
 
-    def kill(self):
-        """The browser ends at once, as if it had crashed."""
-        for process in _processes_with(self._folder):
-            try:
-                os.kill(process, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
-
     def freeze(self):
         """All processes of the browser stand still, as on a laptop that is suspended."""
-        for process in _processes_with(self._folder):
-            os.kill(process, signal.SIGSTOP)
+        self._signal(signal.SIGSTOP)
 
     def thaw(self):
-        for process in _processes_with(self._folder):
-            os.kill(process, signal.SIGCONT)
+        self._signal(signal.SIGCONT)
+
+    def _signal(self, number):
+        """Send a signal to all processes whose command line has this browser's folder."""
+        for process in pathlib.Path('/proc').glob('[0-9]*'):
+            with contextlib.suppress(OSError):    # it has ended meanwhile
+                if self._folder.encode() in (process / 'cmdline').read_bytes():
+                    os.kill(int(process.name), number)
 
     def close(self):
-        self.kill()
+        self._signal(signal.SIGKILL)
         self._driver.service.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
 
     def _steady(self, places):
-        """`places()` as soon as the map, which follows what it shows, has not moved for a while."""
+        """Waits until the map, which follows the robot, has not moved for STEADY. Returns `places()`."""
         last, since = places(), time.monotonic()
         while time.monotonic() - since < STEADY:
             now = places()
@@ -279,15 +254,3 @@ class Browser:
 
     def _find(self, element):
         return self._driver.find_element(By.ID, element)
-
-
-def _processes_with(words):
-    """The numbers of the processes whose command line holds `words`."""
-    found = []
-    for line in glob.glob('/proc/[0-9]*/cmdline'):
-        try:
-            if words.encode() in pathlib.Path(line).read_bytes():
-                found.append(int(line.split('/')[2]))
-        except OSError:
-            pass    # it has ended meanwhile
-    return [number for number in found if number != os.getpid()]

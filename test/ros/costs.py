@@ -1,4 +1,4 @@
-"""A private master at a free port; processes; their costs: CPU time, memory, threads. On Linux."""
+"""Starts a separate master at a free port, and measures CPU time, memory and threads of processes on Linux."""
 import contextlib
 import os
 import pathlib
@@ -15,14 +15,14 @@ from tb3_labs.ros.clocks import wait_until
 
 #: Longest wait for a master, or a node [s].
 MASTER_TIMEOUT = 30.0
-#: Below the ports that Linux gives to programs that ask for any port: a program that starts meanwhile, such
-#: as a master's own roslaunch, cannot take one of these.
+#: Linux gives higher ports to programs that ask for any port. So a program that starts meanwhile, such as the
+#: roslaunch of a master, takes none of these ports.
 PORTS = range(20000, 32000)
 _PAGE = os.sysconf('SC_PAGE_SIZE')
 
 
 def free_port():
-    """A TCP port of this computer on which nobody listens."""
+    """Returns a TCP port of this computer on which no program listens."""
     while True:
         port = random.choice(PORTS)
         with socket.socket() as probe:
@@ -34,14 +34,14 @@ def free_port():
 
 
 def start(stack, command, **options):
-    """A Program, which the ExitStack ends."""
+    """Starts a program, which the ExitStack `stack` ends."""
     started = TestProgram(command, **options)
     stack.callback(started.kill)
     return started
 
 
 def start_master(stack, port):
-    """The TestProgram of this process's master; RuntimeError if it does not answer."""
+    """Starts the master of this process. Raises RuntimeError if the master does not answer."""
     master = start(stack, ['rosmaster', '--core', '-p', str(port)])
     if not wait_until(rosgraph.is_master_online, MASTER_TIMEOUT, 0.02):
         raise RuntimeError('rosmaster does not answer after {:.0f} s'.format(MASTER_TIMEOUT))
@@ -50,8 +50,7 @@ def start_master(stack, port):
 
 @contextlib.contextmanager
 def benchmark():
-    """This process is a node with a master of its own at a free port; the ExitStack of its
-    processes."""
+    """Makes this process a node of a new master at a free port. Yields the ExitStack that ends the processes."""
     print('machine: {} cores, load {:.1f}'.format(os.cpu_count(), os.getloadavg()[0]))
     port = free_port()
     os.environ.update(ROS_MASTER_URI='http://localhost:%d' % port, ROS_HOSTNAME='localhost')
@@ -65,7 +64,7 @@ def benchmark():
 
 
 def wait_for_node(node, topic):
-    """Process id of a node once it is connected to a topic; RuntimeError if it does not start."""
+    """Waits until a node is connected to a topic. Returns its process id. Raises RuntimeError if it does not start."""
     def is_there():
         with contextlib.suppress(rosgraph.MasterException, OSError):
             publishers, subscribers, _ = rosgraph.Master(rospy.get_name()).getSystemState()
@@ -85,19 +84,19 @@ def processes_with(uri):
 
 
 def process_of(node):
-    """Process id of a running node, by its name."""
+    """Returns the process id of the node with this name."""
     uri = rosgraph.Master(rospy.get_name()).lookupNode(rospy.resolve_name(node))
     return xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
 
 
 def cpu_time(pid):
-    """CPU time of a process and its threads so far [s]."""
+    """Returns the CPU time that a process has used [s]."""
     # The process's own clock, see clock_getcpuclockid(3); /proc counts only in ticks of 10 ms.
     return time.clock_gettime((~pid << 3) | 2)
 
 
 def shares(seconds, *pids):
-    """CPU shares [%] of processes over some time [s]."""
+    """Returns the CPU shares of processes [%], measured for `seconds`."""
     before, begun = [cpu_time(pid) for pid in pids], time.monotonic()
     time.sleep(seconds)
     took = time.monotonic() - begun
@@ -105,13 +104,13 @@ def shares(seconds, *pids):
 
 
 def threads(pid):
-    """Number of threads of a process."""
+    """Returns the number of threads of a process."""
     with open('/proc/{}/stat'.format(pid)) as stat:
         # the command's name may hold any character
         return int(stat.read().rpartition(')')[2].split()[17])
 
 
 def memory(pid):
-    """Resident memory of a process [MB]."""
+    """Returns the resident memory of a process [MB]."""
     with open('/proc/{}/statm'.format(pid)) as statm:
         return int(statm.read().split()[1]) * _PAGE / 1048576.0

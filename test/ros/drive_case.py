@@ -23,7 +23,8 @@ class DriveCase(NodeCase):
         cls.reset = rospy.ServiceProxy('reset_pose', ResetPose)
 
     def declare(self, pose=Pose2()):
-        """The answer of a reset to `pose`; repeated while it is refused, since a busy machine delays the sensors."""
+        """Reset the local pose to `pose`. A refused reset is repeated, since a busy machine delays the sensors.
+        Returns the last answer."""
         answers = []
 
         def is_declared():
@@ -33,8 +34,7 @@ class DriveCase(NodeCase):
         return answers[-1]
 
     def give_control(self):
-        """A True alone may be a repetition from before the node, which perhaps started after this test.
-        """
+        """Give move_to_goal control. To a node that started after this test, a True alone may be a repetition."""
         for word in (False, True):
             self.control.publish(word)
 
@@ -44,7 +44,7 @@ class DriveCase(NodeCase):
 
     @classmethod
     def wait_for_state(cls, *states, seconds=20.0):
-        """Wait until the state of the goal begins with one of `states`; the state."""
+        """Wait until the state of the goal begins with one of `states`. Returns the state."""
         return cls.observer.wait_for('goal_state', lambda state: state.startswith(states), seconds)
 
     def wait_for_speed(self, linear, seconds=20.0):

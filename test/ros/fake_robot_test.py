@@ -2,7 +2,9 @@
 import math
 import unittest
 
+import numpy as np
 import rospy
+import tf2_ros
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
@@ -10,13 +12,19 @@ from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.ros.clocks import wait_until
-from tb3_labs.ros.conversions import to_twist
+from tb3_labs.ros.conversions import to_pose2, to_twist
 
 TOPICS = {'imu': Imu, 'odom': Odometry, 'joint_states': JointState, 'ground_truth': PoseStamped,
           '/tf': TFMessage}
-#: This process subscribes it with queue_size=1: rospy has one queue for a topic in a process.
+#: This process subscribes to this topic with queue_size=1. rospy has one queue for a topic in a process.
 NEWEST_ONLY = 'joint_states'
 DEADLINE = 30.0  # of a wait, wall clock [s]
+WHEEL_RADIUS = 0.033    # of a Burger [m]
+
+
+def is_the_robots(message):
+    """Is a message from the robot, and not a transform of robot_state_publisher?"""
+    return not isinstance(message, TFMessage) or 'wheel' not in message.transforms[0].child_frame_id
 
 
 class FakeRobotTest(unittest.TestCase):
@@ -24,8 +32,8 @@ class FakeRobotTest(unittest.TestCase):
     def setUpClass(cls):
         cls.received = {topic: [] for topic in TOPICS}
         for topic, kind in TOPICS.items():
-            rospy.Subscriber(topic, kind, cls.received[topic].append,
-                             queue_size=1 if topic == NEWEST_ONLY else 1000)
+            rospy.Subscriber(topic, kind, lambda message, seen=cls.received[topic]: is_the_robots(
+                message) and seen.append(message), queue_size=1 if topic == NEWEST_ONLY else 1000)
         cls.commands = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.live = Client('turtlebot3', timeout=DEADLINE)
 
@@ -42,7 +50,7 @@ class FakeRobotTest(unittest.TestCase):
                   and abs(self.last('imu').angular_velocity.z) < 0.01)
 
     def move(self, command, speed):
-        """Send one command; the robot is faster than `speed` [m/s] for a moment, then at rest."""
+        """Send one command. The robot is faster than `speed` [m/s] for a moment, and then at rest."""
         before = len(self.received['odom'])
         self.commands.publish(command)
         # the motion ends by itself after half a second, in which a busy machine may miss it
@@ -70,6 +78,27 @@ class FakeRobotTest(unittest.TestCase):
         for tilt in (2.0 * math.hypot(imu.orientation.x, imu.orientation.y),
                      math.hypot(imu.linear_acceleration.x, imu.linear_acceleration.y) / 9.81):
             self.assertAlmostEqual(tilt, math.radians(0.81), delta=1e-3)
+
+    def test_the_wheels_in_rviz_turn_as_far_as_the_robot_drives(self):
+        transforms = tf2_ros.Buffer()
+        tf2_ros.TransformListener(transforms)
+
+        def wheel(side):
+            """The attitude of a wheel as a quaternion."""
+            turned = transforms.lookup_transform('robot3/odom', 'robot3/wheel_{}_link'.format(side),
+                                                 rospy.Time(0), rospy.Duration(60.0)).transform.rotation
+            return np.array([turned.x, turned.y, turned.z, turned.w])
+
+        start, before = self.truth(), {side: wheel(side) for side in ('left', 'right')}
+        self.move(to_twist(0.1, 0.0), 0.09)
+        angle = self.truth().distance_to(start) / WHEEL_RADIUS
+        self.assertGreater(angle, 1.0)
+        for side, old in before.items():
+            self.wait('the {} wheel to turn by {:.2f} rad'.format(side, angle), lambda side=side, old=old: abs(
+                2.0 * math.acos(min(1.0, abs(wheel(side) @ old))) - angle) < 0.01)
+
+    def truth(self):
+        return to_pose2(self.last('ground_truth').pose)
 
     def test_tf_is_the_odometry(self):
         def both():

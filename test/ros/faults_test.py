@@ -1,4 +1,4 @@
-"""Faults during motion, with real processes: the time of the zero, the true place of the robot.
+"""Measures the time of the zero, and the true place of the robot, after faults of real processes.
 
 Prints a line with the measured times of each fault. The core's roll-outs (test/unit/test_stops.py)
 cover every state of a drive, frozen sensors, stuck robots and the robot's own reset.
@@ -8,7 +8,6 @@ import math
 import re
 
 import rospy
-from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
@@ -35,7 +34,6 @@ class FaultsTest(DriveCase):
         cls.nodes = {}
         cls.observer.watch('imu', Imu)
         cls.observer.watch('odom', Odometry)
-        cls.observer.watch('/diagnostics', DiagnosticArray, lambda message: message.status[0])
         cls.bad_imu = rospy.Publisher('imu', Imu, queue_size=1)
         cls.bad_odom = rospy.Publisher('odom', Odometry, queue_size=1)
         cls.observer.wait_for('ground_truth', seconds=STARTING)
@@ -58,7 +56,7 @@ class FaultsTest(DriveCase):
         self.robot.update_configuration(settings)
 
     def node(self, executable):
-        """The node that runs, or a new one."""
+        """Returns the running node, or starts a new one."""
         if executable not in self.nodes or self.nodes[executable].status is not None:
             if executable == MOVER:
                 self.wait_until_unheard({self.control: Bool(False)})
@@ -73,7 +71,7 @@ class FaultsTest(DriveCase):
             self.printed[executable]:], what=words)
 
     def drive(self, goal=Pose2(2.0, 0.0, 0.0)):
-        """A drive straight ahead, in full motion; `begin` is its first true pose."""
+        """Begin a drive straight ahead, and wait until it is fast. `begin` is its first true pose."""
         node = self.node(MOVER)
         self.wait_for_subscriber(self.control, self.goals)
         self.control.publish(False)
@@ -88,7 +86,7 @@ class FaultsTest(DriveCase):
         return node
 
     def turn(self):
-        """A turn, in full motion."""
+        """Begin a turn, and wait until it is fast."""
         node, start = self.node(TURNER), self.rest()
         self.observer.forget('cmd_vel')
         node.type('b')      # a line that is typed waits for the robot
@@ -97,7 +95,7 @@ class FaultsTest(DriveCase):
         return node
 
     def place(self):
-        """The robot's true place in the frame of move_to_goal."""
+        """Returns the robot's true pose in the frame of move_to_goal."""
         return self.begin.inverse() @ self.observer.latest('ground_truth')
 
     def stop_since(self, last, within, what):
@@ -114,7 +112,7 @@ class FaultsTest(DriveCase):
         return min(self.observer.all('ground_truth'), key=lambda entry: abs(entry[0] - time))[1]
 
     def silence_of(self, *topics):
-        """Wait until no message comes; the earliest of the topics' last arrivals."""
+        """Wait until no message comes. Returns the earliest of the topics' last arrivals."""
         self.observer.wait_until(lambda: all(
             rospy.get_time() - self.observer.all(topic)[-1][0] > 0.1 for topic in topics), 5.0)
         return min(self.observer.all(topic)[-1][0] for topic in topics)
@@ -132,7 +130,7 @@ class FaultsTest(DriveCase):
                 'no ' + name in state for name in lost))
             self.assertFalse(self.reset(0.0, 0.0, 0.0).success)
             self.set(**{name + '_silent': False for name in lost})
-            self.wait_for_speed(0.2, 5.0)     # it goes on by itself
+            self.wait_for_speed(0.2, 5.0)     # the drive goes on by itself
         self.set(imu_silent=True)
         self.wait_for_state('stopped')
         self.wait_for_state('gave up: no imu for 2.')      # the silence is too long for the drive to go on
@@ -160,7 +158,7 @@ class FaultsTest(DriveCase):
         self.wait_for_state('gave up: the odometry runs on')
 
     def test_messages_that_cannot_be_true(self):
-        node, bad = self.drive(Pose2(0.6)), []
+        node, bad = self.drive(Pose2(0.4)), []
         for w, x in ((math.nan, 0.0), (math.inf, 0.0), (0.0, 0.0), (3.0, 0.0), (1.0, math.nan),
                      (1.0, 1.7e308), (1.0, 1e200), (1.0, -3e4)):
             imu, odom = Imu(), Odometry()
@@ -178,18 +176,13 @@ class FaultsTest(DriveCase):
                 self.assertLess(rospy.get_time(), give_up, value)
                 rospy.rostime.wallsleep(0.005)
 
-        # among valid messages they have no effect
+        # among valid messages the invalid ones have no effect
         flood_until('goal_state', 'GOAL_REACHED', 20.0)
         self.rest()
-        self.assertLess(self.place().distance_to(Pose2(0.6)), 0.01)
-        status = self.observer.wait_for('/diagnostics',
-                                        lambda status: status.name.startswith('move_to_goal'))
-        values = {value.key: value.value for value in status.values}
+        self.assertLess(self.place().distance_to(Pose2(0.4)), 0.01)
         for topic in ('imu', 'odom'):
-            self.assertGreater(int(values[topic + ' dropped']), 10)
-            warnings = node.text.count('invalid message on {} dropped'.format(topic))
-            self.assertTrue(1 <= warnings <= 12, node.text)
-        # without valid messages they are a silence
+            self.assertIn('invalid message on {} dropped'.format(topic), node.text)
+        # without valid messages the sensor is silent
         self.go_to(Pose2(3.0))
         self.wait_for_speed(0.2)
         self.set(imu_silent=True)

@@ -1,4 +1,4 @@
-"""The lab's demonstration with a gamepad, and nodes that die; a script plays the pad."""
+"""The lab's demonstration with a gamepad, and nodes that die. A Thumb plays the pad."""
 import math
 import signal
 
@@ -16,12 +16,12 @@ from tb3_labs.ros.conversions import to_pose2
 from thumb import A, B, Y, Thumb, WithThumb
 
 #: A goal of the lab's direction, but near.
-GOAL = Pose2(-0.2, 0.2)
-MOVER = 'move2goal_tf.py', '_goal_x:=-0.2', '_goal_y:=0.2'
+GOAL = Pose2(-0.1, 0.1)
+MOVER = 'move2goal_tf.py', '_goal_x:=-0.1', '_goal_y:=0.1'
 
 
 class GamepadTest(WithThumb, DriveCase):
-    """Methods share the running nodes; each begins with a robot at rest that the pad holds."""
+    """Methods share the running nodes. Each begins with a robot at rest that the pad holds."""
 
     @classmethod
     def setUpClass(cls):
@@ -59,13 +59,13 @@ class GamepadTest(WithThumb, DriveCase):
         self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad', STARTING)
 
     def let_it_drive(self):
-        """Press A; returns when the robot moves fast."""
+        """Press A, and wait until the robot moves fast."""
         self.observer.forget('cmd_vel')
         self.thumb.press(A)
         self.observer.wait_for('cmd_vel', lambda command: abs(command[1]) > 1.0)
 
     def said(self, words):
-        """The number of times the gamepad node printed `words` in this test."""
+        """Returns how often the gamepad node printed `words` in this test."""
         return self.pad.text[self.printed:].count(words)
 
     def press_y(self):
@@ -124,7 +124,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.assertEqual(commands.count(ZERO), 1)
 
     def test_a_driver_that_hangs_stops_the_robot_and_drives_again_by_a_new_message(self):
-        """It repeats one message, stamp included."""
+        """Such a driver repeats one message with its stamp."""
         self.thumb.sticks(1.0, 0.0)
         self.observer.wait_for('cmd_vel', lambda command: command[0] > 0.2)
         self.thumb.hangs_since = rospy.Time.now()
@@ -132,7 +132,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.pad.wait_for('joy_node repeats one message')
         self.assert_stopped(hung, 0.35)
         self.thumb.hangs_since = None
-        self.assert_silence()        # its stick was not in its middle since
+        self.assert_silence()        # the stick was not in its middle since then
         self.thumb.sticks(0.0, 0.0)
         self.observer.wait_for('control_holder', lambda holder: holder == 'gamepad')
 
@@ -206,7 +206,7 @@ class GamepadTest(WithThumb, DriveCase):
         self.pad.end(signal.SIGINT)
         student = self.start('plain_gamepad.py')
         self.observer.forget('cmd_vel')
-        self.observer.wait_for('cmd_vel', seconds=STARTING)    # it repeats zeros
+        self.observer.wait_for('cmd_vel', seconds=STARTING)    # the node repeats zeros
         rospy.wait_for_service('reset_pose', STARTING)     # an earlier test may have ended its node
         self.declare(Pose2(5.0, 5.0, 1.6))
         self.observer.wait_for('local_pose', lambda pose: pose.x > 4.9)

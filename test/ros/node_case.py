@@ -35,12 +35,12 @@ STARTING = 60.0
 
 @lru_cache(maxsize=None)
 def path_of(executable):
-    """Path of a node of this package, as roslaunch finds it: the relay of the build comes first."""
+    """Returns the path of a node of this package. As for roslaunch, the relay of the build comes first."""
     return roslib.packages.find_node(PACKAGE, executable)[0]
 
 
 def command_of(executable):
-    """The words that start a node of this package, or a program beside this file."""
+    """Returns the command that starts a node of this package, or a program beside this file."""
     path = os.path.join(os.path.dirname(os.path.realpath(__file__)), executable)
     return [sys.executable, path] if os.path.exists(path) else [path_of(executable)]
 
@@ -54,7 +54,7 @@ def plain_node(file, package=PACKAGE):
 
 
 def stamped(message):
-    """(stamp [s], Pose2) of a PoseStamped."""
+    """Returns (stamp [s], Pose2) of a PoseStamped."""
     return message.header.stamp.to_sec(), to_pose2(message.pose)
 
 
@@ -66,8 +66,11 @@ def watch_robot(observer, read_truth=lambda message: to_pose2(message.pose)):
 
 
 class TestProgram(processes.Program):
-    """A program whose output and end a test waits for. `environment` is added to this process's, or replaces it
-    (`clean`). Without a `terminal` its input is the text `typed`, and then ends."""
+    """A program whose output and end a test waits for.
+
+    `environment` is added to this process's environment, or replaces it if `clean`. Without a `terminal` the program
+    reads the text `typed`, and then the end of its input.
+    """
 
     def __init__(self, command, terminal=False, typed='', environment=None, clean=False):
         environment = dict({} if clean else os.environ, **environment or {})
@@ -91,7 +94,7 @@ class TestProgram(processes.Program):
         """The lines printed so far."""
         return self.text.splitlines()
 
-    def wait_for(self, words, seconds=20.0, times=1):
+    def wait_for(self, words, seconds=STARTING, times=1):
         """Wait until `words` were printed `times` times. RuntimeError with the output if this takes
         longer than `seconds`."""
         with self._changed:
@@ -100,14 +103,14 @@ class TestProgram(processes.Program):
                     seconds, words, self.text))
 
     def end(self, number=signal.SIGINT, seconds=10.0):
-        """Send a signal, and wait for the end. Returns the exit status; RuntimeError if the program
-        still runs."""
+        """Send a signal, and wait for the end. Returns the exit status. Raises RuntimeError if the program still
+        runs."""
         self.send(number)
         return self.wait(seconds)
 
     def wait(self, seconds=10.0):
-        """Wait for the end of the program and its output. Returns the exit status; RuntimeError if
-        the program still runs."""
+        """Wait for the end of the program and its output. Returns the exit status. Raises RuntimeError if the program
+        still runs."""
         try:
             status = self._process.wait(seconds)
         except subprocess.TimeoutExpired:
@@ -118,18 +121,14 @@ class TestProgram(processes.Program):
 
 
 class NodeProgram(TestProgram):
-    """A node of this package as a process of its own, with the options of TestProgram.
+    """A node of this package as a separate process, with the options of TestProgram.
 
-    It is started by its path. `rosrun` first searches the whole package for it, which costs as much
-    CPU time as the node's own start. `prefix` is a command put before it.
+    The test starts the file of the node, since `rosrun` searches the whole package for this file, which costs as much
+    CPU time as the node's own start. `prefix` is a command that stands before the path.
     """
 
     def __init__(self, executable, *arguments, prefix=(), **options):
         super().__init__(list(prefix) + command_of(executable) + list(arguments), **options)
-
-    def wait_for(self, words, seconds=STARTING, times=1):
-        """Program's method, with enough time for the start."""
-        super().wait_for(words, seconds, times)
 
 
 class NodeCase(unittest.TestCase):
@@ -154,7 +153,7 @@ class NodeCase(unittest.TestCase):
             cls.observer.watch(topic, kind, lambda message: message.data)
 
     def start(self, executable, *arguments, **options):
-        """Start a node; it is killed at the end of the test, unless it has ended."""
+        """Start a node. At the end of the test the node is killed, unless it has ended."""
         node = NodeProgram(executable, *arguments, **options)
         self.addCleanup(node.kill)
         return node
@@ -167,10 +166,10 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def wait_until_hears(cls, name, topic, seconds=STARTING):
-        """Wait until the running node `name` has dealt with one of the steady messages on `topic`.
+        """Wait until a callback of the node `name` has ended for a message on `topic`.
 
-        rospy counts bytes, also the handshake's. The first growth is a message, the second
-        one says that its callback has ended.
+        rospy counts the received bytes, which include the handshake. The first growth of this count is a message. At
+        the second growth the callback of the first message has ended.
         """
         master, topic, totals = rosgraph.Master(rospy.get_name()), rospy.resolve_name(topic), set()
 
@@ -179,7 +178,7 @@ class NodeCase(unittest.TestCase):
                 node = xmlrpc.client.ServerProxy(master.lookupNode(rospy.resolve_name(name)))
                 _, _, (_, subscribed, _) = node.getBusStats(rospy.get_name())
             except (rosgraph.MasterException, OSError):
-                return False    # it is not there yet; the master may know an earlier one
+                return False    # the node has not started, or the master knows an earlier node of this name
             totals.update(received for subscription, connections in subscribed
                           if subscription == topic for _, received, *_ in connections)
             return len(totals - {0}) >= 3
@@ -187,8 +186,8 @@ class NodeCase(unittest.TestCase):
 
     @classmethod
     def wait_until_unheard(cls, harmless, seconds=STARTING):
-        """Wait until no publisher has a subscriber. `harmless` is {publisher: a message without
-        effect}: rospy notices that a subscriber is gone only when it writes."""
+        """Wait until no publisher in `harmless` has a subscriber. `harmless` is {publisher: a message without effect},
+        since rospy notices the end of a subscriber only when it writes a message."""
         def is_unheard():
             for publisher, message in harmless.items():
                 publisher.publish(message)
@@ -197,7 +196,7 @@ class NodeCase(unittest.TestCase):
 
     @staticmethod
     def forget_parameters(*nodes):
-        """Delete the parameters of nodes, which outlive them."""
+        """Delete the parameters of nodes that have ended."""
         for node in nodes:
             if rospy.has_param(node):
                 rospy.delete_param(node)
@@ -208,7 +207,7 @@ class NodeCase(unittest.TestCase):
         self.observer.wait_until(lambda: rospy.get_time() > until, seconds + STARTING)
 
     def assert_silence(self, since=None, seconds=SILENCE):
-        """`cmd_vel` stays silent from `since` (default: now) until `seconds` from now."""
+        """No message comes on `cmd_vel` from `since` (default: now) until `seconds` from now."""
         since = rospy.get_time() if since is None else since
         self.let_pass(seconds)
         self.assertEqual(self.observer.all('cmd_vel', since), [])
@@ -222,8 +221,8 @@ class NodeCase(unittest.TestCase):
         return zero
 
     def assert_stopped(self, since, within):
-        """The last movement was commanded at most `within` after `since` [s], apart from delays of
-        the machine; a zero followed."""
+        """The last command that moves the robot came at most `within` after `since` [s], apart from delays of the
+        machine. A zero followed."""
         self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
         moving = [at for at, command in self.observer.all('cmd_vel') if command != ZERO]
         self.assertLess(moving[-1] - since, within + self.hiccups.since(since, moving[-1]))
@@ -242,6 +241,6 @@ class NodeCase(unittest.TestCase):
             difference(pose.yaw, start.yaw)) > 0.05)
 
     def rest(self, topic='ground_truth'):
-        """Wait until the robot rests; its true pose."""
+        """Wait until the robot rests. Returns its true pose."""
         self.observer.wait_for_rest(topic, seconds=STARTING)
         return self.observer.latest(topic)

@@ -1,4 +1,4 @@
-"""Other nodes, observed from outside: what they publish."""
+"""Keeps what other nodes publish."""
 import threading
 import time
 from collections import deque
@@ -23,7 +23,7 @@ STILL_TIME = 0.3
 class Observer:
     """Keeps the messages of the topics it watches, and waits for conditions.
 
-    Times of arrival are ROS time [s]; deadlines are wall time, since a clock may stand still.
+    Times of arrival are ROS time [s]. Deadlines are wall time, since a clock may stand still.
     """
 
     def __init__(self):
@@ -32,7 +32,7 @@ class Observer:
         self._seen = {}
 
     def watch(self, topic, kind, read=None):
-        """Keep the messages of `topic`; `read` turns each into the value that is kept."""
+        """Keep the messages of `topic`. `read` turns a message into the value that is kept."""
         self._seen[topic] = deque(maxlen=KEPT_MESSAGES)
 
         def keep(value):
@@ -56,7 +56,7 @@ class Observer:
             return self._seen[topic][-1][1] if self._seen[topic] else None
 
     def forget(self, topic):
-        """Drop the values kept of `topic`."""
+        """Drop the values of `topic`."""
         with self._changed:
             self._seen[topic].clear()
 
@@ -68,7 +68,7 @@ class Observer:
             seconds, topic) and self.latest(topic)
 
     def wait_for_rest(self, topic, pose_of=lambda value: value, seconds=20.0):
-        """Wait until the poses on `topic` rest; `pose_of` reads a Pose2 from a value."""
+        """Wait until the poses on `topic` rest. `pose_of` reads a Pose2 from a value."""
         def rests():
             recent = [pose_of(value) for _, value in self.all(topic, rospy.get_time() - STILL_TIME)]
             return len(recent) > 5 and recent[0].distance_to(recent[-1]) < STILL_WAY and abs(
@@ -76,7 +76,7 @@ class Observer:
         self.wait_until(rests, seconds, 'rest on ' + topic)
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):
-        """Wait until `condition()` holds; RuntimeError after `seconds` of wall time."""
+        """Wait until `condition()` holds. Raises RuntimeError after `seconds` of wall time."""
         deadline = time.monotonic() + seconds
         with self._changed:
             while not condition():

@@ -1,4 +1,4 @@
-"""Shared by the tests of the panel: when a robot moves, when it has stopped, which tests are void.
+"""The tests of the panel share these checks of the robot's motion, and the decision which tests are void.
 
 A page that is silent for 0.25 s is lost, and a node must stop. On a busy machine the page of a test
 itself may be late, or its messages reach the panel late: such a test is void, see
@@ -11,10 +11,11 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
 from node_case import SILENCE, ZERO, NodeCase
-from thumb import PUNCTUAL
 
 #: A lost page has stopped the robot after this time [s].
 LOSS = 0.3
+#: Words of the panel about a page that was late.
+VOID = 'stopped meanwhile', 'came late', 'is silent for'
 
 
 class PanelCase(NodeCase):
@@ -22,7 +23,7 @@ class PanelCase(NodeCase):
 
     @staticmethod
     def is_at(shown, place, within):
-        """Is the pose of a picture (None: unknown) `within` [m] of the Pose2 `place`?"""
+        """Is the pose `shown` of a picture, which may be None, `within` [m] of the Pose2 `place`?"""
         return shown is not None and Pose2(*shown).distance_to(place) < within
 
     def assert_drives_forward(self, start):
@@ -31,12 +32,12 @@ class PanelCase(NodeCase):
         self.assertGreater((start.inverse() @ there).x, 0.09)
 
     def assert_turns(self, start, sign):
-        """The robot turns from the true pose `start`: left if `sign` is 1, right if it is -1."""
+        """The robot turns from the true pose `start`, to the left if `sign` is 1, to the right if it is -1."""
         self.observer.wait_for('ground_truth', lambda pose: 0.2 < sign * difference(
             pose.yaw, start.yaw) < 2.0)
 
     def assert_stopped(self, since, within=LOSS):
-        """NodeCase's method, and then no other movement."""
+        """As NodeCase's method. Then the robot must stand."""
         super().assert_stopped(since, within)
         self.assert_stands()
 
@@ -49,12 +50,8 @@ class PanelCase(NodeCase):
         self.assertEqual(commands - {ZERO}, set())
 
     def excuse(self, _begun):
-        """The reason why a test was void, or ''. `pages()` of the case are the pages of the present
-        test, each with its `longest_silence` [s]."""
-        refusals = [note for page in self.pages() for note in page.notes]
-        print('the panel refused:', refusals)
-        for refusal in refusals:
-            if 'stopped meanwhile' in refusal or 'came late' in refusal:
-                return 'the panel took a page for lost, or a message for late: ' + refusal
-        silence = max((page.longest_silence for page in self.pages()), default=0.0)
-        return 'a page was late by {:.2f} s'.format(silence) if silence >= PUNCTUAL else ''
+        """The reason why a test was void, or ''. `pages()` of the case are the pages of the present test, each with
+        its `notes`."""
+        notes = [note for page in self.pages() for note in page.notes]
+        print('the panel refused:', notes)
+        return next((note for note in notes if any(words in note for words in VOID)), '')

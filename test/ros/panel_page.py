@@ -1,4 +1,4 @@
-"""A page of the panel for tests, without a browser: its websocket, and hands that hold controls."""
+"""A page of the panel without a browser. It has a websocket, and hands that hold controls."""
 import asyncio
 import json
 import re
@@ -16,7 +16,7 @@ AT_REST = {'forward': 0, 'left': 0, 'a': False, 'y': False, 'hold': True}
 
 
 def address_of(panel):
-    """The address that a panel, a node_case.Node, prints when it is ready."""
+    """Waits until `panel`, a TestProgram, has printed its address. Returns the address."""
     panel.wait_for('in a browser')
     return re.search(r'open (http\S+) in', panel.text).group(1)
 
@@ -35,9 +35,6 @@ class PanelPage:
         self.closed = threading.Event()
         self._changed = threading.Condition()
         self._held = None                # the message that is repeated, or None
-        self._repeated_at = None         # while it is
-        #: Longest time between two of them [s].
-        self.longest_silence = 0.0
         self._number = 0
         place, _, query = address.partition('?')
         self._request = HTTPRequest(
@@ -53,10 +50,10 @@ class PanelPage:
             raise ConnectionRefusedError(self.refusal)
         self.wait_until(lambda: 'picture' in self.latest, 10.0, 'a picture')
 
-    # -- what it does
+    # -- acts of a person
 
     def send(self, kind, **values):
-        """Send one message; with t, the time, and the stops that this page knows."""
+        """Send a message with the time, and with the number of stops that this page knows."""
         message = dict({'t': steady_time(), 'stops': self.picture['stops']}, **values, type=kind)
         self.send_text(json.dumps(message))
 
@@ -64,7 +61,7 @@ class PanelPage:
         self._loop.call_soon_threadsafe(self._write, text)
 
     def ask(self, kind, seconds=5.0, **values):
-        """Send a request; (fulfilled?, text) of its answer."""
+        """Send a request. Returns (fulfilled?, text) of the answer."""
         self._number += 1
         number = self._number
         self.send(kind, id=number, **values)
@@ -72,10 +69,8 @@ class PanelPage:
         return self.answers[number]['ok'], self.answers[number]['text']
 
     def hold(self, pad=None, mouse=None):
-        """From now on hands hold this, ten times a second: `pad` is what differs from AT_REST.
-
-        After the first call the hands ignore stops, until :meth:`let_go`.
-        """
+        """From now on send ten times a second that hands hold `pad` and `mouse`. `pad` has the entries that differ
+        from AT_REST. Until :meth:`let_go` the hands ignore stops."""
         is_first = self._held is None
         stops = self.picture['stops'] if is_first else self._held['stops']
         self._held = {'pad': None if pad is None else dict(AT_REST, **pad), 'mouse': mouse,
@@ -90,7 +85,7 @@ class PanelPage:
         self._held = None
 
     def freeze(self, seconds):
-        """Read and send nothing for a time, as on a laptop that is suspended."""
+        """Read and send nothing for `seconds`, as on a suspended laptop."""
         self._loop.call_soon_threadsafe(time.sleep, seconds)
 
     def close(self):
@@ -98,14 +93,14 @@ class PanelPage:
         self._loop.call_soon_threadsafe(lambda: self._socket and self._socket.close())
         self.closed.wait(5.0)
 
-    # -- what it sees
+    # -- messages of the panel
 
     @property
     def picture(self):
         return self.latest['picture']
 
     def wait_until(self, condition, seconds=20.0, what='a condition'):
-        """Wait until `condition()` holds; RuntimeError after `seconds`."""
+        """Wait until `condition()` holds. Raises RuntimeError after `seconds`."""
         with self._changed:
             if not self._changed.wait_for(condition, seconds):
                 raise RuntimeError('waited {:.0f} s in vain for {}; refused: {}, last picture: {}'.format(
@@ -116,7 +111,7 @@ class PanelPage:
         self.wait_until(lambda: all(self.latest.get('picture', {}).get(name) == value
                                     for name, value in values.items()), seconds, str(values))
 
-    # -- its thread
+    # -- the thread of the websocket
 
     def _run(self, opened):
         asyncio.set_event_loop(self._loop)
@@ -129,7 +124,7 @@ class PanelPage:
     async def _connect(self, opened):
         try:
             self._socket = await websocket_connect(self._request)
-        except Exception as problem:    # of any kind: the test reads it
+        except Exception as problem:    # any exception; the test reads its text
             self.refusal = str(problem)
             return
         opened.set()
@@ -144,12 +139,9 @@ class PanelPage:
     async def _repeat(self):
         while True:
             await asyncio.sleep(PERIOD)
-            held, before = self._held, self._repeated_at
-            self._repeated_at = None if held is None else time.monotonic()
+            held = self._held
             if held is not None:
                 self.send('joy', **held)
-                if before is not None:
-                    self.longest_silence = max(self.longest_silence, self._repeated_at - before)
 
     def _write(self, text):
         if self._socket is not None and not self.closed.is_set():

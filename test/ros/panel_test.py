@@ -1,5 +1,5 @@
-"""The panel as its pages use it, without a browser. The actions and pictures of pages are compared
-with the simulated robot's true pose."""
+"""Pages without a browser use the panel. The tests compare their actions and pictures with the simulated robot's true
+pose."""
 import http.client
 import json
 import math
@@ -32,17 +32,17 @@ from panel_page import PanelPage, address_of
 PORT = free_port()
 #: An ordinary user's process may have so many files open.
 USUAL_FILES = 1024
+#: Pictures a second.
+RATE = 10
 #: The node gamepad knows the delay of a pad after this time [s].
 HEARD = 0.45
-
-
 #: Texts in place of a value: JSON, and text that is not JSON.
-VALUES = ['4e9', '-4e9', '1e12', '0.5', '-0.5', '0', '1e308', '-1e308', '1e999', 'NaN', '-Infinity', '1' + 300 * '0',
-          'null', 'true', '""', '"\\ud800"', '"' + 200 * 'x' + '"', '[]', '{}', '[[1, 2], {}]', '100 * [', '']
+VALUES = ['4e9', '-0.5', '1e308', '1e999', 'NaN', '1' + 300 * '0', 'null', 'true', '"\\ud800"', '"' + 200 * 'x' + '"',
+          '[[1, 2], {}]', '']
 
 
 def with_value(message, literal):
-    """The text of a message with any text in place of '@'."""
+    """Returns the text of a message with the text `literal` in place of the value '@'."""
     return json.dumps(message).replace('"@"', literal)
 
 
@@ -53,7 +53,7 @@ def may_open(number):
 
 
 class PanelTest(PanelCase):
-    """Methods share the nodes; each begins with a robot at rest that nobody drives."""
+    """Methods share the nodes. Each begins with a robot at rest that nobody drives."""
 
     @classmethod
     def setUpClass(cls):
@@ -66,14 +66,16 @@ class PanelTest(PanelCase):
 
     @staticmethod
     def start_panel(*arguments):
-        return NodeProgram('panel.py', '_port:={}'.format(PORT), *arguments)
+        return NodeProgram('panel.py', '_port:={}'.format(PORT), '_rate:={}'.format(RATE), *arguments)
 
     def setUp(self):
         self.opened = []
         self.open_with_all_nodes()
+        stops = self.page.picture['stops']
         self.page.ask('stop')
         self.rest()
         self.page.wait_for(page='', has_control=False)
+        self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the stop')
 
     def open(self, address=None, **options):
         page = PanelPage(address or self.address, **options)
@@ -91,7 +93,7 @@ class PanelTest(PanelCase):
         return self.opened
 
     def here(self):
-        """Declare the robot to be at the origin; returns its true pose, at which local is."""
+        """Reset the local pose to the origin. Returns the robot's true pose, which is the origin of local."""
         origin = self.rest()
         done, text = self.page.ask('reset', x=0, y=0, yaw_deg=0)
         self.assertTrue(done, text)
@@ -101,21 +103,21 @@ class PanelTest(PanelCase):
         return origin
 
     def drive_by_stick(self):
-        """Grip the pad, as a person does: the sticks begin in their middle."""
+        """Grip the pad as a person does. So the sticks begin in their middle."""
         self.page.hold(pad={})
         self.page.wait_for(pad='ready', page='this')
         self.page.hold(pad={'forward': 1.0})
         self.wait_until_it_moves()
 
     def press(self, button):
-        """Show a button as pressed in one message, once the node has heard the pad."""
+        """Press a button in one message, after the node has heard the pad for HEARD."""
         self.page.hold(pad={})
         self.let_pass(HEARD)
         self.page.hold(pad={button: True})
         self.page.hold(pad={})
 
     def drive_to_goal(self):
-        """Give control for a goal that is far away."""
+        """Let move_to_goal drive to a goal that is far away."""
         self.here()
         self.page.ask('goal', x=2.0, y=0.0, yaw_deg=0)
         self.press('a')
@@ -124,7 +126,9 @@ class PanelTest(PanelCase):
 
     # -- what a page shows
 
-    def test_requests_that_are_not_finished_keep_no_page_out_and_push_no_page_out(self):
+    def test_frozen_pages_and_unfinished_requests_keep_no_page_out_and_push_no_page_out(self):
+        frozen = self.open()
+        frozen.freeze(4.5)
         others = [self.open() for _ in range(3)]
         self.addCleanup(may_open, USUAL_FILES)
         may_open(4 * USUAL_FILES)
@@ -141,8 +145,10 @@ class PanelTest(PanelCase):
         self.observer.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
         for page in (self.page, *others):
             before = page.pictures
-            page.wait_until(lambda now=page, had=before: now.pictures > had + 5, 5.0, 'pictures')
-        self.assertLess(self.panel.text.count('Traceback'), 1)
+            page.wait_until(lambda now=page, had=before: now.pictures > had + 3, 5.0, 'pictures')
+        self.assertNotIn('Traceback', self.panel.text)
+        self.assertTrue(frozen.closed.wait(10.0))
+        self.assertFalse(self.page.closed.is_set())
 
     def test_a_picture_shows_the_robot_as_it_is(self):
         self.here()
@@ -166,13 +172,6 @@ class PanelTest(PanelCase):
             seen['heading_deg'], math.degrees(pose.yaw) + 140.6)), 1.5)
         self.assertEqual((seen['state'], seen['phase']), ('waiting for control', 'waiting'))
 
-    def test_a_page_that_takes_nothing_is_dropped_and_no_other(self):
-        frozen = self.open()
-        frozen.freeze(6.0)
-        self.assertTrue(frozen.closed.wait(10.0))
-        self.assertLess(frozen.pictures, 120)
-        self.assertFalse(self.page.closed.is_set())
-
     def test_invalid_messages_of_other_nodes_are_dropped(self):
         topics = {'/tf': TFMessage([TransformStamped()]), 'local_pose': PoseStamped(),
                   'ground_truth': PoseStamped(), 'imu': Imu(), 'odom': Odometry(),
@@ -185,43 +184,31 @@ class PanelTest(PanelCase):
         for publisher, message in publishers.items():
             publisher.publish(message)
         before = self.page.pictures
-        self.page.wait_until(lambda: self.page.pictures > before + 20, 5.0, 'more pictures')
+        self.page.wait_until(lambda: self.page.pictures > before + RATE, 5.0, 'more pictures')
         for publisher in publishers:
             publisher.unregister()
         self.assertIsNone(self.panel.status)
 
     # -- driving
 
-    def test_control_is_over_with_the_page_that_gave_it(self):
-        for how in 'closed', 'silent':
-            self.drive_to_goal()
-            since = rospy.get_time()
-            (self.page.close if how == 'closed' else self.page.fall_silent)()
-            self.assert_stopped(since)
-            # a page that comes, or comes back, gives nothing by itself
-            page = self.page = self.open() if how == 'closed' else self.page
-            page.hold(pad={})
-            page.wait_for(has_control=False)
-            self.assert_stands()
-            page.let_go()
-
-    def test_a_page_that_falls_silent_or_is_closed_while_its_stick_drives_stops(self):
-        self.drive_by_stick()
-        since = rospy.get_time()
-        stops = self.page.picture['stops']
-        self.page.fall_silent()
-        self.assert_stopped(since)
-        # the same joy again, but nobody gripped it again
-        self.page.wait_until(lambda: self.page.picture['stops'] > stops, 5.0, 'the loss')
-        for _ in range(20):
-            self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)
-            self.let_pass(0.1)
-        self.assertLessEqual({command for _, command in self.observer.all('cmd_vel', since + LOSS)},
-                             {ZERO})
-        self.drive_by_stick()
-        since = rospy.get_time()
-        self.page.close()
-        self.assert_stopped(since)
+    def test_a_page_that_falls_silent_or_is_closed_stops_what_it_drives(self):
+        for drive in self.drive_to_goal, self.drive_by_stick:
+            for lose in PanelPage.fall_silent, PanelPage.close:
+                drive()
+                since, stops = rospy.get_time(), self.page.picture['stops']
+                lose(self.page)
+                self.assert_stopped(since)
+                # a page that comes, or comes back, gives nothing by itself; nor does a joy that nobody gripped again
+                if lose is PanelPage.close:
+                    self.page = self.open()
+                self.page.wait_until(lambda known=stops: self.page.picture['stops'] > known, 5.0, 'the loss')
+                for _ in range(8):
+                    self.page.send('joy', stops=stops, pad={'forward': 1.0, 'left': 0}, mouse=None)
+                    self.let_pass(0.1)
+                self.page.wait_for(has_control=False)
+                self.assertLessEqual(
+                    {command for _, command in self.observer.all('cmd_vel', since + LOSS)}, {ZERO})
+                self.page.let_go()
 
     def test_a_stop_of_any_page_ends_everything_and_nothing_comes_back(self):
         other = self.open()
@@ -247,7 +234,7 @@ class PanelTest(PanelCase):
         self.page.wait_for(has_control=False)
 
     def test_a_stop_of_another_node_ends_what_the_page_holds(self):
-        publishers = {    # latched: the panel hears them when it is connected
+        publishers = {    # latched, so that the panel gets them as soon as it is connected
             rospy.Publisher('ctrl_relinq', Bool, queue_size=1, latch=True): Bool(False),
             rospy.Publisher('move2goal/cancel', GoalID, queue_size=1, latch=True): GoalID()}
         for publisher, message in publishers.items():
@@ -316,7 +303,7 @@ class PanelTest(PanelCase):
         for text in texts:
             self.page.send_text(text)
         shown = other.pictures      # a node that fails ends within a second
-        other.wait_until(lambda: other.pictures > shown + 30, 20.0, 'pictures')
+        other.wait_until(lambda: other.pictures > shown + 1.5 * RATE, 20.0, 'pictures')
         self.assertEqual(other.ask('stop', seconds=20.0)[1].split(',')[0], 'control taken')
         self.assertIsNone(self.panel.status)
         self.assertFalse(self.page.closed.is_set())
@@ -326,7 +313,7 @@ class PanelTest(PanelCase):
 
     @staticmethod
     def status_of(path, port=PORT, method='GET', **headers):
-        """(status, body) of a request as a program sends it."""
+        """Sends a request without a browser. Returns (status, body)."""
         connection = http.client.HTTPConnection('localhost', port, timeout=5.0)
         connection.putrequest(method, path, skip_host='Host' in headers)
         for name, value in headers.items():
@@ -352,7 +339,7 @@ class PanelTest(PanelCase):
     def test_another_address_needs_the_token_and_a_panel_may_only_show(self):
         shows = self.start_panel('__name:=shows', '_address:=0.0.0.0', '_control:=false')
         self.addCleanup(shows.kill)
-        address = address_of(shows)    # the next port is taken: this one is in use
+        address = address_of(shows)    # PORT is in use, so the panel takes the next one
         self.observer.wait_for('/rosout', lambda line: line[0] == '/shows')
         # The name that this computer's nodes bear: in a container the host's browser finds it, too.
         place, port, token = re.match(r'(http://{}:(\d+)/)\?token=(\S{{10,}})$'.format(
@@ -361,7 +348,7 @@ class PanelTest(PanelCase):
         for wrong in '', '?token=' + token[:-1], '?token=%C3%A9':
             with self.assertRaises(ConnectionRefusedError, msg=wrong):
                 PanelPage(place + wrong)
-            status, body = self.status_of('/' + wrong, int(port))    # as a browser shows it
+            status, body = self.status_of('/' + wrong, int(port))    # a browser shows the body
             self.assertEqual(status, 403)
             self.assertIn('the token is missing or wrong: use the whole address', body)
         page = self.open(address)

@@ -1,9 +1,8 @@
-"""Runs the tests of a rostest: a skipped test is counted as skipped, and one that fails on a busy machine is tried
-again.
+"""Runs the tests of a rostest. A skipped test counts as skipped. A test that fails on a busy machine is tried again.
 
-rosunit (1.15 to 1.17) writes a skipped test into its file as one that passed, and
-test/count_results.py counts from that file. A robot, a sender or a node that waits for a processor
-tells nothing about the node. Each test of this package is run by :func:`rosrun`.
+rosunit (1.15 to 1.17) writes a skipped test into its file as a passed test, and test/count_results.py counts the tests
+of this file. On a busy machine a test may fail because a robot, a sender or a node waits for a processor.
+:func:`rosrun` runs each test of this package.
 """
 import functools
 import importlib
@@ -29,7 +28,7 @@ needs_setup = unittest.skipUnless(
 
 
 class _Result(xmlrunner._XMLTestResult):
-    """rosunit's class, with the reason of each skipped test, and of a class whose set-up failed."""
+    """Adds the reason of each skipped test, and of a class whose set-up failed, to the class of rosunit."""
 
     def addError(self, test, err):
         super().addError(test, err)
@@ -56,15 +55,15 @@ LOAD = 2.0
 
 
 class Hiccups:
-    """The delays of this machine, measured by a thread of its own.
+    """Measures the delays of this machine in a separate thread.
 
-    A limit on the reaction of a node holds only while the machine lets the node run. `since(start)` is about the time
-    in which it did not let it run: an idle thread was late, or more than LOAD processes wanted each core. It is added
-    to the limit: a few milliseconds on a quiet machine.
+    A node can react within a limit only while the machine lets the node run. `since(start)` is about the time in which
+    processes had to wait, because an idle thread was late, or because more than LOAD processes wanted each core. Tests
+    add this time to their limits. On a quiet machine it is a few milliseconds.
     """
 
-    #: The thread sleeps for this long each time [s]; with half of it a test computes for a second a minute more.
-    PERIOD = 0.02
+    #: The thread sleeps for this long each time [s]. Each time costs 0.3 ms of computing.
+    PERIOD = 0.04
 
     def __init__(self):
         self._late = deque(maxlen=100000)    # (time [s], late by [s])
@@ -94,8 +93,8 @@ class Hiccups:
 
 
 def tried_again(test):
-    """A test that is tried again if it failed on a busy machine, or if its `excuse(begun)` [s,
-    monotonic] gives a reason why it was void."""
+    """Returns a test that tries `test` again if `test` failed on a busy machine, or if the `excuse(begun)` of its case
+    gives a reason why it was void. `begun` is the time of its begin [s, monotonic]."""
     @functools.wraps(test)
     def run(case):
         for attempt in range(1, ATTEMPTS + 1):
@@ -104,7 +103,7 @@ def tried_again(test):
                 return test(case)
             except unittest.SkipTest:
                 raise
-            except Exception as problem:    # of any kind: on a quiet machine it is raised again
+            except Exception as problem:    # any exception; on a quiet machine it is raised again
                 words, late, load = str(problem), case.hiccups.longest(begun), os.getloadavg()[0]
                 if len(words) > 2 * SHOWN:
                     problem.args = (words[:SHOWN] + '\n...\n' + words[-SHOWN:],)
@@ -124,7 +123,7 @@ def tried_again(test):
 
 
 def rosrun(name, case):
-    """rostest.rosrun for a test of this package."""
+    """Does the work of rostest.rosrun for a test of this package."""
     xmlrunner._XMLTestResult = _Result
     case.hiccups = Hiccups()
     for test in unittest.defaultTestLoader.getTestCaseNames(case):

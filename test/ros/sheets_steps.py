@@ -33,13 +33,13 @@ KINDS = ('run', 'long', 'prepare', 'then', 'types', 'never')
 
 
 class Step(NamedTuple):
-    """A heading, or a block with its kind, its terminal or reason, and what happens before it."""
+    """A heading or a block of a page."""
 
     kind: str           # 'heading', or one of KINDS
-    argument: str
+    argument: str       # the terminal, the reason of `never`, or the text of the heading
     text: str = ''      # commands, or the lines that are typed
     output: str = ''
-    before: Dict[str, str] = {}     # fill, wait, ends
+    before: Dict[str, str] = {}     # {fill, wait or ends: value}, done before the block
     line: int = 0
 
     @property
@@ -49,7 +49,7 @@ class Step(NamedTuple):
 
 
 def steps_of(text):
-    """The Steps of a page; AssertionError for commands that do not say how they are typed."""
+    """Returns the Steps of a page. Raises AssertionError for a block that does not say how it is typed."""
     steps, fence, lines = [], None, []
     for number, line in enumerate(text.splitlines(), 1):
         mark = MARK.match(line)
@@ -67,7 +67,7 @@ def steps_of(text):
 
 
 def _add_block(steps, fence, text, number):
-    """Add a block's Step, or its text as the output of the step before it."""
+    """Add the Step of a block. A block without a kind is the output of the step before it."""
     language, info = fence
     words = dict(word.partition('=')[::2] for word in shlex.split(info))
     kinds = [kind for kind in KINDS if kind in words]
@@ -84,14 +84,13 @@ def _add_block(steps, fence, text, number):
 
 
 def promised(output):
-    """A pattern of a text in which the lines of `output` appear, in their order."""
+    """Returns a pattern of texts in which the lines of `output` appear in their order."""
     return re.compile('.*?'.join(
         _pattern_of(line) for line in output.splitlines() if line.strip(' .')), re.DOTALL)
 
 
 def _pattern_of(line):
-    """A pattern of a line, with any space between its words, and any long numbers; ``...`` stands
-    for anything."""
+    """Returns a pattern of a line with any spaces and any long numbers. ``...`` stands for any text."""
     return NUMBER.join(
         '.*?'.join(r'\s+'.join(re.escape(word) for word in re.split(r'\s+', words))
                    for words in part.split('...'))
@@ -99,5 +98,5 @@ def _pattern_of(line):
 
 
 def without_comment(line):
-    """A command as the shell takes it: without the comment behind it."""
+    """Returns a command without the comment behind it."""
     return re.split(r'\s#\s', line)[0].strip()

@@ -1,9 +1,8 @@
 """Types the commands of the pages, as a student would, and reads what they print.
 
-The lab sheets come first; sheets_walk.md has the commands that stand in sentences and tables. How a
-page says what is typed: sheets_steps.py. In the suite the simulated robots run on simulated time,
-which is faster. With `all:=true` everything is typed once more, with the long commands, on real
-time, as it is printed.
+The lab sheets come first. Then sheets_walk.md has the commands that stand in sentences and tables. sheets_steps.py
+reads the steps of a page. In the suite the simulated robots send fewer samples, which costs less. With `all:=true` the
+test types also the long commands, and each command as it is printed.
 """
 import os
 import re
@@ -36,37 +35,33 @@ else source ~/tb3_labs/scripts/setup.sh; fi
 '''
 #: A command that changes what PROFILE gives.
 NEW_PROFILE = re.compile('catkin_make|setup')
-#: A command that starts a simulated robot, and how that robot gets a faster clock.
+#: A command that starts a simulated robot.
 ROBOT = re.compile(r'^(roslaunch .*(?:sim:=true|(fake_robot)\.launch).*?)(\s+#.*)?$', re.MULTILINE)
-#: Settings of that robot for it; the first one is not the robot's own, but all nodes'.
-FASTER = '{{/use_sim_time: true, imu_rate: 50, speed: {}'
-#: Pace of simulated time in the suite: a faster robot costs more while it waits for the next
-#: command than it saves in a drive. Real time.
-SUITE_SPEED, REAL_TIME = 2.0, 0.0
-#: A reader puts these in place of the names.
+#: The setting of such a robot in the suite.
+FEW_SAMPLES = 'imu_rate: 30'
+#: {a name in a command: what a reader types in its place}
 OWN_NAMES = {'run_DATE.bag': '$(ls -t run_*.bag | head -1)', 'REPOSITORY': '~/tb3_labs'}
-#: A command must have ended, and the output of a terminal must have come, by then [s]; a long one.
+#: Longest wait for the end or the output of a command, and of a long command [s].
 PATIENCE, LONG_PATIENCE = 120.0, 400.0
-#: A command that asks a node is typed again for so long, since nodes are starting [s].
+#: A command that asks a node is typed again for this time [s], since nodes are starting.
 AGAIN, ASKS = 10.0, re.compile('rostopic|rosservice|rosnode')
-#: A command that `timeout` ends, as the page wants it, has status 124, which is a success here.
+#: `timeout` ends such a command with the status 124, which is a success here.
 TIMED, SUCCEEDS = re.compile(r'^(timeout .*?)(\s+# .*)?$', re.MULTILINE), r'\1 || [ $? = 124 ]'
-#: Ctrl+C may not end in one of these. (Python that still imports modules says KeyboardInterrupt.)
+#: A terminal must not show this after Ctrl+C. (Python that still imports modules prints KeyboardInterrupt.)
 BAD_END = re.compile(r'Traceback(?!(?s:.)*KeyboardInterrupt)|escalating|Exception in thread')
 #: Python 3.13 does not end while a thread waits in input(): Enter ends it (doc/symptoms.md).
 PYTHON_WAITS = sys.version_info >= (3, 13)
-#: A colour.
+#: The characters that change a terminal's colour.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 
 
-def faster(found, speed):
-    """A command found by ROBOT, with a robot on simulated time."""
-    command, alone, _ = found.groups()
-    name = 'set:="' if alone else 'robot_set:="'
-    given, settings = name + '{', FASTER.format(speed)
-    if ' ' + given in command:
-        return command.replace(' ' + given, ' ' + name + settings + ', ')
-    return '{} {}{}}}"'.format(command, name, settings)
+def with_few_samples(found):
+    """Returns a command found by ROBOT, with FEW_SAMPLES."""
+    command, is_robot_alone, _ = found.groups()
+    given = ' set:="{' if is_robot_alone else ' robot_set:="{'
+    if given in command:
+        return command.replace(given, given + FEW_SAMPLES + ', ')
+    return command + given + FEW_SAMPLES + '}"'
 
 
 def plain(text):
@@ -75,10 +70,11 @@ def plain(text):
 
 
 class Student:
-    """A home with a workspace, and terminals. `speed`: pace of simulated time; REAL_TIME: none."""
+    """The home of a student with a workspace, and the student's terminals."""
 
-    def __init__(self, home, speed):
-        self.home, self._speed, self._terminals, self._seen = home, speed, {}, {}
+    def __init__(self, home, types_all):
+        """`types_all` says whether the student types each command as it is printed."""
+        self.home, self._types_all, self._terminals, self._seen = home, types_all, {}, {}
         (home / 'tb3_labs').symlink_to(REPOSITORY)
         self._environment = {
             'HOME': str(home), 'PATH': '/usr/bin:/bin', 'ROSCONSOLE_FORMAT': '${message}',
@@ -91,7 +87,7 @@ class Student:
         self._sourced = None    # the environment after PROFILE, if that has not changed since
 
     def do(self, step):
-        """Do one step; AssertionError if it is not as the page says."""
+        """Do one step. Raises AssertionError if its outcome is not what the page says."""
         patience = LONG_PATIENCE if step.kind == 'long' else PATIENCE
         self._prepare(step.before)
         if step.kind == 'heading':
@@ -112,7 +108,7 @@ class Student:
             self._run(step, patience)
 
     def _prepare(self, before):
-        """Do what a step needs first: write a node, let time pass, end a terminal."""
+        """Do what stands in front of a step. Write a node, let time pass, or end a terminal."""
         if 'fill' in before:
             package, node = before['fill'].split('/')
             target = self.home / 'catkin_ws' / 'src' / package / 'src' / node
@@ -128,7 +124,7 @@ class Student:
         self._seen = {name: len(program.text) for name, program in self._terminals.items()}
 
     def _run(self, step, patience):
-        """Run a command to its end; again if it asks a node that does not answer yet."""
+        """Run a command to its end. Run it again if it asks a node that does not answer yet."""
         pattern, give_up = promised(step.output), time.monotonic() + AGAIN
         while True:
             program = self._start(step)
@@ -147,15 +143,15 @@ class Student:
         commands = TIMED.sub(SUCCEEDS, step.text)
         for name, own in OWN_NAMES.items():
             commands = commands.replace(name, own)
-        if self._speed:
-            commands = ROBOT.sub(lambda found: faster(found, self._speed), commands)
+        if not self._types_all:
+            commands = ROBOT.sub(with_few_samples, commands)
         folder = 'cd ~/tb3_labs\n' if re.match(r'(source |\./)scripts/', commands) else 'cd\n'
         self._sourced = self._sourced or self._source()
         return TestProgram(['bash', '-c', 'set -e\n' + folder + commands], terminal=True,
                            environment=self._sourced, clean=True)
 
     def _source(self):
-        """The environment of a terminal; it is kept, since each sourcing takes as long as a command."""
+        """Returns the environment of a new terminal. A sourcing takes as long as a command."""
         printed = subprocess.run(['bash', '-c', PROFILE + 'env -0'], env=self._environment, check=True,
                                  stdout=subprocess.PIPE, timeout=PATIENCE).stdout.decode()
         return dict(line.split('=', 1) for line in printed.split('\0') if '=' in line)
@@ -175,7 +171,7 @@ class Student:
             self._end(name)
 
     def close_all(self):
-        """End what still runs, after a failure; roslaunch alone can end its nodes."""
+        """End the programs that still run after a failure. roslaunch must end its nodes itself."""
         for program in self._terminals.values():
             try:
                 program.end(signal.SIGTERM, 20.0)
@@ -200,34 +196,24 @@ class SheetsTest(unittest.TestCase):
     """One student's term."""
     IS_NODE = False
 
-    def walk(self, speed, long):
-        """Do the steps of all pages; without `long` those that are not long."""
+    def test_the_pages_say_what_happens(self):
         home = Path(tempfile.mkdtemp(prefix='sheets_', dir='/tmp'))    # not within this package
         self.addCleanup(shutil.rmtree, str(home))
-        student = Student(home, speed)
+        types_all = rospy.get_param('/sheets_all')
+        student = Student(home, types_all)
         self.addCleanup(student.close_all)
         for page in PAGES:
             left_out = False
             for step in steps_of((REPOSITORY / page).read_text(encoding='utf-8')):
                 if step.kind in ('run', 'long', 'heading'):
-                    left_out = step.kind == 'long' and not long
+                    left_out = step.kind == 'long' and not types_all
                 if step.kind == 'never' or left_out:
                     continue
                 began = time.monotonic()
                 try:
                     student.do(step)
                 except (AssertionError, RuntimeError) as problem:
-                    what = '{}, line {}: {}\n{}'.format(page, step.line, step.text, problem)
-                    print(what, flush=True)    # unittest prints it after the other walks
-                    self.fail(what)
+                    self.fail('{}, line {}: {}\n{}'.format(page, step.line, step.text, problem))
                 print('{:6.1f} s  {}:{}  {}'.format(time.monotonic() - began, page, step.line, step.text.split(
                     '\n')[0] or step.argument), flush=True)
             student.end_all()
-
-    def test_the_pages_say_what_happens(self):
-        self.walk(SUITE_SPEED, long=False)
-
-    def test_all_of_them_on_real_time(self):
-        if not rospy.get_param('/sheets_all'):
-            self.skipTest('only by: rostest tb3_labs sheets.test all:=true')
-        self.walk(REAL_TIME, long=True)

@@ -1,4 +1,4 @@
-"""The real nodes, hour after hour: flat memory, no thread left behind, no growing error."""
+"""The real nodes run for hours. Their memory, threads and errors do not grow."""
 import math
 import random
 import time
@@ -14,14 +14,14 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 
 #: Memory and threads count from here on, when every history has been filled [simulated s].
-WARM = 30.0
+WARM = 15.0
 #: A line of the controller that ends a request for a turn begins thus.
 ENDS = 'Turned', 'Turn given up', 'cannot turn'
 NODES = ('move_to_goal', 'controller', 'turtlebot3')
 
 
 def inside(node):
-    """(memory [MB], threads) of a node."""
+    """Returns (memory [MB], number of threads) of a node."""
     pid = process_of(node)
     return memory(pid), threads(pid)
 
@@ -37,7 +37,7 @@ class SoakTest(DriveCase):
         cls.observer.wait_for('ground_truth', seconds=STARTING)
 
     def drive(self, chance):
-        """The true error at a goal: (distance [m], angle [deg])."""
+        """Drive to a goal. Returns the true error there as (distance [m], angle [deg])."""
         declared, goal = (Pose2(chance.uniform(-1, 1), chance.uniform(-1, 1),
                                 chance.uniform(-math.pi, math.pi)) for _ in range(2))
         local_T_world = declared @ self.rest().inverse()
@@ -52,8 +52,8 @@ class SoakTest(DriveCase):
         return here.distance_to(goal), abs(math.degrees(difference(here.yaw, goal.yaw)))
 
     def turn(self, angle):
-        """The true error of a turn [deg]. A refused or aborted one is repeated: a pause of a busy computer, four times
-        as long for the robot, made the sensors silent."""
+        """Turn. Returns the true error [deg]. A refused or aborted turn is repeated, because a pause of a busy computer
+        is four times as long for the robot, and makes the sensors silent."""
         line = ''
         while not line.startswith('Turned'):
             start = self.rest().yaw

@@ -1,4 +1,4 @@
-"""A pad for tests: it publishes `joy` as joy_node does with autorepeat_rate."""
+"""A pad for tests. It publishes `joy` as joy_node does with autorepeat_rate."""
 import contextlib
 import threading
 import time
@@ -11,8 +11,8 @@ A, B, Y = 0, 1, 2
 #: Time between two messages of a pad that repeats itself [s], and time for which a button is held.
 PERIOD = 0.05
 HELD = 0.06
-#: A pad that is silent for 0.25 s is lost, and a node must stop. A test in which the thumb itself,
-#: on a late machine, was silent for longer than this is void [s].
+#: A pad that is silent for 0.25 s is lost, and a node must stop. On a late machine the thumb itself may be silent. A
+#: test is void if the thumb was silent for longer than this [s].
 PUNCTUAL = 0.2
 
 
@@ -41,12 +41,12 @@ class Thumb:
         self._publisher.publish(message)
 
     def sticks(self, forward, left):
-        """Push the sticks there, and hold them."""
+        """Push the sticks to these deflections, and hold them."""
         self._axes[1], self._axes[3] = forward, left
         self._send()
 
     def press(self, button):
-        """Press and let go; returns the time of the press [s]."""
+        """Press a button, and let go. Returns the time of the press [s]."""
         pressed = rospy.get_time()
         for down in (1, 0):
             self._buttons[button] = down
@@ -55,13 +55,13 @@ class Thumb:
         return pressed
 
     def longest_silence(self, since):
-        """Longest time between two messages, after `since` [s, monotonic]."""
+        """Returns the longest time between two messages after `since` [s, monotonic]."""
         sent = [at for at in list(self._sent) if at >= since]
         return max([then - now for now, then in zip(sent, sent[1:])], default=0.0)
 
 
 class WithThumb:
-    """Mixin of a case with a `thumb`: a test is void if the thumb was silent."""
+    """Mixin of a case with a `thumb`. A test is void if the thumb was silent."""
 
     def excuse(self, begun):
         """The reason why a test that began at a time [s, monotonic] was void, or ''."""

@@ -1,5 +1,5 @@
-"""Turns by keyboard beside a real mouse: a terminal, an X server, a pointer; judged by the true
-heading of the simulated robot."""
+"""Turns by keyboard beside a real mouse, with a terminal, an X server and a pointer. The tests judge the simulated
+robot's true heading."""
 import math
 import os
 import re
@@ -18,7 +18,7 @@ from tb3_labs.ros.clocks import wait_until
 from virtual_screen import VirtualScreen
 
 WIDTH, HEIGHT = 800, 600
-#: pynput is optional; it cannot be imported without a display.
+#: pynput is optional. Without a display its import fails, so the tests only look for it.
 HAS_PYNPUT = find_spec('pynput') is not None
 
 
@@ -32,10 +32,10 @@ class TurnTest(NodeCase):
         cls.observer.wait_for('ground_truth')
 
     def controller(self, **options):
-        """A controller, ready; the only one."""
+        """Start the controller, and wait until it is ready."""
         node = self.start('turtlebot_controller.py', **options)
         node.wait_for('and Enter')
-        # after the controller, so that its first turn is accepted
+        # the controller accepts the first turn of a sender that comes later
         self.turn = rospy.Publisher('turn', Float64, queue_size=5)
         self.addCleanup(self.turn.unregister)
         self.wait_for_subscriber(self.turn)
@@ -63,8 +63,8 @@ class TurnTest(NodeCase):
         self.xdotool('click', 5 if down else 4)
 
     def activate_mouse(self, node):
-        """Scroll down while the pointer is in the middle: elsewhere a lost mouse does not drive.
-        pynput says that it listens a moment before it does, so a person may scroll again."""
+        """Scroll down while the pointer is in the middle, since a lost mouse does not drive elsewhere. pynput may
+        miss the first scroll, so the test scrolls again."""
         times = node.text.count('The mouse is active')
         self.point(0.0, 0.0)
 
@@ -77,13 +77,13 @@ class TurnTest(NodeCase):
         self.observer.wait_for('cmd_vel', lambda sent: sent == command)
 
     def stopped(self):
-        """The robot was stopped by one zero; two zeros never followed each other."""
+        """One zero stopped the robot. Two zeros never followed each other."""
         self.wait_for_command(*ZERO)
         commands = [command for _, command in self.observer.all('cmd_vel')]
         self.assertNotIn((ZERO, ZERO), list(zip(commands, commands[1:])))
 
     def stands(self):
-        """It was stopped, rests, and no command follows."""
+        """The robot was stopped, rests, and no command follows."""
         self.stopped()
         self.rest()
         self.assert_silence()
@@ -131,15 +131,15 @@ class TurnTest(NodeCase):
         self.rest()
 
     def test_a_pipe_then_the_topic(self):
-        before = math.degrees(self.rest().yaw)    # it turns as soon as it runs
-        # an empty line, and the last one without an end
+        before = math.degrees(self.rest().yaw)    # the node turns as soon as it runs
+        # one line is empty, and the last line has no end
         node = self.controller(typed='b\n\n-33.5')
         node.wait_for('No keyboard')
         node.wait_for('l (90 degrees left)')
         node.wait_for('Turned')
         self.rest()
         self.assertLess(abs(math.remainder(self.turned_since(before) - 146.5, 360.0)), 0.5)
-        # what is asked for all at once adds up
+        # turns that arrive together add up
         for _ in range(3):
             self.turn.publish(-30.0)
         node.wait_for('Turned', times=2)
@@ -193,7 +193,7 @@ class TurnTest(NodeCase):
         self.assertLess(zero - last_heard, 0.4 + self.hiccups.since(last_heard, zero))
         self.stands()
 
-        # a display that dies stops it, too, in one line
+        # a display that dies stops the robot, too, and the client prints one line
         client, deactivated = self.mouse(), node.text.count('The mouse was deactivated')
         self.activate_mouse(node)
         self.point(1.0, 0.0)
@@ -223,7 +223,7 @@ class TurnTest(NodeCase):
                               'mouse_info:=bad/mouse_info', environment=environment)
                    for number, (environment, _) in enumerate(cases)]
         for client, (_, words) in zip(clients, cases):
-            self.assertEqual(client.wait(STARTING), 0)    # the others of its launch go on
-            # rosout may be on its way to a node that ends: rospy says so in a line of its own
+            self.assertEqual(client.wait(STARTING), 0)    # so that the other nodes of its launch go on
+            # rospy prints a line of its own if rosout was connecting to a node that ends
             said = [line for line in client.lines if 'Inbound TCP/IP connection' not in line]
             self.assertTrue(len(said) == 1 and words in said[0], client.text)

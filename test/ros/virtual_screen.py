@@ -1,10 +1,10 @@
-"""An invisible screen: tests move its mouse."""
+"""An invisible screen whose mouse the tests move."""
 import os
 import subprocess
 
 
 class VirtualScreen:
-    """An X server of its own (Xvfb); `display` is its name for DISPLAY."""
+    """A separate X server (Xvfb). `display` is its value of DISPLAY."""
 
     def __init__(self, width, height):
         read, write = os.pipe()
@@ -17,6 +17,6 @@ class VirtualScreen:
             self.display = ':' + number.readline().strip()
 
     def close(self):
-        """End the server; programs that use it lose their display."""
+        """End the server. Programs on this screen lose their display."""
         self._server.kill()
         self._server.wait()

@@ -1,4 +1,4 @@
-"""The handouts' numbers, names and words: the handouts' own text has the same, and another goal is one edit."""
+"""The handouts' own text has the numbers, names and words of handout.py. Another goal is one edit."""
 import json
 import re
 import subprocess
@@ -70,7 +70,7 @@ def test_no_other_module_defines_the_goal_and_the_printed_words():
 
 # ----- another goal -----
 
-#: The line that the recipe in marking.md names, and another one in its place, with whole numbers.
+#: The names in the line that marking.md tells an instructor to edit, and another line with whole numbers.
 NAMES = 'GOAL_X, GOAL_Y, GOAL_YAW_DEG'
 ANOTHER = NAMES + ' = 1, 1.5, 90'
 #: A process with the edited handout prints what the rooms do.

@@ -1,4 +1,4 @@
-"""The picture of a robot: the latest of each kind, in the frames that it names."""
+"""The picture of a robot has the latest value of each kind."""
 import json
 import math
 
@@ -13,7 +13,7 @@ from tb3_labs.panel.robot_view import RobotView
 from tb3_labs.robot.samples import OdometrySample
 
 HALF_PI = math.pi / 2.0
-#: Poses as a page gets them: with 5 digits of an angle.
+#: HALF_PI in a picture, which has 5 digits of an angle.
 QUARTER = 1.5708
 
 
@@ -87,7 +87,7 @@ def test_move_to_goal_drives_with_control_and_on_its_way(view, has_control, stat
     ([0.0, 0.1], 0.0, True), ([-0.0, 0.0], 0.0, False)])
 def test_a_command_that_is_no_standstill_drives_a_robot_for_half_a_second(
         view, command, age, drives):
-    """Its firmware stops it after 0.5 s without a command."""
+    """The firmware stops the robot after 0.5 s without a command."""
     view.on_command('/pad', *command, 100.0)
     shown = picture(view, 100.0 + age)
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
@@ -116,8 +116,8 @@ def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(
 # -- frames
 
 def test_the_true_pose_is_shown_in_odom(view):
-    """The axis x of odom points along y of the world. (1, 5) is 3 m from (1, 2) along it; a robot that faces -x of the
-    world faces +y of odom."""
+    """The axis x of odom points along y of the world. So (1, 5) is 3 m along x from the origin (1, 2), and a robot that
+    faces -x of the world faces +y of odom."""
     view.on_message('truth', (Pose2(1.0, 5.0, math.pi), 50.0), 99.0)
     assert picture(view)['truth'] is None        # where odom lies is not known
     view.on_message('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
@@ -150,7 +150,7 @@ LINE = 'Local pose set to x=0.5, y=-1e-05, yaw=1.5707963.'
 
 
 def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(view):
-    """The robot is at (0.5, 0), 90 deg in local; then it drives 0.15 m, and turns left by 0.5."""
+    """The robot is at (0.5, 0), 90 deg in local. Then it drives 0.15 m, and turns left by 0.5 rad."""
     view.on_log_line(LINE)
     view.on_odometry(sample(2.0, 3.0, 0.0), 99.0)
     assert picture(view)['local'] is None       # it came before the odometry
@@ -184,7 +184,7 @@ def test_what_was_computed_ends_when_the_odometry_is_zeroed(view, at):
     assert picture(view)['frame'] is None
 
 
-# -- whatever a student's node publishes: these topics have no check, and JSON has no NaN
+# -- a student's node may publish any value, but JSON has no NaN
 
 @pytest.mark.parametrize('kind', ['imu', 'odom'])
 def test_the_age_is_the_time_since_the_last_message(view, kind):
@@ -235,7 +235,7 @@ def test_no_node_fills_a_page_with_its_variables(view):
     assert len(json.dumps(shown)) < 4 * 40 * (2 * 200 + 10) + 4 * 250
 
 
-# -- a stop is shown as done when the nodes and the robot show it
+# -- when is a stop confirmed?
 
 @pytest.mark.parametrize('control, heard_at, speed, problem', [
     (False, 100.1, 0.0, None), (None, 100.1, 0.0, None), (False, 100.1, 0.2, 'the robot still moves'),

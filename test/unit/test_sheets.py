@@ -1,4 +1,4 @@
-"""The lab sheets hold every number that is graded; what their figures and teaching.md's show."""
+"""The lab sheets hold every number that is graded. Their figures and teaching.md fit the code."""
 import math
 import re
 import sys
@@ -52,7 +52,7 @@ def test_what_a_reader_of_a_handout_looks_for_is_on_a_page():
 
 
 def test_a_master_for_a_robot_is_started_where_its_address_is_set():
-    """A terminal of setup.sh without ROS_IP listens on its own computer alone: a robot's nodes do not reach it."""
+    """Without ROS_IP a terminal of setup.sh listens only on its own computer, so a robot's nodes do not reach it."""
     commands = [step.commands for step in steps_of(read('handout.md')) if 'roscore' in step.commands]
     assert commands and [line.split('=')[0].split('/')[-1] for line in commands[0]] == [
         'export ROS_IP', 'setup.sh', 'roscore']
@@ -72,8 +72,8 @@ def test_the_prompt_that_the_sheet_shows_is_that_of_the_node():
 
 
 def asked_in_steps(sheet):
-    """The places of a sheet, such as '1.2', whose steps have a question; the section Questions, code, and help after an
-    *If ...* are left out."""
+    """Returns the places of a sheet, such as '1.2', whose steps have a question. The section Questions, code, and help
+    after an *If ...* are left out."""
     text = re.sub(r' *```.*?\n *```', '', re.sub(
         r'\n#+ Questions\n.*?(?=\n##? |\Z)', '', sheet, flags=re.DOTALL), flags=re.DOTALL)
     places, section, step = [], '', ''
@@ -113,7 +113,7 @@ def test_the_drive_of_the_four_states_arrives():
     seen = make_figures.drive()
     states = list(dict.fromkeys(state for _, _, state, *_ in seen))
     assert states[:3] == ['ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL']
-    assert seen[-1][1].distance_to(make_figures.GOAL) < make_figures.STOP_DISTANCE + 0.02
+    assert seen[-1][1].distance_to(make_figures.LAB_GOAL) < make_figures.DISTANCE_TOLERANCE + 0.02
 
 
 def test_a_turn_ends_if_it_is_wrapped():

@@ -14,7 +14,7 @@ from test_refusals import main_of
 from tb3_labs.skeletons import FOLDER, checked_target, package_files
 from tb3_labs.marking.names import LAB_NODES
 
-#: The TODOs of the handouts, in their order: a piece of what each of them is filled with.
+#: {lab: a part of the code in the place of each TODO of the handout, in order}
 ANSWERS = {
     'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
     'turn': ['import Quaternion', 'MAX_ANG_Z = ', 'self.turning = False', 'rospy.Subscriber(',
@@ -23,7 +23,7 @@ ANSWERS = {
                   'dx = self.goal_x - self.local_x'],
     'gamepad': ['rospy.ServiceProxy(', 'position.y = ', 'orientation.w = ', '.covariance = '],
 }
-#: Further lines of the handouts that a student finds again in the node.
+#: {lab: further words of the handout that the skeleton has}
 IDENTIFIERS = {
     'imu': ['def convert_yaw(self', 'def callback_imu(self', 'def shutdownhook(self'],
     'turn': ['def convert_yaw(self', 'def callback_imu(self', 'def callback_controller(self, event)',
@@ -36,9 +36,9 @@ IDENTIFIERS = {
                 'def send_set_pose_request(self, x, y, theta)',
                 'def reset_pose_done_callback(self'],
 }
-#: The first line that a student replaces: a TODO's, or a line that TODO 5 of move2goal names.
+#: The first line that a student replaces has a TODO, or a pose that TODO 5 of move2goal names.
 BEGIN = re.compile(r' *# TODO (\d+)\b|.* - self\.(x|y|yaw)\b')
-#: A TODO has this besides its comment.
+#: A line below the comment of a TODO.
 PLACEHOLDER = re.compile(r'rospy\.logwarn_once\(|return\b|(self\.)?\w+ = (0\.0|None)$|'
                          r'if self\.\w+ is None:$|.*(- |^)self\.(x|y|yaw)\b')
 #: A line of a plain node that its handout does not have.
@@ -113,7 +113,7 @@ def test_a_skeleton_is_python_38_with_the_names_of_the_handout(lab):
 
 @by_lab
 def test_a_plain_node_is_read_in_one_sitting(lab):
-    """It imports rospy, messages, squaternion, and Python's own modules; nothing of this package."""
+    """It imports rospy, messages, squaternion and Python's own modules, but no module of this package."""
     assert plain_node(lab).count('\n') <= 120
     imported = {name for node in ast.walk(ast.parse(plain_node(lab))) for name in (
         [node.module] if isinstance(node, ast.ImportFrom) else
@@ -142,7 +142,7 @@ def test_a_package_names_all_that_it_needs(lab):
 def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path, among_namesakes):
     path, name = tmp_path / (lab + '.launch'), '/enable_statistics'
     path.write_text(files_of(lab)['launch/{}.launch'.format(lab)])
-    for arguments, wanted in ((['sim:=true', 'statistics:=true'], True), (['sim:=true'], None)):
+    for arguments, wanted in ((['statistics:=true'], True), ([], None)):
         config = ROSLaunchConfig()
         XmlLoader().load(str(path), config, argv=arguments, verbose=False)
         assert (config.params[name].value if name in config.params else None) is wanted

@@ -1,12 +1,12 @@
-// Drawing on a canvas: the visible part of the plane, lines and figures, the grid, and names that
-// do not overlap.
+// Draws lines, figures, a grid and names on a canvas. Names do not overlap. A View is the visible
+// part of the plane.
 //
-// Sizes are in pixels, angles counter-clockwise. Poses are [x m, y m, yaw rad].
+// Sizes are in pixels. Angles are counter-clockwise. Poses are [x m, y m, yaw rad].
 
 const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth', 'bad'];
 const GAP = 6;                      // [px] between two rows of names
-const LEAST = 4, MOST = 5000;       // [px/m]
-const NARROWEST = 0.8;              // [m] to fit means to show at least this much
+const LEAST_SCALE = 4, MOST_SCALE = 5000;    // [px/m]
+const NARROWEST = 0.8;              // [m] View.fit() shows at least this width
 
 export const colours = {};
 
@@ -17,7 +17,8 @@ export function readColours() {
   }
 }
 
-/** The context of a canvas, scaled so that one unit is one CSS pixel; null while it has no size. */
+/** Clears a canvas. Returns its size and its context, in which one unit is one CSS pixel. Returns
+ *  null while the canvas has no size. */
 export function sharp(canvas) {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   if (!width || !height) return null;
@@ -30,7 +31,7 @@ export function sharp(canvas) {
   return {context, width, height};
 }
 
-/** The pose of c in a, by the poses of b in a and of c in b. */
+/** Returns the pose of c in a. The arguments are the poses of b in a, and of c in b. */
 export function compose(a, b) {
   const c = Math.cos(a[2]), s = Math.sin(a[2]);
   return [a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])];
@@ -54,27 +55,27 @@ export class View {
     this.x = 0;
     this.y = 0;
     this.scale = 100;
-    this.auto = true;       // follows what is to be seen, until a person zooms or pans
+    this.auto = true;       // does the view follow the robot? false after a zoom or pan
     this.width = 0;
     this.height = 0;
   }
 
-  /** Pixel on the canvas of a point in the fixed frame. */
+  /** Returns the pixel of a point in the fixed frame. */
   pixel(x, y) {
     const {width, height, scale} = this;
     return [width / 2 + (x - this.x) * scale, height / 2 - (y - this.y) * scale];
   }
 
-  /** Point in the fixed frame at a pixel on the canvas. */
+  /** Returns the point in the fixed frame at a pixel. */
   point(px, py) {
     const {width, height, scale} = this;
     return [this.x + (px - width / 2) / scale, this.y - (py - height / 2) / scale];
   }
 
-  /** The point under the pixel stays there. */
+  /** Zoom. The point at the pixel (px, py) stays there. */
   zoom(factor, px = this.width / 2, py = this.height / 2) {
     const [x, y] = this.point(px, py);
-    this.scale = Math.max(LEAST, Math.min(MOST, this.scale * factor));
+    this.scale = Math.max(LEAST_SCALE, Math.min(MOST_SCALE, this.scale * factor));
     this.x = x - (px - this.width / 2) / this.scale;
     this.y = y + (py - this.height / 2) / this.scale;
     this.auto = false;
@@ -91,18 +92,18 @@ export class View {
     const box = bounds(points);
     if (!box || !this.width) return;
     const [x0, y0, x1, y1] = box;
-    // The buttons lie on the upper edge; a small canvas has no room for wide margins.
+    // The buttons lie on the upper edge. A small canvas has no room for wide margins.
     const side = Math.min(64, this.width * 0.15), top = Math.min(96, this.height * 0.3);
     const bottom = Math.min(64, this.height * 0.2);
     const across = this.width - 2 * side, up = this.height - top - bottom;
     const scale = Math.min(
       across / Math.max(x1 - x0, NARROWEST), up / Math.max(y1 - y0, NARROWEST));
-    this.scale = Math.max(LEAST, Math.min(MOST, scale));
+    this.scale = Math.max(LEAST_SCALE, Math.min(MOST_SCALE, scale));
     this.x = (x0 + x1) / 2;
     this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
   }
 
-  /** In automatic mode: fit again if something is outside, or all of it is small. */
+  /** While `auto` is true, fit the points again if any is outside, or if all of them look small. */
   follow(points) {
     const box = bounds(points);
     if (!this.auto || !box || !this.width) return;
@@ -114,23 +115,23 @@ export class View {
   }
 }
 
-/** [least x, least y, most x, most y]; null without points. */
+/** Returns [least x, least y, most x, most y], or null without points. */
 function bounds(points) {
   if (!points.length) return null;
   const x = points.map((point) => point[0]), y = points.map((point) => point[1]);
   return [Math.min(...x), Math.min(...y), Math.max(...x), Math.max(...y)];
 }
 
-/** 1, 2 or 5 times a power of ten, not smaller than `value`. */
+/** Returns 1, 2 or 5 times a power of ten, at least `value`. */
 export function nice(value) {
   const power = Math.pow(10, Math.floor(Math.log10(value)));
   return power * [1, 2, 5, 10].find((step) => step * power >= value * 0.999999);
 }
 
-/** Digits after the point of multiples of a `nice` step. */
+/** Returns the number of digits after the point of multiples of a `nice` step. */
 export function digits(step) { return Math.max(0, -Math.floor(Math.log10(step) + 1e-9)); }
 
-/** A line through points [x, y]; it is broken where a point is null. */
+/** Draw a line through points [x, y]. The line is broken where a point is null. */
 export function stroke(c, colour, points) {
   c.strokeStyle = colour;
   trace(c, points);
@@ -144,7 +145,7 @@ function trace(c, points) {
   });
 }
 
-/** A filled figure with a rim of this width. */
+/** Draw a filled figure with a rim of this width. */
 export function polygon(c, points, colour, rim, width) {
   trace(c, points);
   c.closePath();
@@ -171,7 +172,7 @@ export function disc(c, x, y, radius, colour, opacity) {
   c.globalAlpha = 1;
 }
 
-/** An arrow of this length with a full or open head; returns the end without the head. */
+/** Draw an arrow of this length with a full or open head. Returns the end without the head. */
 export function arrow(c, x, y, angle, length, colour, full) {
   const end = [x + length * Math.cos(angle), y - length * Math.sin(angle)];
   const tip = [end[0] + 7 * Math.cos(angle), end[1] - 7 * Math.sin(angle)];
@@ -193,7 +194,7 @@ export function heading(c, x, y, yaw, size, colour, rim) {
   polygon(c, points, colour, rim, 1);
 }
 
-/** A grid over the view `v`; `words`: which frame the numbers belong to. */
+/** Draw a grid over the view `v`. The text `words` names the frame of the numbers. */
 export function drawGrid(c, v, words) {
   const step = nice(70 / v.scale);
   const [x0, y1] = v.point(0, 0), [x1, y0] = v.point(v.width, v.height);
@@ -224,7 +225,7 @@ export class Labels {
     this._width = width;
     this._height = height;
     this._names = [];         // labels that wait for their place
-    this._taken = [];         // rectangles [x0, y0, x1, y1] that hold something already
+    this._taken = [];         // rectangles [x0, y0, x1, y1] in which no label may lie
   }
 
   avoid(x, y, radius) {
@@ -234,7 +235,7 @@ export class Labels {
   /** Keep labels out of a rectangle [x0, y0, x1, y1]. */
   keep(box) { this._taken.push(box); }
 
-  /** A text for the point (x, y). `write` writes it, after all places to avoid are known. */
+  /** Add a text for the point (x, y). write() writes it when all places to avoid are known. */
   add(text, x, y, colour, {size = 13, away = 10} = {}) {
     this._names.push({text, x, y, colour, size, away});
   }

@@ -1,4 +1,4 @@
-// The map, drawn to scale: frames, robot, trails, goal, true pose; and the pointers on it.
+// The map shows frames, robot, trails, goal and true pose to scale. Pointers move and zoom the map.
 
 import {
   Labels, View, arrow, circle, colours, compose, disc, drawGrid, heading, inverse, polygon, sharp,
@@ -6,14 +6,14 @@ import {
 } from './drawing.js';
 
 export const FRAMES = ['odom', 'local'];
-const AXIS = 0.35;           // [m] length of a frame's axes, if that can be seen
+const AXIS = 0.35;           // [m] length of a frame's axes, within AXIS_PIXELS
 const AXIS_PIXELS = [34, 90];
 const LEAST_SIZE = 13;       // [px] radius of the robot
-const MOST = 2000;           // points kept; beyond it every other one is dropped
-const STEP = 0.004;          // [m] a nearer point adds nothing to the picture
-const JUMP = 0.5;            // [m] between two pictures: the robot was put elsewhere
+const MOST_POINTS = 2000;    // a trail with more points loses every other point
+const STEP = 0.004;          // [m] a nearer point is not added to a trail
+const JUMP = 0.5;            // [m] after a longer step the robot was put elsewhere
 
-/** The points of one frame that the robot drove through, bounded in number. */
+/** The points of one frame through which the robot drove. */
 class Trail {
   constructor() {
     this.points = [];     // [x, y], or null where the line is broken
@@ -27,7 +27,7 @@ class Trail {
     this.points.push([pose[0], pose[1]]);
     // Breaks stay, so that thinning never joins two pieces.
     let keep = false;
-    if (this.points.length > MOST) {
+    if (this.points.length > MOST_POINTS) {
       this.points = this.points.filter((point) => { keep = !keep; return point === null || keep; });
     }
   }
@@ -41,7 +41,7 @@ export class RobotMap {
     this.radius = 0.105;
     this.picture = null;
     this._trails = {odom: new Trail(), local: new Trail()};
-    this.draft = null;         // {pose, words}: a pose in local that is being dragged
+    this.draft = null;         // {pose, words} of a pose in local that a person drags
     this._wasSeen = false;     // was there a robot in the last drawing?
   }
 
@@ -51,23 +51,23 @@ export class RobotMap {
     if (picture.odom) this._trails.odom.add(picture.odom);
   }
 
-  /** `points`: {odom, local}: the [x, y] that the robot drove through before; a live page has no
-   *  local. */
+  /** Show other trails. `points` is {odom, local} with a list of [x, y] for each frame. A live
+   *  page has no trail in local. */
   replaceTrails(points) {
     for (const frame of FRAMES) this._trails[frame].points = [...(points[frame] || [])];
   }
 
-  /** The fixed frame is another one; the middle of the map stays where it is. */
+  /** From now on `frame` is the fixed frame. The middle of the map stays where it is. */
   fix(frame) {
     if (frame === this.fixed) return;
-    const middle = this._into(frame, this.fixed, [this.view.x, this.view.y, 0]);
+    const middle = this._converted(frame, this.fixed, [this.view.x, this.view.y, 0]);
     this.fixed = frame;
     if (middle) [this.view.x, this.view.y] = middle;
     if (this.view.auto || !middle) this.fit();
   }
 
-  /** A pose of one frame in another one; null while the frame local is unknown. */
-  _into(to, from, pose) {
+  /** Returns a pose of the frame `from` in the frame `to`, or null while local is unknown. */
+  _converted(to, from, pose) {
     if (!pose) return null;
     if (to === from) return pose;
     const frame = this.picture?.frame;
@@ -75,15 +75,15 @@ export class RobotMap {
     return compose(to === 'odom' ? frame : inverse(frame), pose);
   }
 
-  shown(frame, pose) { return this._into(this.fixed, frame, pose); }
+  shown(frame, pose) { return this._converted(this.fixed, frame, pose); }
 
-  /** The point in local at a pixel of the canvas; null while that is unknown. */
+  /** Returns the point in local at a pixel, or null while local is unknown. */
   localAt(px, py) {
     const point = this.view.point(px, py);
-    return this._into('local', this.fixed, [point[0], point[1], 0]);
+    return this._converted('local', this.fixed, [point[0], point[1], 0]);
   }
 
-  /** Where a pose of a frame is drawn: [x px, y px, yaw]; null while that is unknown. */
+  /** Returns the place [x px, y px, yaw] of a pose on the canvas, or null if it is unknown. */
   drawn(frame, pose) {
     const shown = this.shown(frame, pose);
     return shown && [...this.view.pixel(shown[0], shown[1]), shown[2]];
@@ -134,7 +134,7 @@ export class RobotMap {
   _paths(c) {
     for (const frame of FRAMES) {
       const points = this._trails[frame].points;
-      // The part that was driven in an older frame local is faint: that frame lay elsewhere.
+      // The part that was driven in an older frame local is faint, since that frame lay elsewhere.
       const since = points.lastIndexOf(null) + 1;
       c.lineWidth = frame === 'odom' ? 2.5 : 2;
       c.setLineDash(frame === 'odom' ? [] : [7, 5]);
@@ -160,7 +160,7 @@ export class RobotMap {
 
   _frame(c, labels, name, [px, py, yaw]) {
     const colour = colours[name];
-    // The axes of local are longer and thinner: both are visible where the frames coincide.
+    // The axes of local are longer and thinner, so that both are visible where frames coincide.
     const factor = name === 'local' ? 1.35 : 1;
     const [least, most] = AXIS_PIXELS;
     const length = factor * Math.max(least, Math.min(most, AXIS * this.view.scale));
@@ -182,7 +182,7 @@ export class RobotMap {
     labels.add(name, px, py, colour, {away: 12});
   }
 
-  /** A target in local: a cross of constant size, and the final heading. */
+  /** Draw a target in local as a cross of constant size, with its heading. */
   _target(c, labels, target, text) {
     const at = this.drawn('local', target);
     if (!at) return;
@@ -201,7 +201,7 @@ export class RobotMap {
     labels.add(text, px, py, colour, {away: 18});
   }
 
-  /** A robot that is drawn by its rim alone. */
+  /** Draw the rim of a robot. */
   _ghost(c, labels, place, name, colour) {
     const at = this.drawn('odom', place);
     if (!at) return;
@@ -231,9 +231,9 @@ export class RobotMap {
   }
 }
 
-/** Pointers on a map: pan, zoom with a wheel or two fingers. */
+/** Pointers that pan a map, and zoom it with a wheel or two fingers. */
 export class MapInput {
-  /** `redraw()` draws anew. */
+  /** `redraw()` draws the map again. */
   constructor(map, redraw) {
     Object.assign(this, {map, redraw});
     this.pointers = new Map();        // id -> [x, y] on the canvas

@@ -53,8 +53,9 @@ class Access:
                 token: Optional[str]) -> Optional[str]:
         """Returns the reason why a request is refused; None if the request is accepted.
 
-        `host` and `origin` are headers of the request; a missing header is None. Only browsers send
-        an origin. `token` is the token in the request; None if the request needs no token.
+        `host` and `origin` are headers of the request, or None if the header is missing. Only
+        browsers send an origin. `token` is the token in the request, or None if the request needs
+        no token.
         """
         host = (host or '').lower()
         name = PORT_SUFFIX.sub('', host)
@@ -63,8 +64,11 @@ class Access:
             return f'this page is not offered as {name!r}: use one of {names}'
         if origin is not None and origin.lower() not in ('http://' + host, 'https://' + host):
             return f'requests of pages of other sites ({origin}) are refused'
-        # hmac takes only ASCII text; a browser may send any text
-        if token is not None and not hmac.compare_digest(*(
-                word.encode(errors='surrogatepass') for word in (token, self._token))):
+        if token is not None and not hmac.compare_digest(_as_bytes(token), _as_bytes(self._token)):
             return 'the token is missing or wrong: use the whole address that the panel printed'
         return None
+
+
+def _as_bytes(text: str) -> bytes:
+    """Returns a text for hmac, which takes only ASCII text. A browser may send any text."""
+    return text.encode(errors='surrogatepass')

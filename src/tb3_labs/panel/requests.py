@@ -69,9 +69,9 @@ class BrowserPad(NamedTuple):
 class Grip(NamedTuple):
     """The pad and the mouse that a person holds on a page."""
 
-    pad: Optional[BrowserPad] = None               # None: the person does not hold the pad
-    mouse: Optional[Tuple[float, float]] = None    # None: the person does not hold the mouse
-    is_first: bool = False                         # is this the first message of this grip?
+    pad: Optional[BrowserPad] = None               # None if the person does not hold the pad
+    mouse: Optional[Tuple[float, float]] = None    # None if the person does not hold the mouse
+    is_first: bool = False                         # is this the first message of the grip?
 
 
 class PageRequest(NamedTuple):
@@ -81,7 +81,7 @@ class PageRequest(NamedTuple):
     value: Any = None              # see READERS
     id: Optional[int] = None
     stops: Optional[int] = None    # number of stops that the page knew, None if missing
-    sent_at: float = 0.0           # [s, the panel's clock]; a missing time is 0, very late
+    sent_at: float = 0.0           # [s, the panel's clock]; if missing, 0, which is very late
 
     def lateness(self, now: float) -> float:
         """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
@@ -107,7 +107,7 @@ class Viewer:
         if request is not None and request.id is not None:
             self.send('answer', id=request.id, ok=fulfilled, text=text)
         elif not fulfilled:
-            # the page ends its grip: the person must let go, and grip again
+            # the page ends its grip, so the person must let go, and grip again
             self.send('refused', text=text)
 
 
@@ -124,43 +124,46 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
         raise ValueError(f'{text!r:.60} is not valid: an object with a known "type"') from None
     if message['type'] == 'stop':      # a stop with an invalid "id" is still a stop
         with suppress(ValueError):
-            return _request(message, read)
+            return _read_fields(message, read)
         return PageRequest('stop')
-    return _request(message, read)
+    return _read_fields(message, read)
 
 
-def _request(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    sent_at = 0.0 if message.get('t') is None else _number(message, 't', LATEST_TIME)
-    return PageRequest(message['type'], read(message), _checked(message, 'id', int, None),
-                       _checked(message, 'stops', int, None), sent_at)
+def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
+    sent_at = 0.0 if message.get('t') is None else _read_number(message, 't', LATEST_TIME)
+    return PageRequest(message['type'], read(message), _read_optional(message, 'id', int, None),
+                       _read_optional(message, 'stops', int, None), sent_at)
 
 
-def _pose(message: Dict) -> TypedPose:
+def _read_pose(message: Dict) -> TypedPose:
     # move_to_goal refuses invalid poses, too, but a page would not show the reason
     return TypedPose(
-        _number(message, 'x', MAX_DISTANCE, 'm'), _number(message, 'y', MAX_DISTANCE, 'm'),
-        _number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
+        _read_number(message, 'x', MAX_DISTANCE, 'm'),
+        _read_number(message, 'y', MAX_DISTANCE, 'm'),
+        _read_number(message, 'yaw_deg', MAX_YAW_DEG, 'deg'))
 
 
-def _grip(message: Dict) -> Grip:
-    pad, mouse = _checked(message, 'pad', dict, None), _checked(message, 'mouse', list, None)
+def _read_grip(message: Dict) -> Grip:
+    pad = _read_optional(message, 'pad', dict, None)
+    mouse = _read_optional(message, 'mouse', list, None)
     if pad is not None:
-        pad = BrowserPad(_number(pad, 'forward', 1.0), _number(pad, 'left', 1.0),
-                         *[_checked(pad, button, bool, False) for button in ('a', 'y', 'hold')])
+        buttons = [_read_optional(pad, name, bool, False) for name in ('a', 'y', 'hold')]
+        pad = BrowserPad(_read_number(pad, 'forward', 1.0), _read_number(pad, 'left', 1.0),
+                         *buttons)
     if mouse is not None:
         if len(mouse) != 2:
             raise ValueError('mouse is not valid: [x, y], or null')
-        mouse = tuple(_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
-    return Grip(pad, mouse, _checked(message, 'first', bool, False))
+        mouse = tuple(_read_number({'mouse': value}, 'mouse', 1.0) for value in mouse)
+    return Grip(pad, mouse, _read_optional(message, 'first', bool, False))
 
 
 #: {type of a request: function that reads the value of a message}
 READERS: Dict[str, Callable[[Dict], Any]] = {
-    'joy': _grip, 'goal': _pose, 'reset': _pose, 'stop': lambda message: None,
-    'turn': lambda message: _number(message, 'degrees', LARGEST_TURN_DEG, 'deg')}
+    'joy': _read_grip, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
+    'turn': lambda message: _read_number(message, 'degrees', LARGEST_TURN_DEG, 'deg')}
 
 
-def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
+def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float:
     """Returns the number called `name`. ``ValueError`` if it is not from -`most` to `most`."""
     value = message.get(name)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
@@ -170,7 +173,7 @@ def _number(message: Dict, name: str, most: float, unit: str = '') -> float:
     return float(value)
 
 
-def _checked(message: Dict, name: str, kind: type, missing: Any) -> Any:
+def _read_optional(message: Dict, name: str, kind: type, missing: Any) -> Any:
     """Returns the value called `name`, or `missing` if the message does not have it. ``ValueError``
     if the type of the value is not `kind`."""
     value = message.get(name, missing)

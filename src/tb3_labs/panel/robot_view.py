@@ -176,8 +176,8 @@ class RobotView:
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
-            'command': [*map(_rounded, self._commands[driver][1:])] if driver else None,
-            'heading_deg': heading and _rounded(round(math.degrees(heading) % 360.0, 1) % 360.0),
+            'command': list(map(_rounded, self._commands[driver][1:])) if driver else None,
+            'heading_deg': _heading_deg(heading),
             'ages': {source: self._silence(source, now) for source in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}
                        for node, (at, values) in sorted(self._variables.items())
@@ -190,8 +190,8 @@ class RobotView:
         return 0.0 if age <= LEAST_SHOWN_AGE else _rounded(age)
 
     def _truth_in_odom(self) -> Optional[Pose2]:
-        """Returns the true pose in odom at the stamp of the odometry, so that the page can compare
-        both poses while the robot moves."""
+        """Returns the true pose in odom at the stamp of the odometry. So the page can compare both
+        poses while the robot moves."""
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
@@ -206,6 +206,11 @@ def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
     if pose is None or not math.isfinite(pose.x + pose.y + pose.yaw):
         return None
     return [round(pose.x, 4), round(pose.y, 4), round(pose.yaw, 5)]
+
+
+def _heading_deg(yaw: Optional[float]) -> Optional[float]:
+    """Returns the heading from 0 to 359.9 degrees. 359.96 degrees give 0.0, and not 360.0."""
+    return None if yaw is None else _rounded(round(math.degrees(yaw) % 360.0, 1) % 360.0)
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:

@@ -126,7 +126,7 @@ class PanelRobot:
         def call():
             try:
                 fulfilled, text = True, call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # any: the panel must still stop the robot
+            except Exception as problem:    # of any kind, since the panel must stop robots
                 fulfilled, text = False, str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
         in_thread(call)
@@ -213,8 +213,8 @@ class PanelRobot:
         self._joy.publish(message)
 
     def _send_mouse(self, position):
-        """Publish `mouse_info`; `position` is (x, y), or None if no mouse is held. As in
-        mouse_client.py, an inactive message comes before the first active one, and at the end."""
+        """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. An inactive
+        message comes before the first active one, and at the end, as from mouse_client.py."""
         if self._mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._mouse_active = bool(position)
@@ -230,6 +230,6 @@ class PanelRobot:
         """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # any: the panel must still stop the robot
+        except Exception as problem:    # of any kind, since the panel must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

@@ -112,16 +112,19 @@ class _ConnectionLimit(httpserver.HTTPServer):
     _open = ()    # (stream, address of the browser), oldest first
 
     def handle_stream(self, stream, address):
-        self._open = [each for each in self._open if not each[0].closed()] + [(stream, address[0])]
-        for most, group in (
-                (MOST_OF_ONE_ADDRESS, [each for each, host in self._open if host == address[0]]),
-                (MOST_CONNECTIONS, [each for each, _ in self._open if not each.closed()])):
-            if len(group) > most:
-                rospy.logwarn_throttle(10.0, 'more than {} connections ({}): one is closed'.format(
-                    most, address[0]))
-                next(each for each in group if each not in self.admitted).close()
+        host = address[0]
+        self._open = [each for each in self._open if not each[0].closed()] + [(stream, host)]
+        self._limit([each for each, its_host in self._open if its_host == host],
+                    MOST_OF_ONE_ADDRESS, host)
+        self._limit([each for each, _ in self._open if not each.closed()], MOST_CONNECTIONS, host)
         if not stream.closed():
             super().handle_stream(stream, address)
+
+    def _limit(self, streams, most, host):
+        """Close the oldest stream that belongs to no page if there are more than `most`."""
+        if len(streams) > most:
+            rospy.logwarn_throttle(10.0, f'more than {most} connections ({host}): one is closed')
+            next(each for each in streams if each not in self.admitted).close()
 
 
 def in_thread(job):

@@ -24,10 +24,10 @@ ODOMETRY_PERIOD = 0.045
 NUMBERS_PERIOD = 0.2
 
 
-_data = attrgetter('data')
+_read_data = attrgetter('data')
 
 
-def _pose(message):
+def _read_pose(message):
     return to_pose2(message.pose)
 
 
@@ -42,26 +42,26 @@ class RobotSubscriptions:
         self._lock = threading.Lock()    # guards the view
         self._view = RobotView()
         self._odom, self._local = frame('odom'), frame('local')
-        transforms = TFMessage, self._callback(_transforms), self._read_transforms
+        transforms = TFMessage, self._callback(_store_transforms), self._read_transforms
         subscribe_events('ctrl_relinq', Bool, self._on_permission)
         for topic, *arguments in (    # every message is read
-                ('goal_state', String, self._store_as('state'), _data),
-                ('has_control', Bool, self._on_control, _data),
-                ('control_holder', String, self._store_as('holder'), _data),
-                ('current_goal', PoseStamped, self._store_as('goal'), _pose),
+                ('goal_state', String, self._store_as('state'), _read_data),
+                ('has_control', Bool, self._on_control, _read_data),
+                ('control_holder', String, self._store_as('holder'), _read_data),
+                ('current_goal', PoseStamped, self._store_as('goal'), _read_pose),
                 ('move2goal/cancel', GoalID, lambda goal: on_stop()),
                 ('/tf_static', *transforms)):
             subscribe(topic, *arguments, queue_size=None)
         for topic, period, *arguments in (    # one sample is read in each `period` [s]
                 ('odom', ODOMETRY_PERIOD, Odometry, self._callback(RobotView.on_odometry),
                  to_odometry_sample),
-                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._store_as('local'), _pose),
+                ('local_pose', NUMBERS_PERIOD, PoseStamped, self._store_as('local'), _read_pose),
                 ('ground_truth', NUMBERS_PERIOD, PoseStamped, self._store_as('truth'),
                  lambda truth: (to_pose2(truth.pose), truth.header.stamp.to_sec())),
                 ('imu', NUMBERS_PERIOD, Imu, self._store_as('imu'),
                  lambda imu: to_imu_sample(imu).yaw),
-                ('cmd_vel', NUMBERS_PERIOD, Twist, self._callback(_command)),
-                ('variables', NUMBERS_PERIOD, DiagnosticArray, self._callback(_variables)),
+                ('cmd_vel', NUMBERS_PERIOD, Twist, self._callback(_store_command)),
+                ('variables', NUMBERS_PERIOD, DiagnosticArray, self._callback(_store_variables)),
                 ('/tf', NUMBERS_PERIOD, *transforms)):
             subscribe(topic, *arguments, idle_for=lambda now, period=period: period)
         self._joy = subscribe('joy', Joy, lambda joy: None, idle_for=lambda now: NUMBERS_PERIOD)
@@ -110,15 +110,15 @@ class RobotSubscriptions:
 # -- functions that write a message into a view
 
 
-def _command(view, message, now):
+def _store_command(view, message, now):
     view.on_command(sender_of(connection_of(message)), message.linear.x, message.angular.z, now)
 
 
-def _variables(view, message, now):
+def _store_variables(view, message, now):
     for status in message.status:
         view.on_variables(status.name, ((each.key, each.value) for each in status.values), now)
 
 
-def _transforms(view, poses, now):
+def _store_transforms(view, poses, now):
     for kind, pose in poses:
         view.on_message(kind, pose, now)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
 
-Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
-open. The node starts with open TODOs, too, and names those that it meets.
+Each TODO describes code that you write in its place. Then delete the lines below the TODO that say
+that the TODO is open. The node also starts with open TODOs, and names each one that it reaches.
 
 The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows yours.
 
@@ -54,7 +54,7 @@ class Gamepad:
             self.cmd_pub.publish(cmd)
 
     def send_set_pose_request(self, x, y, theta):
-        # TODO 1, too: delete these lines as soon as there is a client.
+        # TODO 1: delete these lines, too, as soon as the client exists.
         if self.reset_pose_client is None:
             rospy.logwarn_once('TODO 1 is open: there is no client of /set_pose')
             return
@@ -73,7 +73,7 @@ class Gamepad:
         # TODO 3: write theta, a yaw [rad], into the orientation of the pose, as a quaternion. For a
         #     turn about the z axis it is (0, 0, sin, cos) of half the angle.
         rospy.logwarn_once('TODO 3 is open: the orientation is not set')
-        # TODO 4: write the covariance of the pose, as AMCL requires it: 36 numbers, each 0.1.
+        # TODO 4: write the covariance of the pose. AMCL requires 36 numbers, each 0.1.
         rospy.logwarn_once('TODO 4 is open: the covariance is not set')
         future = self.call_async(request)
         future.add_done_callback(self.reset_pose_done_callback)

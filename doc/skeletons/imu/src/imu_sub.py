@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Prints the robot's heading: the IMU exercise.
 
-Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
-open. The node starts with open TODOs, too, and names those that it meets.
+Each TODO describes code that you write in its place. Then delete the lines below the TODO that say
+that the TODO is open. The node also starts with open TODOs, and names each one that it reaches.
 
 Subscribes
     imu    sensor_msgs/Imu

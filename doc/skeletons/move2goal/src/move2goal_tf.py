@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Drives to a goal in a local frame that a service resets: the Transformation lab.
 
-Each TODO says what belongs there. Write it, and delete the lines below it that say that the TODO is
-open. The node starts with open TODOs, too, and names those that it meets.
+Each TODO describes code that you write in its place. Then delete the lines below the TODO that say
+that the TODO is open. The node also starts with open TODOs, and names each one that it reaches.
 
 Global is the frame of the odometry. The local frame begins where the robot stood at the reset.
 
@@ -32,7 +32,7 @@ class MoveToGoal:
         self.goal_x = -0.61
         self.goal_y = 0.61
         self.goal_yaw = 0.0
-        # TODO 5, too: delete these lines as soon as control_loop needs none of the three.
+        # TODO 5: delete these lines, too, as soon as control_loop does not use them.
         self.x = 0.0
         self.y = 0.0
         self.yaw = 0.0
@@ -71,12 +71,12 @@ class MoveToGoal:
     def imu_callback(self, imu_msg):
         q = imu_msg.orientation
         global_yaw = Quaternion(q.w, q.x, q.y, q.z).to_euler()[2]
-        # TODO 5, too: delete this line.
+        # TODO 5: delete this line, too.
         self.yaw = global_yaw
         if self.initial_global_yaw is None:
             self.initial_global_yaw = global_yaw
             return    # skip the first iteration
-        # TODO 2: calculate local_yaw [rad]: the yaw as seen from the local frame. normalize_angle
+        # TODO 2: calculate local_yaw [rad], which is the yaw in the local frame. normalize_angle
         #     keeps an angle from -pi to pi.
         rospy.logwarn_once('TODO 2 is open: local_yaw stays 0')
 
@@ -84,7 +84,7 @@ class MoveToGoal:
         q = msg.pose.pose.orientation
         global_x = msg.pose.pose.position.x
         global_y = msg.pose.pose.position.y
-        # TODO 5, too: delete these two lines.
+        # TODO 5: delete these two lines, too.
         self.x = global_x
         self.y = global_y
         if self.initial_global_x is None:
@@ -97,9 +97,9 @@ class MoveToGoal:
         dx = 0.0
         dy = 0.0
         rospy.logwarn_once('TODO 3 is open: the displacement stays 0')
-        # TODO 4: rotate the displacement into the local frame: local_x and local_y [m]. The angle
-        #     is initial_odom_yaw, since the odometry measured the displacement. Is it the rotation
-        #     matrix, or its inverse?
+        # TODO 4: rotate the displacement into the local frame. This gives local_x and local_y [m].
+        #     The angle is initial_odom_yaw, since the odometry measured the displacement. Do you
+        #     need the rotation matrix, or its inverse?
         rospy.logwarn_once('TODO 4 is open: local_x and local_y stay 0')
 
     def ctrl_relinq_callback(self, relinq_msg):
@@ -111,8 +111,8 @@ class MoveToGoal:
         if not self.has_control or self.initial_global_x is None or self.state == 'GOAL_REACHED':
             return
         cmd = Twist()
-        # TODO 5: the rest of this method is that of Lab 6: it drives to the goal in global
-        #     coordinates. Bring it to local coordinates. Four of its lines have to change.
+        # TODO 5: the rest of this method is from Lab 6, and drives to the goal in global
+        #     coordinates. Change four of its lines, so that it uses local coordinates.
         rospy.logwarn_once('TODO 5 is open: the goal is sought in global coordinates')
         dx = self.goal_x - self.x
         dy = self.goal_y - self.y

@@ -55,10 +55,17 @@ export class Controls {
     for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
     setText($('drive-hint'), reasons.turn);
     setText($('poses-hint'), reasons.goal || reasons.reset || drag);
-    const pad = this._pad.gives ? 'move_to_goal drives while this page stays open and in sight'
-      : this._pad.isHeld ? picture?.pad : 'grip a stick to drive';
-    const mouse = this._pad.holdsMouse ? 'driving' : 'hold to drive';
-    setText($('hand-hint'), $('pad').hidden ? reasons.mouse || mouse : reasons.pad || pad);
+    setText($('hand-hint'), $('pad').hidden ? reasons.mouse || this._mouseHint()
+      : reasons.pad || this._padHint());
+  }
+
+  _mouseHint() { return this._pad.holdsMouse ? 'driving' : 'hold to drive'; }
+
+  _padHint() {
+    if (this._pad.hasGivenControl) {
+      return 'move_to_goal drives while this page stays open and in sight';
+    }
+    return this._pad.isHeld ? this._state.picture?.pad : 'grip a stick to drive';
   }
 
   /** End a drive, because nobody sees a hidden page, and the timers of a hidden page are slow. */
@@ -71,7 +78,8 @@ export class Controls {
   /** Returns {kind of control: the reason why it cannot be used now, or ''}. */
   _reasons() {
     const {picture} = this._state, can = picture?.can || {};
-    const unknown = !this._link.connected ? 'not connected' : !picture ? 'no data yet' : '';
+    const noPicture = picture ? '' : 'no data yet';
+    const unknown = this._link.connected ? noPicture : 'not connected';
     const absent = (kind) => unknown || (can[kind] ? '' : ABSENT_TEXTS[kind]);
     const hasControl = picture?.has_control === true;
     const other = picture?.page === 'other' ? 'another page drives' : '';
@@ -90,7 +98,7 @@ export class Controls {
   }
 
   _sendTyped(kind) {
-    const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => read(`${kind}-${part}`));
+    const [x, y, yaw_deg] = ['x', 'y', 'yaw'].map((part) => numberIn(`${kind}-${part}`));
     this._request({type: kind, x, y, yaw_deg});
   }
 
@@ -195,7 +203,7 @@ class PoseInput extends MapInput {
     if (!end) return;
     const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= SHORTEST_DRAG;
     const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
-      : radians(read(this._tool + '-yaw') || 0);
+      : radians(numberIn(this._tool + '-yaw') || 0);
     const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `
       + `${point[1].toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
     this.map.draft = {pose: [point[0], point[1], yaw], words};
@@ -222,7 +230,7 @@ function fill(kind, pose) {
 }
 
 /** The number in a field, with a point or a comma. No number gives NaN, which the panel refuses. */
-function read(id) {
+function numberIn(id) {
   const text = $(id).value.trim().replace(',', '.');
   return text === '' ? NaN : Number(text);
 }

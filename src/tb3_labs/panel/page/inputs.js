@@ -1,5 +1,5 @@
-// The inputs of a person who drives: sticks, buttons and the mouse pad on the screen, the keyboard,
-// and a real gamepad. Each pointer holds one element, so that several fingers work at once.
+// A person drives by sticks, buttons and the mouse pad on the screen, by the keyboard, or by a real
+// gamepad. Each pointer holds one element, so that several fingers work at once.
 
 import {clamp} from './pad.js';
 import {say} from './page.js';
@@ -72,7 +72,7 @@ export function mousePad(element, pad) {
 export function padButton(element, name, pad) {
   onHold(element, () => pad.press(name), () => {}, () => {});
   element.addEventListener('click', (event) => {
-    if (event.detail === 0) pad.press(name);      // 0: Enter; a pointer has pressed already
+    if (event.detail === 0) pad.press(name);      // of Enter, not of a pointer
   });
 }
 
@@ -158,16 +158,16 @@ export class Keys {
     if (event.repeat) return;          // after a stop, a key that is still down repeats
     this._arrows.add(event.key);
     if (!this._pad.has('keys')) this._pad.grip('keys');
-    this._move();
+    this._moveKeys();
   }
 
   _up(event) {
     if (event.key === ' ' && this._spaceStops) event.preventDefault();
     if (!this._arrows.delete(event.key)) return;
-    if (this._arrows.size) this._move(); else this._pad.release('keys');
+    if (this._arrows.size) this._moveKeys(); else this._pad.release('keys');
   }
 
-  _move() {
+  _moveKeys() {
     let forward = 0, left = 0;
     for (const key of this._arrows) { forward += ARROWS[key][0]; left += ARROWS[key][1]; }
     this._pad.move('keys', forward, left);
@@ -191,23 +191,23 @@ export class RealGamepad {
     this._timer = 0;
     // If false, only B is sent, until the person has let go all sticks and buttons.
     this._armed = false;
-    this._was = {};
-    addEventListener('gamepadconnected', () => this._look());
-    addEventListener('gamepaddisconnected', () => this._look());
+    this._lastState = {};
+    addEventListener('gamepadconnected', () => this._findGamepad());
+    addEventListener('gamepaddisconnected', () => this._findGamepad());
   }
 
   /** From now on send only B, until the person has let go all sticks and buttons. */
   disarm() {
     this._armed = false;
-    this._was = {};
+    this._lastState = {};
   }
 
-  _look() {
+  _findGamepad() {
     const pads = [...navigator.getGamepads()].filter(Boolean);
     const usable = pads.find((pad) => pad.mapping === 'standard');
     clearInterval(this._timer);
     this.disarm();
-    this._b = false;
+    this._isBPressed = false;
     this._pad.release('gamepad');
     if (usable) {
       this._index = usable.index;
@@ -221,32 +221,32 @@ export class RealGamepad {
 
   _poll() {
     const pad = navigator.getGamepads()[this._index];
-    if (!pad || !pad.connected) { this._look(); return; }
-    const now = read(pad);
-    if (now.b !== this._b) {
-      this._b = now.b;
+    if (!pad || !pad.connected) { this._findGamepad(); return; }
+    const now = stateOf(pad);
+    if (now.b !== this._isBPressed) {
+      this._isBPressed = now.b;
       if (now.b) this._pad.press('b');
     }
     const still = Math.abs(now.forward) < TOUCH_ZONE && Math.abs(now.left) < TOUCH_ZONE;
     const rest = still && !now.hold && !now.a && !now.b && !now.y;
     if (document.hidden || !this._driving()) this.disarm();
     else if (!this._armed) this._armed = rest;
-    else this._tell(now, still);
+    else this._drive(now, still);
   }
 
-  _tell(now, still) {
+  _drive(now, still) {
     const touched = !still || now.hold;
     if (touched && !this._pad.has('gamepad')) this._pad.grip('gamepad', now.hold);
     if (touched) this._pad.move('gamepad', now.forward, now.left, now.hold);
     else this._pad.release('gamepad');
     for (const name of DRIVING_BUTTONS) {
-      if (now[name] && !this._was[name]) this._pad.press(name);
+      if (now[name] && !this._lastState[name]) this._pad.press(name);
     }
-    this._was = now;
+    this._lastState = now;
   }
 }
 
-function read(pad) {
+function stateOf(pad) {
   const state = {forward: -(pad.axes[1] || 0), left: -(pad.axes[2] || 0)};
   for (const [name, index] of Object.entries(BUTTONS)) {
     state[name] = Boolean(pad.buttons[index]?.pressed);

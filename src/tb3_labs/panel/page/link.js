@@ -13,7 +13,7 @@ export class Link {
     this._handlers = handlers;
     this._socket = null;
     this._lastId = 0;
-    this._open = new Map();       // id of a request -> function of the answer
+    this._waiting = new Map();       // id of a request -> function of the answer
     this._receivedAt = 0;
     this.stops = null;            // number of stops in the last picture
     this._clock = null;           // {shown: panel's time in the last picture, at: its arrival}
@@ -48,13 +48,13 @@ export class Link {
         return;
       }
       const timer = setTimeout(() => this._answered(id, {ok: false, text: 'no answer'}), within);
-      this._open.set(id, (answer) => { clearTimeout(timer); resolve(answer); });
+      this._waiting.set(id, (answer) => { clearTimeout(timer); resolve(answer); });
     });
   }
 
   _answered(id, answer) {
-    const resolve = this._open.get(id);
-    this._open.delete(id);
+    const resolve = this._waiting.get(id);
+    this._waiting.delete(id);
     if (resolve) resolve(answer);
   }
 
@@ -90,7 +90,7 @@ export class Link {
     this._socket = null;
     socket.onclose = null;
     socket.close();
-    for (const id of [...this._open.keys()]) {
+    for (const id of [...this._waiting.keys()]) {
       this._answered(id, {ok: false, text: 'the connection broke'});
     }
     if (this.connected) {

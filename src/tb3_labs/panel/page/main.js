@@ -1,4 +1,4 @@
-// The begin of the page: takes in the messages of the panel, and draws the page.
+// The main program of the page takes in the messages of the panel, and draws the page.
 
 import {Controls} from './controls.js';
 import {readColours} from './drawing.js';

@@ -23,14 +23,14 @@ export class Pad {
     this._grips = new Map();     // name -> {forward, left, hold}
     this._mouse = null;
     this._presses = [];          // presses of A and Y that are not in a message yet
-    this._down = null;           // the button that is pressed in the last message
-    this._gaveAt = -Infinity;    // time of the press of A that gave control
+    this._pressedButton = null;  // the button that is pressed in the last message
+    this._controlGivenAt = -Infinity;    // time of the A that gave control
     this._picture = null;
     this._timer = 0;             // 0 while the person holds nothing
   }
 
   /** Does move_to_goal drive by this page's A? */
-  get gives() { return this._gaveAt > -Infinity; }
+  get hasGivenControl() { return this._controlGivenAt > -Infinity; }
 
   get isHeld() { return this._timer !== 0; }
 
@@ -40,7 +40,7 @@ export class Pad {
 
   grip(name, hold = true) {
     this._grips.set(name, {forward: 0, left: 0, hold});
-    this._isPad = true;
+    this._sendsPad = true;
     this._readyAt = performance.now();    // from now on the pad has READY_TIMEOUT
     this._begin();
   }
@@ -59,7 +59,7 @@ export class Pad {
   press(button) {
     if (button === 'b') { this.onstop(); return; }
     this._presses.push(button);
-    this._isPad = true;
+    this._sendsPad = true;
     this._begin();
   }
 
@@ -87,7 +87,7 @@ export class Pad {
     this._grips.clear();
     this._mouse = null;
     this._presses = [];
-    this._gaveAt = -Infinity;
+    this._controlGivenAt = -Infinity;
     this._end();
     this.ondrop();
     return held;
@@ -105,8 +105,8 @@ export class Pad {
       this.refuse(picture.pad);
       return;
     }
-    const hasWaited = now - this._gaveAt > GRANT_TIMEOUT;
-    if (picture.has_control === false && hasWaited) this._gaveAt = -Infinity;
+    const hasWaited = now - this._controlGivenAt > GRANT_TIMEOUT;
+    if (picture.has_control === false && hasWaited) this._controlGivenAt = -Infinity;
   }
 
   /** Let go of everything, and show the reason to the person. */
@@ -132,16 +132,17 @@ export class Pad {
     if (!this._timer) return;
     clearInterval(this._timer);
     this._timer = 0;
-    this._isPad = false;
-    this._down = null;
+    this._sendsPad = false;
+    this._pressedButton = null;
     this._link.send({type: 'joy', t: this._link.time, pad: null, mouse: null});
   }
 
   _send() {
-    const isHeld = this._grips.size || this.holdsMouse || this._presses.length || this._down;
-    if (!isHeld && !this.gives) this._end();
+    const isHeld = this._grips.size || this.holdsMouse || this._presses.length
+      || this._pressedButton;
+    if (!isHeld && !this.hasGivenControl) this._end();
     if (!this._timer || this._link.crowded) return;
-    const pad = this._isPad ? this._state() : null;
+    const pad = this._sendsPad ? this._state() : null;
     this._link.send({type: 'joy', t: this._link.time, stops: this._stops, pad,
                      mouse: this._mouse, first: this._isFirst});
     this._isFirst = false;
@@ -157,10 +158,10 @@ export class Pad {
     }
     pad.forward = clamp(pad.forward);
     pad.left = clamp(pad.left);
-    // Each press makes two messages: the button is down in the first, and up in the second.
-    this._down = !this._down && isHeard ? this._presses.shift() ?? null : null;
-    if (this._down) pad[this._down] = true;
-    if (this._down === 'a') this._gaveAt = performance.now();
+    // Each press makes two messages. The button is down in the first, and up in the second.
+    this._pressedButton = !this._pressedButton && isHeard ? this._presses.shift() ?? null : null;
+    if (this._pressedButton) pad[this._pressedButton] = true;
+    if (this._pressedButton === 'a') this._controlGivenAt = performance.now();
     this._isReady = this._picture.pad === 'ready';    // the next message has the sticks
     return pad;
   }

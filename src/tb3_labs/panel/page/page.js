@@ -1,4 +1,4 @@
-// The elements of the page: the robot's numbers and texts, messages to the person, and the log.
+// Writes the robot's numbers and texts, messages to the person, and the log into the page.
 
 import {degrees, wrap} from './drawing.js';
 
