@@ -86,10 +86,12 @@ exec(text, vars(tb3_labs.handout))
 
 import math, numpy as np
 from test_criteria import missed_of, observation, stimulus
-from test_movements import drives_of, run_of
+from recorded_run import BURGER
+from test_movements import run_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import move2goal, ros_move2goal
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig
+from tb3_labs.report.motion.drives import drives
 from tb3_labs.watch.drive_states import own_pose
 from tb3_labs.watch.variables import Series
 
@@ -110,7 +112,7 @@ def judged(x, y, yaw):
 zero = Series('zero', np.array([0.0, 1.0]), np.array(['0', '0']), np.array([0.0, 0.0]))
 own = own_pose(SimpleNamespace(variable=lambda name: zero if name.startswith('local') else None,
                                run=SimpleNamespace(starts=(0.0,))), np.array([0.5]))
-reported, first = drives_of(run_of())[0].goal, MoveToGoalConfig().goal
+reported, first = drives(run_of(), BURGER)[0].goal, MoveToGoalConfig().goal
 MoveToGoalConfig(goal_x=0.5, goal_yaw_deg=0.5)      # they are not whole numbers
 print(json.dumps({
     'edits': number, 'stimulus': facts['goal'], 'at the goal': judged(1.0, 1.5, math.pi / 2.0),
