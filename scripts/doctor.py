@@ -32,13 +32,13 @@ def namespace(word):
     return f'/{word.strip("/")}/'.replace('//', '/')
 
 
-def main(words):
+def main(argv):
     """Print the lines. Returns the exit status."""
     parser = Parser(prog='doctor.py', description=__doc__)
     parser.add_argument('robot', nargs='?', type=namespace,
                         default=os.environ.get('ROS_NAMESPACE', ''),
                         help="the robot's namespace; default: ROS_NAMESPACE, or none")
-    robot, lines = parser.parse_args(words).robot, []
+    robot, lines = parser.parse_args(argv).robot, []
     try:
         for line in examine(robot):
             lines.append(line)
@@ -51,4 +51,4 @@ def main(words):
 
 if __name__ == '__main__':
     # rosrun may append the words __name:=NAME and __log:=FILE
-    run_tool(lambda words: main([word for word in words if ':=' not in word]))
+    run_tool(lambda argv: main([word for word in argv if ':=' not in word]))

@@ -19,7 +19,7 @@ from tb3_labs.terminal import run_tool
 LONGEST_PRINTED = 1000
 
 
-def parse(words):
+def parse(argv):
     parser = Parser(
         prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3.',
         epilog='Example: lab_report.py run.bag --turn 1')
@@ -35,7 +35,7 @@ def parse(words):
     parser.add_argument('--turn', type=whole_number(999), metavar='NUMBER', default=0,
                         help='draw this turn of the table alone, as turn_NUMBER.png; default: all '
                         'turns, as turns.png')
-    given = parser.parse_args(words)
+    given = parser.parse_args(argv)
     if given.goal is not None:
         try:
             given.goal = TypedPose(*given.goal).pose
@@ -44,9 +44,9 @@ def parse(words):
     return given
 
 
-def main(words):
+def main(argv):
     """Read the bag, and write the report. Returns the exit status."""
-    given = parse(words)
+    given = parse(argv)
     try:
         from tb3_labs.report.motion.movements import LAB_GOAL, completed
         from tb3_labs.report.page.files import write_report    # needs matplotlib
@@ -72,9 +72,9 @@ def _fail(problem):
     return 1
 
 
-def _print(words):
+def _print(text):
     """Print words on the terminal. Words from a stranger's bag may not be printable."""
-    print(f'lab_report.py: {printable(str(words)[:LONGEST_PRINTED])}', file=sys.stderr)
+    print(f'lab_report.py: {printable(str(text)[:LONGEST_PRINTED])}', file=sys.stderr)
 
 
 if __name__ == '__main__':

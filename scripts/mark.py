@@ -24,7 +24,7 @@ END_SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 INTERRUPTED = threading.Event()
 
 
-def parse(words):
+def parse(argv):
     """Returns the command line's arguments."""
     parser = Parser(
         prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
@@ -55,12 +55,12 @@ def parse(words):
                         'mark without: in a container that is thrown away')
     parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
                         "submissions' programs can read and delete your files")
-    return parser.parse_args(words)
+    return parser.parse_args(argv)
 
 
-def main(words):
+def main(argv):
     """Mark all submissions, and write the marks. Returns the exit status."""
-    arguments = parse(words)
+    arguments = parse(argv)
     try:
         for number in END_SIGNALS:
             is_nohup = number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN

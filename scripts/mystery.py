@@ -20,7 +20,7 @@ from tb3_labs.terminal import run_tool
 KEY_MODULE = 'tb3_labs.simulation.mystery_key'
 
 
-def parse(words):
+def parse(argv):
     """Returns the command line's arguments."""
     parser = Parser(
         prog='mystery.py', epilog='example: mystery.py --answer 7 "imu offset" 130',
@@ -31,16 +31,16 @@ def parse(words):
                         help='judge this fault, and its value in the unit that --list shows')
     choice.add_argument('--list', action='store_true',
                         help='list the faults, their units, and how they show')
-    return parser.parse_args(words)
+    return parser.parse_args(argv)
 
 
-def main(words):
+def main(argv):
     """Print the verdict, the list or the key. Returns the exit status."""
     try:
-        if words[:1] == ['key'] and find_spec(KEY_MODULE):
-            print('\n'.join(importlib.import_module(KEY_MODULE).key(words[1:])))
+        if argv[:1] == ['key'] and find_spec(KEY_MODULE):
+            print('\n'.join(importlib.import_module(KEY_MODULE).key(argv[1:])))
             return 0
-        options = parse(words)
+        options = parse(argv)
         if options.list:
             print('\n\n'.join(_description(*item) for item in MEANINGS.items()))
             return 0
@@ -52,10 +52,10 @@ def main(words):
     return 0 if is_right else 1
 
 
-def _answer(words):
+def _answer(values):
     """Returns (number, name of the fault, value or None) of the words after --answer. The name may
     be several words, without quotation marks."""
-    number, *name = words
+    number, *name = values
     if not number.isdecimal() or len(number) > 9:
         raise ValueError(f'number = {number!r:.40} is not valid: a whole number from 1 to '
                          f'{LAST_NUMBER}')

@@ -104,12 +104,12 @@ def drive(goal):
     return 0 if sent.get_goal_status() == GoalStatus.SUCCEEDED else 1
 
 
-def main(words):
+def main(argv):
     """Carry out the command line. Returns the exit status."""
-    if words in (['-h'], ['--help']):
+    if argv in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0
-    numbers = [number_or_text(word) for word in words if word != '--']
+    numbers = [number_or_text(word) for word in argv if word != '--']
     try:
         if len(numbers) != 3:
             raise ValueError(HELP)

@@ -13,7 +13,7 @@ from tb3_labs.terminal import run_tool
 OWN_PACKAGE = 'tb3_labs'
 
 
-def parse(words):
+def parse(argv):
     """Returns the command line's arguments."""
     parser = Parser(
         prog='skeleton.py',
@@ -24,12 +24,12 @@ def parse(words):
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')
     parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the lab's")
-    return parser.parse_args(words)
+    return parser.parse_args(argv)
 
 
-def main(words):
+def main(argv):
     """Write the package, and print the next steps. Returns the exit status."""
-    options = parse(words)
+    options = parse(argv)
     lab = LAB_NODES[options.lab]
     package, node = options.name or lab.packages[0], lab.files[0]
     templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / options.lab

@@ -99,17 +99,17 @@ def in_yaml(value):
     return yaml.safe_dump(value).split('\n')[0]
 
 
-def main(words):
+def main(argv):
     """Carry out the command line. Returns the exit status."""
-    if words[:1] in (['-h'], ['--help']):
+    if argv[:1] in (['-h'], ['--help']):
         print(__doc__.strip())
         return 0
     try:
-        if not words or len(words) not in COMMANDS.get(words[0], ()):
+        if not argv or len(argv) not in COMMANDS.get(argv[0], ()):
             raise ValueError(USAGE)
         require_master()
         rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
-        carry_out(*words)
+        carry_out(*argv)
     except (ValueError, rospy.ROSException) as problem:
         print(f'dynparam: {problem}', file=sys.stderr)
         return 1

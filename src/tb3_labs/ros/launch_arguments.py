@@ -37,24 +37,24 @@ NAME_AND_VALUE = re.compile(r'\s*([^:]+:\s+\S.*)?')
 def _words_of(process):
     """Returns the words after `roslaunch` on the command line of a process; [] if the process is
     not a roslaunch."""
-    words = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
-    for number, word in enumerate(words[:2], 1):    # the first word may be python3
+    argv = Path(f'/proc/{process}/cmdline').read_text().split('\0')[:-1]
+    for number, word in enumerate(argv[:2], 1):    # the first word may be python3
         if os.path.basename(word) == 'roslaunch':
-            return words[number:]
+            return argv[number:]
     return []
 
 
-def problem_of(words, path):
+def problem_of(arguments, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
-    all arguments are right. `words` are the words after `roslaunch`.
+    all arguments are right. `arguments` are the words after `roslaunch`.
 
-    If `words` do not name `path`, another launch file includes it. Then it is not checked.
+    If the `arguments` do not name `path`, another launch file includes it. Then it is not checked.
     """
-    if not any(_is_file(path, *pair) for pair in zip(['', *words], words)):
+    if not any(_is_file(path, *pair) for pair in zip(['', *arguments], arguments)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
-    given = dict(word.split(':=', 1) for word in words if re.match(r'(?!__)\w+:=', word))
+    given = dict(word.split(':=', 1) for word in arguments if re.match(r'(?!__)\w+:=', word))
     for name, value in given.items():
         if name not in arguments:
             return '{}:={}: {} has no argument {}; {}'.format(

@@ -126,8 +126,8 @@ def _log_failure(failure=''):
 
 def roslaunch_of_this():
     """Returns the process id of the roslaunch that started this process; 0 if no roslaunch did."""
-    words = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
-    is_roslaunch = 'roslaunch' in map(os.path.basename, words[:2])    # words[0] may be python3
+    argv = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
+    is_roslaunch = 'roslaunch' in map(os.path.basename, argv[:2])    # argv[0] may be python3
     return os.getppid() if is_roslaunch else 0
 
 

@@ -84,4 +84,4 @@ def main(model, prefix='', *_):
 
 
 if __name__ == '__main__':
-    run_tool(lambda words: main(*words))
+    run_tool(lambda argv: main(*argv))
