@@ -123,8 +123,8 @@ def lab_topics(run):
             to_transform(pose, 'odom', child, BEGIN + time + AHEAD)
             for child, pose in (('base', Pose2()), ('local', run.frames.pose(k)))])
         yield time, 'cmd_vel', to_twist(0.0, 0.0)
-    for time, words in zip(run.states.time, run.states.words):
-        yield time, 'goal_state', String(words)
+    for time, text in zip(run.states.time, run.states.text):
+        yield time, 'goal_state', String(text)
     for time in run.resets.time:
         line = Log(name='/move_to_goal', msg='Local pose set to x=1, y=0.5, yaw=90 deg')
         line.header.stamp = rospy.Time.from_sec(BEGIN + time + AHEAD)

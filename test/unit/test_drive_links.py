@@ -102,7 +102,7 @@ def broken(run, **more):
 def test_a_wrong_node_is_named_by_its_first_broken_link(name):
     changes, words, variable = WRONG[name]
     found = broken(played(*changes))
-    assert re.search(words, found.words), found
+    assert re.search(words, found.message), found
     assert found.variable == variable and not found.is_weak
 
 
@@ -124,7 +124,7 @@ def test_a_right_node_that_is_read_late_is_not_accused(starts):
 def test_another_gain_is_no_mistake():
     run = played(('cmd.linear.x = 0.15', 'cmd.linear.x = 0.1'), ('0.3 * yaw_error', '0.6 * yaw_error'))
     assert broken(run, weak=False) is None
-    assert 'angular.z was the error times 0.6' in broken(run).words
+    assert 'angular.z was the error times 0.6' in broken(run).message
 
 
 @pytest.mark.parametrize('changes', [
@@ -164,7 +164,7 @@ def test_a_node_that_has_ended_need_not_stop_when_control_is_taken(is_over, word
             (run.control.time, end + 0.1), (run.control.arrival, end + 0.1), (run.control.value, 0.0)))))
     late = run.variables.arrival > (end - 0.4 if is_over else end + 0.3)
     found = broken(replace(cut, variables=run.variables.take(~late)))
-    assert (found.words if found else '').startswith(words) and bool(found) is bool(words)
+    assert (found.message if found else '').startswith(words) and bool(found) is bool(words)
 
 
 def test_the_commands_of_another_node_are_not_those_of_this_node():
@@ -263,7 +263,7 @@ def following(run, name, quantity, axis, delay=0.0):
 def test_a_place_that_comes_late():
     run = played()
     right = next(place_quantities(run.odometry, WHOLE, WHOLE))
-    assert 'local_x came up to 2.0 s late' in broken(following(run, 'local_x', right, np.real, 2.0)).words
+    assert 'local_x came up to 2.0 s late' in broken(following(run, 'local_x', right, np.real, 2.0)).message
 
 
 @settings(max_examples=10)
@@ -279,14 +279,14 @@ def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_thi
     if found is None:
         assert np.quantile(np.abs(quantity.value - right.value), 0.5) < 2.0 * POSE_TOLERANCE
         return
-    named = re.search('followed (.*?); it should', found.words)
+    named = re.search('followed (.*?); it should', found.message)
     axis = np.real if found.variable == 'local_x' else np.imag
     moved = np.ptp(axis(quantity.value)[quantity.time < run.resets.arrival[0]])
-    assert named or 'stayed' in found.words or moved < 2.0 * POSE_TOLERANCE, found
+    assert named or 'stayed' in found.message or moved < 2.0 * POSE_TOLERANCE, found
     for words in named.group(1).split(', or ') if named else []:
-        other = next(each for each in table if each.words == words)
+        other = next(each for each in table if each.name == words)
         apart = np.abs(axis(other.value - quantity.value))[other.time > 0.0]
-        assert np.quantile(apart, 0.2) < POSE_TOLERANCE + MAX_LINEAR_SPEED * RECENT_TIME, (found.words, quantity.words)
+        assert np.quantile(apart, 0.2) < POSE_TOLERANCE + MAX_LINEAR_SPEED * RECENT_TIME, (found.message, quantity.name)
 
 
 def test_a_trial_has_its_resets_by_its_calls_and_after_one_that_failed_the_frame_is_unknown():
@@ -311,4 +311,4 @@ def test_the_mistake_is_looked_for_where_points_can_be_lost(parts, is_told):
     changes, words, _ = WRONG['never arrives']
     verdicts = [Verdict(criterion, Outcome.MISSED, 'so', 1.0) for criterion in CRITERIA if not criterion.extra]
     found = _broken_link(Observation('move2goal', 'lab7_tf/a.py', played(*changes), parts), verdicts)
-    assert bool(found and re.search(words, found[1].words)) is is_told
+    assert bool(found and re.search(words, found[1].message)) is is_told

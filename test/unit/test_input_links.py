@@ -59,7 +59,7 @@ def pad_run(react=right, played=PLAYED):
 
 def told(node_run, lab='gamepad', weak=True):
     found = first_broken(node_run, CHAINS[lab], ['mouse'] if lab == 'turn' else None, weak)
-    return found and found[1].words
+    return found and found[1].message
 
 
 def test_a_run_without_a_device_breaks_no_link():

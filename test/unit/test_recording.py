@@ -127,7 +127,7 @@ def test_of_an_endless_output_the_end_and_the_number_of_lines_are_kept(tmp_path,
     seen = read_trial(tmp_path / 'trial.bag')
     scene = seen.scene('a')
     assert scene.printed.endswith('the last words\n') and scene.lines == 5001
-    recorded = sum(map(len, seen.recording.printed.words))
+    recorded = sum(map(len, seen.recording.printed.text))
     assert recorded <= PRINTED_A_SECOND * 7 and len(scene.printed) <= MOST_PRINTED
 
 

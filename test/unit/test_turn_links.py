@@ -305,7 +305,7 @@ def test_a_value_is_not_late_while_the_sensor_is_silent():
 
 def test_the_heading_in_any_range_can_be_used_and_no_other():
     right, *others = headings(TIMES, orientation([-3.0, 3.0, -6.0]))
-    usable = [each.words for each in [right, *others] if is_usable_heading(each, right)]
+    usable = [each.name for each in [right, *others] if is_usable_heading(each, right)]
     assert usable[0] == 'the heading, from 0 to 360 degrees'
     assert {'the yaw in degrees, from -180 to 180', 'the yaw in radians, from -180 to 180'} <= set(usable)
     assert not [words for words in usable if 'mirrored' in words or 'plus 180' in words or 'roll' in words]

@@ -27,8 +27,8 @@ def print_line(line: str) -> None:
     sys.stdout.flush()
 
 
-def print_problem(words: str) -> None:
-    sys.stderr.write(f'mark.py: {printable(words)}\n')
+def print_problem(text: str) -> None:
+    sys.stderr.write(f'mark.py: {printable(text)}\n')
 
 
 class MarkedClass:

@@ -180,7 +180,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         summary += f'. Median {totals[len(totals) // 2]:g} of {some.worth:g} points'
     summary += f'. The last {len(some.extra)} criteria are beyond the handout.'
     return document(f'{lab}: overview', own + [
-        f'<p>{summary}</p>', table(heads, rows, words=(WHY_NO_POINTS, REMARKS))], LANDSCAPE_STYLE)
+        f'<p>{summary}</p>', table(heads, rows, texts=(WHY_NO_POINTS, REMARKS))], LANDSCAPE_STYLE)
 
 
 def _folded(sentences):

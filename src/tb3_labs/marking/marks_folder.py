@@ -261,8 +261,8 @@ def trial_files(lab: str) -> List[Path]:
 def values_in(scripts: str) -> Dict[str, Any]:
     """Returns 'module NAME' -> value for the constants of the labs that the text of the scripts
     names, such as headings and times."""
-    words = sorted(set(re.findall(r'\b[A-Z][A-Z0-9_]+\b', scripts)))
+    names = sorted(set(re.findall(r'\b[A-Z][A-Z0-9_]+\b', scripts)))
     labs = [importlib.import_module('tb3_labs.marking.labs.' + path.stem)
             for path in sorted(MARKING.glob('labs/*.py')) if not path.stem.startswith('ros_')]
-    return {f'{lab.__name__} {word}': getattr(lab, word)
-            for lab in labs for word in words if hasattr(lab, word)}
+    return {f'{lab.__name__} {name}': getattr(lab, name)
+            for lab in labs for name in names if hasattr(lab, name)}

@@ -162,7 +162,7 @@ def _verdicts(verdicts, has_timeline, texts):
         points = f'{v.points:g} / {v.worth:g}' if v.worth else ''
         rows.append([v.criterion.meaning, symbol(v), points, sentence])
     heads = ['what is asked', '', 'points', SEEN_HEADING]
-    return table(heads, rows, words=(SEEN_HEADING,), is_plain=True)
+    return table(heads, rows, texts=(SEEN_HEADING,), is_plain=True)
 
 
 def symbol(verdict: Verdict) -> Markup:

@@ -197,7 +197,7 @@ class MouseSamples(Samples):
 class States(Samples):
     """Messages that have one text each, such as the states of move_to_goal."""
 
-    words: np.ndarray
+    text: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -44,17 +44,17 @@ def _words_of(process):
     return []
 
 
-def problem_of(arguments, path):
+def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
-    all arguments are right. `arguments` are the words after `roslaunch`.
+    all arguments are right. `argv` has the words after `roslaunch`.
 
-    If the `arguments` do not name `path`, another launch file includes it. Then it is not checked.
+    If `argv` does not name `path`, another launch file includes it. Then it is not checked.
     """
-    if not any(_is_file(path, *pair) for pair in zip(['', *arguments], arguments)):
+    if not any(_is_file(path, *pair) for pair in zip(['', *argv], argv)):
         return ''
     arguments = {item.get('name'): item for item in ET.parse(str(path)).getroot().findall('arg')
                  if item.get('value') is None}
-    given = dict(word.split(':=', 1) for word in arguments if re.match(r'(?!__)\w+:=', word))
+    given = dict(word.split(':=', 1) for word in argv if re.match(r'(?!__)\w+:=', word))
     for name, value in given.items():
         if name not in arguments:
             return '{}:={}: {} has no argument {}; {}'.format(

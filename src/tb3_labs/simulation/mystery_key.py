@@ -7,13 +7,13 @@ from tb3_labs.simulation.mystery_answer import MEANINGS, with_unit
 from tb3_labs.simulation.mystery_robot import draw
 
 
-def key(words: Sequence[str]) -> List[str]:
-    """Returns the lines of the key for `words`, such as '7' or '1-12'. Raises ``ValueError`` if a
+def key(numbers: Sequence[str]) -> List[str]:
+    """Returns the lines of the key for `numbers`, such as '7' or '1-12'. Raises ``ValueError`` if a
     word is not valid."""
     lines = ['number  fault            value']
-    if not words:
+    if not numbers:
         raise ValueError('which key? A number such as 7, or a range such as 1-12')
-    for number in chain.from_iterable(map(_range, words)):
+    for number in chain.from_iterable(map(_range, numbers)):
         fault, value, _ = draw(number)
         lines.append(f'{number:6}  {fault.name:15}  {with_unit(fault, value)} '
                      f'(within {MEANINGS[fault.name].tolerance:g})')

@@ -27,11 +27,11 @@ FEWEST_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
-    """A mistake of a node. `words` describe the mistake in a sentence without its full stop. The
+    """A mistake of a node. `message` describes the mistake in a sentence without its full stop. The
     mistake shows at the time `moment` [s]. The mistake `is_weak` if the node may turn and drive
     well in spite of it."""
 
-    words: str
+    message: str
     moment: float
     variable: str = ''
     is_weak: bool = False
@@ -129,14 +129,14 @@ def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     """Returns the sentence on a broken link. `assigned` has for each variable the lines of the
     node's file that assign it."""
-    name, words = broken.variable, broken.words
+    name, message = broken.variable, broken.message
     lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
     place = '' if not lines else ' ({} is assigned in line{} {})'.format(
         name, 's' if len(lines) > 1 else '', ', '.join(map(str, lines[:5])))
-    first_word = words.split()[0]
+    first_word = message.split()[0]
     if '_' not in first_word and first_word != name:        # a variable gets no capital letter
-        words = words[:1].upper() + words[1:]
-    return f'{words}{place}.'
+        message = message[:1].upper() + message[1:]
+    return f'{message}{place}.'
 
 
 # -- functions that several labs share
@@ -167,9 +167,9 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     `behaviour`, a clause. The BrokenLink has the values at the largest difference."""
     should = correct.at(series.time)
     worst = worst_index(series, should)
-    name = correct.words.partition(',')[0]
-    words = f'it was {series.value[worst]:.4g} when {name} was {should[worst]:.4g}'
-    return BrokenLink(f'{series.name} {behaviour}: {words}', series.time[worst], series.name)
+    name = correct.name.partition(',')[0]
+    values = f'it was {series.value[worst]:.4g} when {name} was {should[worst]:.4g}'
+    return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 
 def followed_heading(series: Series, quantities: List[Quantity]
@@ -185,15 +185,15 @@ def followed_heading(series: Series, quantities: List[Quantity]
     if usable:
         return usable[0], None
     if is_constant(series) and not found:
-        words = expected(f'{series.name} stays at {series.text[-1][:40]}', correct.words)
-        return None, wrong_value(series, '', correct)._replace(words=words)
+        message = expected(f'{series.name} stays at {series.text[-1][:40]}', correct.name)
+        return None, wrong_value(series, '', correct)._replace(message=message)
     if found:
-        also = [each.words for each in found[1:2] if not np.allclose(
+        also = [each.name for each in found[1:2] if not np.allclose(
             each.value, found[0].value, atol=1e-3 * each.scale)]
-        words = 'follows ' + ', or '.join([found[0].words] + also)
-        return None, wrong_value(series, expected(words, correct.words), correct)
+        followed = 'follows ' + ', or '.join([found[0].name] + also)
+        return None, wrong_value(series, expected(followed, correct.name), correct)
     pause = median_pause(series, correct)
-    behaviour = 'does not follow ' + correct.words
+    behaviour = 'does not follow ' + correct.name
     if pause > LONGEST_UPDATE_GAP:
         behaviour += f', but changes only every {pause:.1f} s while that changes'
     return None, wrong_value(series, behaviour, correct)
@@ -219,10 +219,10 @@ UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', '
 def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
     """Returns a clause on the first of these fields with a speed in any command; '' if no field
     has a speed."""
-    for field, words in fields:
+    for field, field_text in fields:
         speeds = getattr(sent, field, np.empty(0))
         if speeds.any():
-            return f'{words} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
+            return f'{field_text} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
     return ''
 
 

@@ -61,15 +61,15 @@ class Device(NamedTuple):
 def events_of(node_run: NodeRun, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
     """Returns (time, event) of each event of this kind that the marker noted in a trial."""
     rows = node_run.run.events
-    events = [(time, json.loads(words)) for time, words in zip(rows.arrival, rows.words)]
+    events = [(time, json.loads(text)) for time, text in zip(rows.arrival, rows.text)]
     return [(time, event) for time, event in events if event['kind'] == kind]
 
 
 def stimulus_begin(node_run: NodeRun, name: str) -> float:
     """Returns the time at which the stimulus `name` of a trial began; inf if it did not begin."""
     states = node_run.run.states
-    for begin, words in zip(states.arrival, states.words):
-        if words == name:
+    for begin, text in zip(states.arrival, states.text):
+        if text == name:
             return float(begin)
     return np.inf
 
@@ -95,9 +95,9 @@ def multiplied(form: Quantity, factor: float) -> Quantity:
 
 def followed_form(series: Series, forms: Sequence[Quantity], share: float,
                   factor: float) -> Optional[Tuple[float, str]]:
-    """Returns (factor, words) of the form that a series follows, or None. Of several forms, the one
+    """Returns (factor, name) of the form that a series follows, or None. Of several forms, the one
     whose factor is nearest to the handout's `factor` is chosen."""
-    factors = [(factor_of(series, form, share), form.words) for form in forms]
+    factors = [(factor_of(series, form, share), form.name) for form in forms]
     found = [each for each in factors if np.isfinite(each[0])]
     return min(found, key=lambda each: abs(each[0] - factor)) if found else None
 
@@ -119,10 +119,10 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
     followed = followed_form(series, forms, INPUT_SHARE, factor) or followed_form(
         series, own, VARIABLE_SHARE, factor)
     if followed is not None:
-        number, words = followed
-        if words == correct.words and abs(number / factor - 1.0) < 0.02:
+        number, followed_name = followed
+        if followed_name == correct.name and abs(number / factor - 1.0) < 0.02:
             return
-        is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {words}'
+        is_wrong, text = series.value != 0.0, f'follows {number:.3g} times {followed_name}'
     else:
         is_wrong = is_settled & ~np.isfinite(sample_ages(series, multiplied(correct, factor)))
         driven = is_settled & (wanted != 0.0)
@@ -131,7 +131,7 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
         text = wrong_commands_text(device, index, series.value, is_wrong, is_settled)
     keeps_side = (series.value * wanted > 0.0) & (np.abs(series.value) < 1.02 * abs(factor))
     is_judged = is_settled & ((wanted != 0.0) | (series.value != 0.0))
-    yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {correct.words}'),
+    yield BrokenLink(expected(f'{name} {text}', f'{factor:g} times {correct.name}'),
                      series.time[np.argmax(is_wrong)], name,
                      is_weak=keeps_side[is_judged].all())
 

@@ -53,7 +53,7 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
                 own_pose(node_run, part.time[:1]).error(ROTATE_TO_GOAL)
                 > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE):
             yield BrokenLink(
-                expected(f'{frame.words}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
+                expected(f'{frame.clause}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
                 frame.begin, series.name)
 
 
@@ -68,13 +68,13 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         accepted = [requested, np.degrees(requested) if 'yaw' in name else requested]
         if series is not None and is_constant(series) and (
                 np.abs(series.value[-1] - accepted).min() > 1e-3):
-            words = expected(f'{series.name} is {shortened_value(series.text[-1])}',
-                             f'{requested:g}')
-            yield BrokenLink(words, series.time[0], series.name)
+            message = expected(f'{series.name} is {shortened_value(series.text[-1])}',
+                               f'{requested:g}')
+            yield BrokenLink(message, series.time[0], series.name)
 
 
 def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str, np.ndarray]]:
-    """Yields (words, angles) of each formula that a node may use for the heading error. The first
+    """Yields (formula, angles) of each formula that a node may use for the heading error. The first
     formula is correct."""
     dx, dy = part.pose.to_goal.real, part.pose.to_goal.imag
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal_yaw)]
@@ -93,12 +93,12 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
 
 
 def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
-    """Returns (words, gain) of the heading error that the commands of a rotation follow. An error
-    with the handout's gain is preferred. `words` are '' if the commands follow no error."""
+    """Returns (formula, gain) of the heading error that the commands of a rotation follow. An error
+    with the handout's gain is preferred. `formula` is '' if the commands follow no error."""
     requested, found = GAINS[part.state], []
-    for words, error in heading_errors(node_run, part):
+    for formula, error in heading_errors(node_run, part):
         # near a jump of the error, a command with either sign is correct
-        is_clear = (np.abs(error) < 3.0) | ('not normalized' in words)
+        is_clear = (np.abs(error) < 3.0) | ('not normalized' in formula)
         is_used = (part.angular != 0.0) & (error != 0.0) & is_clear
         command, error = part.angular[is_used], error[is_used]
         if len(error) < 5:
@@ -111,7 +111,7 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
         is_constant_command = np.ptp(command) < 0.1
         is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
         if is_near.mean() >= RIGHT_SHARE and (has_handouts_gain or not is_constant_command):
-            found.append((words, gain))
+            found.append((formula, gain))
     return min(found, key=lambda each: abs(each[1]) != requested, default=('', requested))
 
 
@@ -141,11 +141,11 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
                 f'in {part.state} linear.x was {speed:.2f}, by the handout it is {DRIVE_SPEED:g}'
                 + ('' if speed else node_run.cached(other_field_text)), part.begin, 'linear.x')
         return
-    (words, gain), (correct, error) = fitted_formula(node_run, part), next(
+    (formula, gain), (correct, error) = fitted_formula(node_run, part), next(
         heading_errors(node_run, part))
     text = f'in {part.state} angular.z was '
-    if words and (words != correct or gain < 0.0):
-        yield BrokenLink(f'{text}{gain:.2g} x ({words}); by the handout it is '
+    if formula and (formula != correct or gain < 0.0):
+        yield BrokenLink(f'{text}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[part.state]:g} x ({correct})', part.begin, 'angular.z')
     turns = part.angular.any()
     is_wrong = part.angular * error < 0.0 if turns else part.angular == 0.0
@@ -206,7 +206,7 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     ends += [(begin, end, 'ctrl_relinq became False', is_moving)
              for begin, end, value in control_intervals(node_run)
              if not value and node_run.runs_at(begin)]
-    for begin, end, words, is_counted in sorted(ends, key=lambda each: each[0]):
+    for begin, end, event, is_counted in sorted(ends, key=lambda each: each[0]):
         if end <= begin + LONGEST_LAG:
             continue
         last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < begin + LONGEST_LAG))
@@ -215,13 +215,13 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
         if len(late) > 3:
             k = late[0]
             yield BrokenLink(
-                f'{words}, and {len(late)} commands came later: linear.x {sent.linear[k]:.2f}, '
+                f'{event}, and {len(late)} commands came later: linear.x {sent.linear[k]:.2f}, '
                 f'angular.z {sent.angular[k]:.2f}', sent.arrival[k])
         soon = last[sent.arrival[last] > begin - SHORT_LAG]
         if len(last) and is_moving[soon].all() and is_moving[last[-1]]:
             k = last[-1]
             yield BrokenLink(
-                f'{words}, and the last command was linear.x {sent.linear[k]:.2f}, angular.z '
+                f'{event}, and the last command was linear.x {sent.linear[k]:.2f}, angular.z '
                 f'{sent.angular[k]:.2f}: no zero followed', begin)
 
 

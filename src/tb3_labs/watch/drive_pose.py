@@ -91,11 +91,11 @@ def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
         times = times[part]
         for each in quantities:
             # on the unit circle, a heading in any range equals the heading from -180 to 180
-            if 'from -180' in each.words or not each.per_degree:
-                words = re.sub(',? in radians|, from -180 to 180', '', each.words)
-                mistakes = 1 + ('yaw' not in words) + ('odometry' in words)
-                mistakes += words.replace('x, y, z, w', '').count(',')
-                yield each._replace(words=words, time=times, value=each.value[part],
+            if 'from -180' in each.name or not each.per_degree:
+                text = re.sub(',? in radians|, from -180 to 180', '', each.name)
+                mistakes = 1 + ('yaw' not in text) + ('odometry' in text)
+                mistakes += text.replace('x, y, z, w', '').count(',')
+                yield each._replace(name=text, time=times, value=each.value[part],
                                     mistakes=mistakes), each.value[this], each.value[last]
 
 
@@ -119,7 +119,7 @@ def reading_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str
     """Yields the quantities that a local yaw or a reference may follow."""
     is_local = name in REFERENCES_OF
     formulas = LOCAL_FORMULAS if is_local else REFERENCE_FORMULAS
-    # (words, factor of the declared pose): a reference lacks what the local yaw adds
+    # (clause, factor of the declared pose): a reference lacks what the local yaw adds
     declared_factors = (('', 0.0), (', without the declared pose', -1.0))
     if is_local:
         declared_factors = (('', 1.0), (', without the declared pose', 0.0))
@@ -127,16 +127,16 @@ def reading_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str
     for each, at_reset, at_reset_before in readings(node_run, before, frame, name, window):
         if 'yaw' not in name:
             declared = place
-        elif ' in degrees' in each.words:
+        elif ' in degrees' in each.name:
             declared = frame.declared_yaw * (180.0 / np.pi)
         else:
             declared = frame.declared_yaw
-        for mistakes, (words, now, this, last), (without, factor) in mistake_combinations(
+        for mistakes, (formula, now, this, last), (without, factor) in mistake_combinations(
                 formulas, declared_factors):
             value = now * each.value + this * at_reset + factor * declared
             if last:
                 value = value + last * at_reset_before
-            yield each._replace(words=each.words + words + without, value=value,
+            yield each._replace(name=each.name + formula + without, value=value,
                                 scale=POSE_TOLERANCE / SAME_SHARE,
                                 mistakes=each.mistakes + mistakes)
 
@@ -199,9 +199,9 @@ def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
     elif not is_local and 'followed' not in behaviour:
         return      # this node does not use the reference as the handout does
     correct_value = np.angle(should[worst]) if 'yaw' in name else should[worst]
-    words = expected(f'{frame.words}{series.name} {behaviour}', correct.words)
+    message = expected(f'{frame.clause}{series.name} {behaviour}', correct.name)
     yield BrokenLink(
-        f'{words}: it was {shortened_value(part.text[worst])} when this was {correct_value:.3g}',
+        f'{message}: it was {shortened_value(part.text[worst])} when this was {correct_value:.3g}',
         part.time[worst], series.name)
 
 
@@ -210,7 +210,7 @@ def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
     quantities with the fewest mistakes are named."""
     found = matching_quantities(part, quantities, RIGHT_SHARE)
     fewest = min((each.mistakes for each in found), default=0)
-    texts = dict.fromkeys(each.words for each in found if each.mistakes == fewest)
+    texts = dict.fromkeys(each.name for each in found if each.mistakes == fewest)
     return 'followed ' + ', or '.join(list(texts)[:2]) if texts else ''
 
 

@@ -48,7 +48,7 @@ class Frame(NamedTuple):
     imu_yaw: float = np.nan
 
     @property
-    def words(self) -> str:
+    def clause(self) -> str:
         return f'after the reset at {self.begin:.0f} s ' if self.is_reset else ''
 
 

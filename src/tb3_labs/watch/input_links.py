@@ -96,7 +96,7 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
         if set(series.text) == {'True', 'False'} and any(
                 series.at(begin) != series.at(begin + ANSWER_DELAY) for begin in before):
             text = series.text_at(broken.moment + ANSWER_DELAY)
-            yield BrokenLink(f'{broken.words}; {series.name} was {text}', broken.moment,
+            yield BrokenLink(f'{broken.message}; {series.name} was {text}', broken.moment,
                              series.name if broken in ignored else '')
     yield broken
 
@@ -180,7 +180,7 @@ HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""
     printed, end = node_run.run.printed, [*node_run.run.starts[1:], np.inf][0]
-    texts = [str(words) for words in printed.words]
+    texts = [str(text) for text in printed.text]
     time_of_letter = np.repeat(printed.arrival, [len(text) for text in texts])
     lines = [(time_of_letter[line.end() - 1], line.group(1))
              for line in HEADING_LINE.finditer(''.join(texts))]
@@ -202,7 +202,7 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
         followed = heading_from_another_zero(series, correct, 1.0) or late_quantity(
             series, quantities)
     broken = followed_heading(series, quantities)[1] if followed is None else wrong_value(
-        series, expected('follows ' + followed.words, correct.words), correct)
+        series, expected('follows ' + followed.name, correct.name), correct)
     if followed is not correct and broken is not None:
         yield broken
 
@@ -212,5 +212,5 @@ def late_quantity(series: Series, quantities: List[Quantity]) -> Optional[Quanti
     for each in quantities:
         delay = longest_delay(series, each) if 0.0 < abs(each.per_degree) <= 1.0 else np.inf
         if delay < np.inf:
-            return each._replace(words=f'{each.words}, up to {delay:.1f} s late')
+            return each._replace(name=f'{each.name}, up to {delay:.1f} s late')
     return None

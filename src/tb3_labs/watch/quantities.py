@@ -33,12 +33,12 @@ MOVED_SHARE = 0.005
 
 
 class Quantity(NamedTuple):
-    """A number for each sample of a sensor. `words` name the number and its unit. `scale` is about
+    """A number for each sample of a sensor. `name` names the number and its unit. `scale` is about
     the range of the number. `per_degree` is the change of a heading for one degree to the left; 0
     if the quantity is not a heading. A node that uses this quantity makes so many `mistakes`; 0 if
     they are not known."""
 
-    words: str
+    name: str
     time: np.ndarray
     value: np.ndarray
     scale: float
@@ -169,8 +169,8 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
     """Yields the quantities that a node may take for the heading. The first is the correct heading.
     `quaternion` is w, x, y, z of each sample. `of` names the sensor; '' is the IMU."""
     roll, pitch, yaw = np.degrees(euler(*quaternion))
-    for (unit, factor, rounding), (words, form, sign) in product(UNITS, RANGES):
-        name = f'the yaw{of} in {unit}, {words}'
+    for (unit, factor, rounding), (range_text, form, sign) in product(UNITS, RANGES):
+        name = f'the yaw{of} in {unit}, {range_text}'
         if name.startswith(f'the yaw{of} in degrees, from 0'):
             name = 'the heading, from 0 to 360 degrees' + of
         named = [(name, form(yaw) * factor)]
@@ -180,9 +180,9 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         for name, value in named:
             yield Quantity(name, time, rounding(value) if rounding else value,
                            max(360.0 * min(factor, 1.0), 1.0), sign * factor)
-    for (axis, angle), (words, form, _), (unit, factor, _) in product(
+    for (axis, angle), (range_text, form, _), (unit, factor, _) in product(
             (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
-        yield Quantity(f'the {axis}{of} in {unit}, {words}', time, form(angle * factor),
+        yield Quantity(f'the {axis}{of} in {unit}, {range_text}', time, form(angle * factor),
                        360.0 * factor)
     w, z = quaternion[0], quaternion[3]
     for part, value in zip(ORDER, quaternion):
@@ -190,11 +190,11 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         yield Quantity(name, time, value, 1.0)
         yield Quantity(name + ', plus 360 where it is negative', time, RANGES[0][1](value), 1.0)
     half_yaw = np.arcsin(np.clip(z, -1.0, 1.0))
-    for words, value in (('the arcsine of the z', half_yaw),
-                         ('twice the arcsine of the z', 2.0 * half_yaw),
-                         ('twice the arccosine of the w', 2.0 * np.arccos(np.clip(w, -1.0, 1.0)))):
+    for part, value in (('the arcsine of the z', half_yaw),
+                        ('twice the arcsine of the z', 2.0 * half_yaw),
+                        ('twice the arccosine of the w', 2.0 * np.arccos(np.clip(w, -1.0, 1.0)))):
         for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
-            yield Quantity(f'{words} of the quaternion{of}{unit}', time, value * factor,
+            yield Quantity(f'{part} of the quaternion{of}{unit}', time, value * factor,
                            6.3 * factor)
     for order in OTHER_ORDERS:
         letters = ', '.join(ORDER[k] for k in order)
@@ -218,5 +218,5 @@ def heading_from_another_zero(series: Series, correct: Quantity, unit: float) ->
             value=np.exp(1j * np.radians(correct.value)), scale=60.0)]):
         return None
     return correct._replace(
-        words=f'the heading {zero:+.1f} degrees, which was {heading[0]:.1f} at the first line',
+        name=f'the heading {zero:+.1f} degrees, which was {heading[0]:.1f} at the first line',
         value=(correct.value + zero) % 360.0 * unit, per_degree=unit)

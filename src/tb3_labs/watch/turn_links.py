@@ -56,10 +56,10 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.side:
             correct_goal = f'{(turn.begin_yaw + turn.side * TURN_DEG * unit) % (360.0 * unit):.4g}'
-        words = expected(
+        message = expected(
             f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} {change} '
             f'{shortened_value(turn.goal_after)}', correct_goal)
-        yield BrokenLink(words + goal_remark(node_run, turn, correct), turn.begin, goal.name)
+        yield BrokenLink(message + goal_remark(node_run, turn, correct), turn.begin, goal.name)
 
 
 def goal_remark(node_run: NodeRun, turn: Turn, correct: Optional[Turn]) -> str:
@@ -72,12 +72,12 @@ def goal_remark(node_run: NodeRun, turn: Turn, correct: Optional[Turn]) -> str:
         return f'. It had asked for nothing, {turn.begin - start:.1f} s after its start'
     if correct is None:
         return ''
-    words = f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
+    remark = f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
     for name, series in node_run.variables.items():
         now, then = series.text_at(turn.begin), series.text_at(correct.begin)
         if now != then and set(series.text) == {'True', 'False'}:
-            words += f'; {name} was {now} now, and {then} then'
-    return words
+            remark += f'; {name} was {now} now, and {then} then'
+    return remark
 
 
 def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -130,7 +130,7 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     yield from over_the_limits(node_run)
 
 
-#: Kinds of commands, each (words, does command `k` of the turn belong to this kind?).
+#: Kinds of commands, each (clause, does command `k` of the turn belong to this kind?).
 COMMAND_KINDS = (
     ('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
     ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
@@ -145,18 +145,18 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     if len(wrong) < 2:
         return
     turn, k = wrong[0]
-    words = turn.command_text(k)
+    message = turn.command_text(k)
     if len(set(turn.command[turn.moving])) == 1 and len(turn.moving) > 5 and (
             abs(turn.difference[k]) <= 180.0):
-        words = 'in the turn after {} the command stayed {:+.2f} rad/s, while the error went ' \
+        message = 'in the turn after {} the command stayed {:+.2f} rad/s, while the error went ' \
             'from {:+.0f} to {:+.0f} degrees'.format(
                 turn.letter, turn.command[k], turn.error[turn.moving[0]], turn.error[k])
     else:
         kinds = [f'; for {kind} it was right' for kind, is_kind in COMMAND_KINDS
                  if any(is_kind(*each) for each in correct)
                  and not any(is_kind(*each) for each in wrong)]
-        words += steering_source_text(node_run) or ''.join(kinds[:1])
-    yield BrokenLink(words, turn.time[k], 'angular.z')
+        message += steering_source_text(node_run) or ''.join(kinds[:1])
+    yield BrokenLink(message, turn.time[k], 'angular.z')
 
 
 def steering_source_text(node_run: NodeRun) -> str:

@@ -81,11 +81,11 @@ class Turn:
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. A difference of more than half a turn is
         shown before and after it is wrapped."""
-        words = f'for an error of {self.error[k]:+.0f} degrees'
+        clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
-            words = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
+            clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
                 'degrees:'.format(self.goal[k], self.heading[k], self.difference[k], self.error[k])
-        return f'{words} the command was {self.command[k]:+.2f} rad/s'
+        return f'{clause} the command was {self.command[k]:+.2f} rad/s'
 
 
 class OwnHeading(NamedTuple):
@@ -106,7 +106,7 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
     if series is None:
         return OwnHeading()
     quantity, broken = followed_heading(series, node_run.imu_quantities)
-    if broken is not None and 'does not follow' in broken.words:
+    if broken is not None and 'does not follow' in broken.message:
         for unit in (1.0, np.pi / 180.0):       # a node can turn by a heading from any zero
             another = heading_from_another_zero(series, node_run.heading, unit)
             if another is not None:

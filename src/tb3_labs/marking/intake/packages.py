@@ -169,10 +169,10 @@ def _calls(source, command):
         command), text, flags=re.IGNORECASE)[1:]]
 
 
-def _patterns(words):
-    """Returns the paths in a package that CMake's `words` name. A variable becomes `*`."""
+def _patterns(arguments):
+    """Returns the paths in a package that CMake's `arguments` name. A variable becomes `*`."""
     return [os.path.normpath(CMAKE_VARIABLE.sub('*', SOURCE_FOLDER.sub('', word)))
-            for word in words.split()]
+            for word in arguments.split()]
 
 
 def modules_of(package: Path, name: str) -> List[Path]:
@@ -183,11 +183,11 @@ def modules_of(package: Path, name: str) -> List[Path]:
             package, 'catkin_python_setup'):
         return []
     text = setup.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace')
-    words = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}
+    names = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}
     found = []
-    for parent in sorted({'src', *words, *map(os.path.dirname, words)}):
+    for parent in sorted({'src', *names, *map(os.path.dirname, names)}):
         for folder in sorted((package / parent).glob('*')):
-            is_named = folder.name in words or 'find_packages' in text
+            is_named = folder.name in names or 'find_packages' in text
             if folder.is_dir() and is_named and (parent or (folder / '__init__.py').is_file()):
                 found.append(folder)
     return found

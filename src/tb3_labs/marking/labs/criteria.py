@@ -84,11 +84,11 @@ class Verdict:
         """One line with outcome, points, requirement and sentence."""
         points = 'extra' if self.criterion.extra and not self.worth else \
             f'{self.points:g} of {self.worth:g}'
-        words = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
+        text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
         outcome = self.outcome.value.upper()    # a reader finds capitals among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
-        return f'  {outcome:11}  {points:8}  {words}'
+        return f'  {outcome:11}  {points:8}  {text}'
 
 
 def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
@@ -117,11 +117,11 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: 
 def _quoted_once(reason: Reason, quoted: Set[str]) -> Reason:
     """Returns the Reason, and adds its exception to the set `quoted`. If the set had the exception
     already, the Reason says "the same exception" in its place."""
-    words, stopped, error = reason.partition(STOPPED_BY + ', ')
+    before, stopped, error = reason.partition(STOPPED_BY + ', ')
     if not stopped or error not in quoted:
         quoted.add(error)
         return reason
-    return words + 'the same exception had stopped it'
+    return before + 'the same exception had stopped it'
 
 
 # ----- criteria of several labs: start and Ctrl+C -----
@@ -182,10 +182,10 @@ def stops_robot(observation: Observation) -> Reason:
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
-def prints(observation: Observation, words: str) -> Reason:
-    """Judges whether the node printed `words` at Ctrl+C."""
+def prints(observation: Observation, text: str) -> Reason:
+    """Judges whether the node printed `text` at Ctrl+C."""
     scene = observation.scene(CTRL_C[0], may_die=True)
-    return '' if words in scene.printed else f'"{words}" was not printed at Ctrl+C'
+    return '' if text in scene.printed else f'"{text}" was not printed at Ctrl+C'
 
 
 # ----- criteria of several labs: stopping the robot -----

@@ -284,7 +284,7 @@ CRITERIA = [
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', CTRL_C_STEP,
               stops_robot, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', CTRL_C_STEP,
-              partial(prints, words=CONTROLLER_GOODBYE)),
+              partial(prints, text=CONTROLLER_GOODBYE)),
     ends_cleanly(SHUTDOWN, CTRL_C_STEP),
     Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS,
               lambda observation: _makes_turns(observation, TURN_STIMULI, EXACT_DEG), extra=True),

@@ -34,9 +34,9 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
         list(map(cleaned, recording.log.texts)), dtype=object)))
     observation = Observation('', '', recording)
     printed, written = recording.printed, recording.events
-    texts = [(at, None, words) for at, words in zip(printed.arrival, printed.words)]
-    events = [(at, json.loads(cleaned(words)), '')
-              for at, words in zip(written.arrival, written.words)]
+    texts = [(at, None, text) for at, text in zip(printed.arrival, printed.text)]
+    events = [(at, json.loads(cleaned(text)), '')
+              for at, text in zip(written.arrival, written.text)]
     for at, event, text in sorted(texts + events, key=lambda each: each[0]):
         if event is None:
             _add_output(observation, text, text.count('\n'))

@@ -61,7 +61,7 @@ def faults_in(observation: Observation, verdict_text: str) -> List[str]:
     """Returns the sentences on faults in the node's file. An undefined name that `verdict_text`,
     the text of the verdicts, has is left out."""
     return [fault for fault in observation.faults if not any(
-        words in verdict_text for words in UNDEFINED.findall(fault))]
+        text in verdict_text for text in UNDEFINED.findall(fault))]
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
@@ -215,7 +215,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         error = next((line for line in lines if ERROR.match(line)), None)
         if CAUSE_OF_NEXT.search(piece):
             continue
-        if not any(words in (error or piece) for words in (CLOSED_TOPIC, CLOSED_IN_PUBLISH)):
+        if not any(text in (error or piece) for text in (CLOSED_TOPIC, CLOSED_IN_PUBLISH)):
             errors.append(error[:LONGEST_ERROR] + _line_of(piece, file) if error else '')
     return errors
 

@@ -39,7 +39,7 @@ class Trial:
 
     def __init__(self, lab, package, executable, path, option, print_line):
         """`path` is the path of the bag. `option` is the value of the lab's option. Each step of
-        the trial is announced by ``print_line(words)``."""
+        the trial is announced by ``print_line(line)``."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)

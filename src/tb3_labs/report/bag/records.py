@@ -196,13 +196,13 @@ def open_bag(path: str) -> BinaryIO:
 
 
 def _kind_and_remedy(first: bytes, path: str) -> str:
-    """Returns in words what a file is that is not a bag, and the remedy. `first` is its begin."""
+    """Returns in kind what a file is that is not a bag, and the remedy. `first` is its begin."""
     if not first:
         return 'the file is empty; copy or download it again, and look at its size: ls -l'
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
-    for known, words, remedy in OTHER_FILES:
+    for known, kind, remedy in OTHER_FILES:
         if begin.startswith(known):
-            return f'not a bag of ROS 1, but {words}; {remedy.format(quote(path))}'
+            return f'not a bag of ROS 1, but {kind}; {remedy.format(quote(path))}'
     return 'not a bag of version 2, since it does not begin with {}; give the file that rosbag ' \
         'record has written'.format(BAG_VERSION.decode())
 

@@ -136,14 +136,14 @@ def _read(bag, path, namespace, log):
                    **samples_of(collectors))
 
 
-def _missing(words, problem, types):
-    """Returns the BagProblem with these words. `problem` is the reason why the bag was not read to
+def _missing(message, problem, types):
+    """Returns the BagProblem with this message. `problem` is the reason why the bag was not read to
     its end, or ''. `types` has the topics that were read."""
     if not problem:
-        return BagProblem(words)
+        return BagProblem(message)
     if not types:
         return BagProblem(f'was not read: {problem}')
-    return BagProblem(f'was not read to its end: {problem}; until there: {words}')
+    return BagProblem(f'was not read to its end: {problem}; until there: {message}')
 
 
 def _collect(records, of_topic, sender_index, names):

@@ -271,8 +271,8 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     if not begins:
         return run
     time = np.array([begin for begin, _ in begins])
-    words = np.array([word for _, word in begins], dtype=object)
-    run = replace(run, states=States(time, time, words), derived=run.derived + ('states',))
+    names = np.array([word for _, word in begins], dtype=object)
+    run = replace(run, states=States(time, time, names), derived=run.derived + ('states',))
     if len(run.goals):
         return run
     goals = Poses(time, time, *(np.full(len(time), value) for value in (goal.x, goal.y, goal.yaw)))

@@ -154,7 +154,7 @@ def spans(run: RunData) -> List[Span]:
         begins.append(max(begins[-1:] + [begin]))
         goals.append(run.goals.pose(goal) if goal >= 0 else None)
     ends = begins[1:] + [max(begins[-1:] + [run.duration])]
-    return [Span(*span) for span in zip(run.states.words, begins, ends, goals)]
+    return [Span(*span) for span in zip(run.states.text, begins, ends, goals)]
 
 
 def _goals_of_states(run: RunData) -> List[Optional[int]]:

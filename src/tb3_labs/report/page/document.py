@@ -78,14 +78,14 @@ def document(title: str, parts: Sequence[str], style: str = '') -> str:
     return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
 
 
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]], words: Sequence[str] = (),
+def table(heads: Sequence[str], rows: Sequence[Sequence[str]], texts: Sequence[str] = (),
           is_plain: bool = False) -> str:
     """Returns an HTML table. Texts are escaped, but Markup is not.
 
-    The first column, and the columns with heads in `words`, are aligned left. On a narrow screen,
+    The first column, and the columns with heads in `texts`, are aligned left. On a narrow screen,
     each cell shows its column's head first, if the table is not plain.
     """
-    attributes = [' class="words"' if head in words else '' for head in heads]
+    attributes = [' class="words"' if head in texts else '' for head in heads]
     headings = [TAG.sub('', _html(head)) for head in heads]
     lines = []
     for cells in rows:

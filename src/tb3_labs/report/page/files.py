@@ -120,11 +120,11 @@ def _summary(run: RunData, model: RobotModel) -> str:
             degrees(offset.drift, '{:+.3f}')))
 
 
-def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], words: str) -> str:
-    """Returns the HTML of a heading, the table of the reports, and the words below the table."""
+def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], note: str) -> str:
+    """Returns the HTML of a heading, the table of the reports, and the note below the table."""
     row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
     return '<h2>{}</h2>{}<p>{}</p>'.format(
-        title, tables.numbered(row, columns, reports) if reports else '', escape(words))
+        title, tables.numbered(row, columns, reports) if reports else '', escape(note))
 
 
 def nothing_driven(run: RunData) -> str:
@@ -133,42 +133,42 @@ def nothing_driven(run: RunData) -> str:
         reason = NO_DRIVE
     elif len(run.commands):
         reason = ONLY_ZEROS.format(len(run.commands))
-    words = NO_DRIVES_LISTED.format(
+    text = NO_DRIVES_LISTED.format(
         reason, _declared(run) if 'frames' in run.derived else 'the recorded one')
-    return words if len(run.states) or not len(run.commands) else words + ' ' + _rule(run)
+    return text if len(run.states) or not len(run.commands) else text + ' ' + _rule(run)
 
 
 def _declared(run: RunData) -> str:
     """Returns in words when and where ``local`` was declared in a run without tf."""
-    words = ['taken as declared (0, 0, 0) at the first sample']
+    parts = ['taken as declared (0, 0, 0) at the first sample']
     for k, time in enumerate(run.resets.time):
         pose = run.resets.pose(k)
-        words.append('({} m, {} m, {} deg) at {:.1f} s'.format(
+        parts.append('({} m, {} m, {} deg) at {:.1f} s'.format(
             number(pose.x, '{:.2f}'), number(pose.y, '{:.2f}'), degrees(pose.yaw, '{:.1f}'), time))
-    return ', then '.join(words)
+    return ', then '.join(parts)
 
 
 def _rule_of_drives(run: RunData) -> str:
     """Returns the rule by which the drives of a run were found; '' if the states were recorded."""
-    words = []
+    parts = []
     if 'states' in run.derived:
-        words.append(_rule(run))
+        parts.append(_rule(run))
     if 'goals' in run.derived:
         goal = run.goals.pose(0)
-        words.append('Goal: taken as ({:g} m, {:g} m, {:g} deg), see --goal.'.format(
+        parts.append('Goal: taken as ({:g} m, {:g} m, {:g} deg), see --goal.'.format(
             goal.x, goal.y, round(math.degrees(goal.yaw), 3) + 0.0))
     if 'frames' in run.derived:
-        words.append('The local frame is {}; the place in it is that of the odometry, the heading '
+        parts.append('The local frame is {}; the place in it is that of the odometry, the heading '
                      'that of the IMU.'.format(_declared(run)))
-    return ' '.join(words)
+    return ' '.join(parts)
 
 
 def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
-    words = [_rule(run)] if 'states' not in run.derived else []
+    parts = [_rule(run)] if 'states' not in run.derived else []
     if not all(turn.was_sent for turn in reports):
-        words.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
+        parts.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
             ' where topic turn said nothing' if len(run.turn_requests) else ''))
-    return ' '.join(words)
+    return ' '.join(parts)
 
 
 def _rule(run: RunData) -> str:
@@ -184,8 +184,8 @@ def write_csv(run: RunData, path: Path) -> None:
     odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
     error_time, distance, angle = goal_errors(run)
     in_order = spans(run)
-    words = np.array([''] + [span.state for span in in_order], dtype=object)
-    states = words[last_until([span.begin for span in in_order], at) + 1]
+    names = np.array([''] + [span.state for span in in_order], dtype=object)
+    states = names[last_until([span.begin for span in in_order], at) + 1]
     near = _nearest(error_time, at)
     newest = last_until(run.commands.time, at)
     is_over = np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT

@@ -54,8 +54,8 @@ def moments(run: RunData, turned: Sequence[TurnReport],
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
     is_given = run.control.value > 0.5
     for k in np.flatnonzero(np.diff(is_given, prepend=~is_given[:1])):
-        kind, words = ('start', 'given to') if is_given[k] else ('stop', 'taken from')
-        found.append(mark(kind, run.control.time[k], f'control {words} the node'))
+        kind, verb = ('start', 'given to') if is_given[k] else ('stop', 'taken from')
+        found.append(mark(kind, run.control.time[k], f'control {verb} the node'))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > LEAST_GAP):
             begin, end = samples.time[k:k + 2]

@@ -88,7 +88,7 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
         rows.append([str(count)] + [number(*each) if each[1] else each[0] for each in values])
     more = len(reports) - MOST_ROWS
     note = f'<p>{word}s.csv has {more} more.</p>' if more > 0 else ''
-    return table([word] + [column.head for column in columns], rows, words=('outcome',)) + note
+    return table([word] + [column.head for column in columns], rows, texts=('outcome',)) + note
 
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],

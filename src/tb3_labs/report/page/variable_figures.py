@@ -27,11 +27,11 @@ MOST_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
-    """The correct values of the variables with these names. `words` name these values on the page.
+    """The correct values of the variables with these names. `name` names these values on the page.
     ``of(run)`` returns (times, values)."""
 
     names: Tuple[str, ...]
-    words: str
+    name: str
     of: Callable[[RunData], Tuple[np.ndarray, np.ndarray]]
 
 
@@ -132,21 +132,21 @@ def figures(run: RunData) -> List[Figure]:
 def _levels(variable: Series) -> List[str]:
     """Returns the different texts of a variable, from the lowest to the highest in the figure.
     False is below True. A state is below the states that came before it."""
-    words = list(dict.fromkeys(variable.text))
-    return sorted(words) if words[0] in TRUTH_VALUES else words[::-1]
+    texts = list(dict.fromkeys(variable.text))
+    return sorted(texts) if texts[0] in TRUTH_VALUES else texts[::-1]
 
 
 def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
     """Returns the figure of the variables `group` beside their reference."""
     time, values = reference.of(run)
     whole_turn = math.inf
-    if reference.words.startswith('heading'):
+    if reference.name.startswith('heading'):
         whole_turn = 360.0
-    elif reference.words.startswith('yaw'):
+    elif reference.name.startswith('yaw'):
         whole_turn = 2.0 * math.pi
         if any(np.nanmax(np.abs(each.value)) > MOST_RADIANS for each in group):
             whole_turn, values = 360.0, np.degrees(values)
-    return Figure([each.name for each in group], reference.words if len(time) else '',
+    return Figure([each.name for each in group], reference.name if len(time) else '',
                   line(time, values, whole_turn),
                   [line(each.time, each.value, whole_turn) for each in group], [])
 
