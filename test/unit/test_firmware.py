@@ -8,7 +8,7 @@ from simulated import STIFF, close
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
-from tb3_labs.simulation.wheels_and_imu import Drivetrain
+from tb3_labs.simulation.drivetrain import Drivetrain
 from tb3_labs.simulation.firmware import Odometer, motor_speeds
 from tb3_labs.simulation.simulator import Simulator
 

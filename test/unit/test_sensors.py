@@ -4,7 +4,7 @@ import statistics
 
 import pytest
 
-from tb3_labs.simulation.wheels_and_imu import ImuModel, TurnCurve
+from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 
 def imu(offset=0.0, **how):

@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.sensors_and_stalls import (
-    AWAY_LIMIT, LONGEST_REST, MOVING_SPEED, SETTLING_TIME, STALL_STEP, STALL_TIME, Settling, StallWatch)
+    AWAY_LIMIT, LONGEST_REST, MOVING_SPEED, STALL_STEP, STALL_TIME, StallWatch)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -41,19 +41,3 @@ def test_a_rest_is_no_stall_but_has_an_end():
     progress = StallWatch()
     assert after(progress, LONGEST_REST - DT, 1.0, must_move=False) == ''
     assert UNSETTLED in after(progress, 3 * DT, 1.0, must_move=False)
-
-
-def test_a_robot_settles_by_the_samples_of_one_rest():
-    """The expected times are computed by hand. Samples begin at 1 s, and again at 5 s."""
-    settling = Settling()
-    for at in (1.0, 1.0 + 0.9 * SETTLING_TIME):
-        settling.update(True, at)
-        assert not settling.rests
-    settling.update(True, 1.0 + 1.5 * SETTLING_TIME)
-    assert settling.rests and settling.rested_for == pytest.approx(1.5 * SETTLING_TIME)
-    settling.update(False, 4.0)
-    assert settling.rested_for == 0.0 and not settling.rests
-    settling.update(True, 5.0)
-    assert settling.since == 5.0 and not settling.rests
-    settling.update(True, 3.0)       # the clock was set back
-    assert settling.since == 3.0 and settling.rested_for == 0.0

@@ -6,8 +6,9 @@ from dataclasses import replace
 import pytest
 from rollout import turns
 
-from tb3_labs.control.approach import ApproachConfig, PreciseTurn, turning_approach
+from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.motor_response import Response
+from tb3_labs.control.turning import SETTLING_TIME, PreciseTurn, Settling, turning_approach
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.localization.sample_timing import SampleTiming, YawNoise
 from tb3_labs.nodes.controller.turns import Heading, TurnConfig, degrees_of
@@ -183,3 +184,19 @@ def test_only_a_robot_that_turns_slowly_and_evenly_shows_the_noise(rates):
         noise.learn(timing.on_imu(
             ImuSample(1.0 + 0.01 * k, 0.02 * (k % 2), rates[k % 2]), 0.01 * k))
     assert noise.deviation == 0.0
+
+
+def test_a_robot_settles_by_the_samples_of_one_rest():
+    """The expected times are computed by hand. Samples begin at 1 s, and again at 5 s."""
+    settling = Settling()
+    for at in (1.0, 1.0 + 0.9 * SETTLING_TIME):
+        settling.update(True, at)
+        assert not settling.rests
+    settling.update(True, 1.0 + 1.5 * SETTLING_TIME)
+    assert settling.rests and settling.rested_for == pytest.approx(1.5 * SETTLING_TIME)
+    settling.update(False, 4.0)
+    assert settling.rested_for == 0.0 and not settling.rests
+    settling.update(True, 5.0)
+    assert settling.since == 5.0 and not settling.rests
+    settling.update(True, 3.0)       # the clock was set back
+    assert settling.since == 3.0 and settling.rested_for == 0.0

@@ -13,12 +13,9 @@ import math
 from dataclasses import dataclass
 
 from tb3_labs.control.commands import (
-    CommandHistory, Estimate, LawStep, braking_speed, first_order_response)
+    CommandHistory, Estimate, braking_speed, first_order_response)
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Response
-from tb3_labs.geometry.angles import clamp, difference, unwrap
-from tb3_labs.robot.samples import REST_ANGULAR
-from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
-from tb3_labs.supervision.sensors_and_stalls import Settling
+from tb3_labs.geometry.angles import clamp
 
 #: Two times that differ by less than this belong to the same sample, since times are rounded [s].
 SAME_SAMPLE_TIME = 1e-6
@@ -169,77 +166,3 @@ class Approach:
         if velocity * self._direction < 0.0:
             self._reversals += 1
         self._direction = velocity
-
-
-def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
-    """Returns the ApproachConfig of a precise turn. `acceleration` [rad/s^2], `tolerance` [rad]."""
-    period = PreciseTurn.period
-    return ApproachConfig(
-        period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
-        slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance, nudge_time=period,
-        speed_is_prompt=True)
-
-
-class PreciseTurn:
-    """Turns as fast as the limits allow, in the requested direction. The turn ends when the robot
-    has settled inside the tolerance."""
-
-    period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
-    MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: At rest the turn waits for more samples of a noisy IMU, at most this long [s].
-    LONGEST_WAIT_AT_REST = 0.6
-    #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
-    KNOWN_WELL_SHARE = 0.35
-
-    def __init__(self, fastest: float, acceleration: float, tolerance: float,
-                 response: Response) -> None:
-        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]. `response` has the known
-        delay and lag of the robot."""
-        self._fastest = fastest
-        self._tolerance = tolerance
-        self._approach = Approach(turning_approach(acceleration, tolerance), response)
-        self.start(0.0, 0.0)
-
-    def start(self, yaw: float, angle: float) -> None:
-        """Turn a robot that stands by `angle`, beginning at `yaw` [rad]."""
-        self._goal_yaw = yaw + angle    # the heading at the end of the turn [rad]
-        #: The remaining angle, which may be many whole turns [rad].
-        self.remaining = angle
-        self._time = 0.0    # since the start [s]
-        self._settling = Settling()
-        self._approach.start()
-
-    def extend(self, angle: float) -> None:
-        """Move the goal of the turn by `angle` [rad]."""
-        self._goal_yaw += angle
-        self.remaining += angle
-        self._approach.extend(angle)
-
-    def aim(self, goal_yaw: float) -> None:
-        """From now on, turn to the heading `goal_yaw` [rad] the short way round."""
-        self._approach.extend(difference(goal_yaw, self._goal_yaw))
-        self._goal_yaw = goal_yaw
-
-    def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
-             noise: float = 0.0) -> LawStep:
-        """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s].
-
-        The sample is `age` [s] old. Its yaw has the standard deviation `noise` [rad]. The last step
-        was `dt` [s] ago.
-        """
-        self._time += dt
-        self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
-        command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
-        rests = abs(rate) <= REST_ANGULAR and self._approach.only_stops_obeyed(age)
-        self._settling.update(rests, self._time - age)
-        if rests:
-            self.remaining = self._approach.way_after_stop.value
-        return LawStep(Twist2(0.0, command), self.remaining,
-                       finished=self._settling.rests and self._is_inside_tolerance())
-
-    def _is_inside_tolerance(self) -> bool:
-        uncertainty = self._approach.way_after_stop.uncertainty
-        if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
-            return abs(self.remaining) <= self._tolerance
-        return (self._settling.rested_for >= self.LONGEST_WAIT_AT_REST
-                and abs(self.remaining) <= self._tolerance + uncertainty)

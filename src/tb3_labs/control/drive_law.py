@@ -5,10 +5,11 @@ Units: metres, radians, seconds. Poses are in the local frame.
 import math
 from typing import Optional
 
-from tb3_labs.control.approach import Approach, ApproachConfig, PreciseTurn
+from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
 from tb3_labs.control.motor_response import Response
+from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion

@@ -13,10 +13,11 @@ from typing import Dict, Optional
 
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import GoalState
+from tb3_labs.control.turning import Settling
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.sensors_and_stalls import Settling, StallWatch
+from tb3_labs.supervision.sensors_and_stalls import StallWatch
 
 #: A drive that ends outside its tolerance begins again from there, at most this many times. For
 #: instance the network may have stalled.

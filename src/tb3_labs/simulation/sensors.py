@@ -11,10 +11,10 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.simulation.drivetrain import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
 from tb3_labs.simulation.network import Arrival, Interruptions
 from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, SimulatorConfig
-from tb3_labs.simulation.wheels_and_imu import Body
 
 #: Shortest and longest dropout [s].
 DROPOUT_LENGTHS = (0.3, 4.3)

@@ -5,7 +5,7 @@
     for sample in robot.step(0.02):
         ...                            # ImuSample and OdometrySample, by time of arrival
 
-The Simulator steps the parts `firmware`, `wheels_and_imu`, `sensors` and `network` in time. The
+The Simulator steps the parts `firmware`, `drivetrain`, `imu`, `sensors` and `network` in time. The
 same seed gives the same samples, for steps of any length.
 
 Frames: `truth` is in `world`, in which the odometry starts without error. The IMU's yaw differs
@@ -22,11 +22,12 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, robot_model
+from tb3_labs.simulation.drivetrain import Body
 from tb3_labs.simulation.firmware import RESET_COMMAND, Board, motor_speeds
+from tb3_labs.simulation.imu import UNCALIBRATED_BIAS
 from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.simulation.wheels_and_imu import UNCALIBRATED_BIAS, Body
 
 #: An event up to this long after the end of a step belongs to the step, since the sum of many small
 #: steps is not exactly one large step [s].

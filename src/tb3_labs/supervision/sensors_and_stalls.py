@@ -2,7 +2,7 @@
 
 A sensor is lost if its messages stop. A sensor is frozen if it repeats one reading while the robot
 moves, because the driver of the sensor hangs. A robot is stalled if it gets no nearer to its goal
-in spite of commands to move. A robot has settled when its samples show it at rest.
+in spite of commands to move.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -30,8 +30,6 @@ LONGEST_REST = 4.0
 AWAY_LIMIT = 0.8
 #: A robot that is faster than this moves [m/s or rad/s].
 MOVING_SPEED = 0.005
-#: Samples at rest must span this time, nearly one control period of the robot [s].
-SETTLING_TIME = 0.03
 
 
 class SensorStatus(Enum):
@@ -200,30 +198,3 @@ class StallWatch:
         if abs(linear) > MOVING_SPEED or abs(angular) > MOVING_SPEED:
             return 'the robot moves, but no longer nearer to its goal: it has missed it'
         return 'the robot does not move although it is told to (stuck, or motors off?)'
-
-
-class Settling:
-    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion? The times of
-    measurement count, since one sample may be read several times."""
-
-    def __init__(self) -> None:
-        #: Time of the first sample at rest [s]; None while the robot moves.
-        self.since: Optional[float] = None
-        self._last = 0.0      # time of the latest sample [s]
-
-    def update(self, at_rest: bool, measured_at: float) -> None:
-        """Take in the latest sample. `at_rest`: does this sample show a robot at rest?"""
-        if not at_rest:
-            self.since = None
-        elif self.since is None or measured_at < self.since:
-            self.since = measured_at
-        self._last = measured_at
-
-    @property
-    def rested_for(self) -> float:
-        """Time that the samples at rest span [s]; 0 while the robot moves."""
-        return self._last - self.since if self.since is not None else 0.0
-
-    @property
-    def rests(self) -> bool:
-        return self.rested_for >= SETTLING_TIME

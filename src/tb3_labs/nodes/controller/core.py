@@ -8,8 +8,8 @@ back (`steady_now`, and the `at` of an Event); radians, m/s. Turns are requested
 import math
 from typing import Optional
 
-from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
+from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState

@@ -1,5 +1,5 @@
 """The settings, the request and the result of a turn, and the table of drivers (turn or mouse).
-The law of a turn is :class:`tb3_labs.control.approach.PreciseTurn`. It ends a settled turn.
+The law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`. It ends a settled turn.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
 180 and -180 are different turns, and 360 is a full turn. The handout's law has headings.
@@ -10,9 +10,9 @@ from enum import Enum
 from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.approach import PreciseTurn
 from tb3_labs.control.commands import Estimate
 from tb3_labs.control.motor_response import Response
+from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise

@@ -1,49 +1,25 @@
-"""The wheels that move the robot, and the IMU that measures its turning.
+"""The motors and the wheels that move the robot.
 
 A motor follows its goal speed with a first-order lag. So its speed and its angle have a closed
 form, for steps of any length. The robot drives in arcs, which are exact at constant speed. While
 the speed changes, the arcs are short, and their error is some micrometres per start or stop.
 
-The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-The rate of turn of the IMU is the true rate plus the drift's rate, the bias that the last
-calibration of the gyro left, and another white noise. The gyro has a dead zone. Yaw and rate were
-measured earlier than their stamp, by the `lag`.
-
-Units: SI. Motor angles are in radians, positive forwards. Source of the noise: the yaw of a Burger
-at rest changes by a few 0.001 deg from one sample to the next.
+Units: SI. Motor angles are in radians, positive forwards.
 """
 import copy
 import math
 from collections import deque
-from typing import Any, Deque, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Deque, Tuple
 
-import numpy as np
-
-from tb3_labs.geometry.angles import WHOLE_TURN, wrap
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import RobotModel
+from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 #: Longest arc while the speed changes [s].
 LONGEST_ARC = 1.0 / 60.0
 #: A motor has reached its goal speed if it differs by less than this [rad/s].
 STEADY_SPEED = 1e-6
-#: Bias of a gyro that is not calibrated, measured on one robot [rad/s].
-UNCALIBRATED_BIAS = math.radians(0.71)
-#: The resolution of the gyro, whose range of 2000 deg/s has 16 bit with a sign [rad/s].
-GYRO_STEP = math.radians(2000.0 / 2 ** 15)
-#: The firmware shows a rate of at most this as 0 [rad/s].
-GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
-
-
-class TurnCurve(NamedTuple):
-    """The yaw now, and the rate of turn from now on. In t seconds the rate of turn will be
-    `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
-
-    yaw: float            # not wrapped [rad]
-    steady_rate: float    # [rad/s]
-    fading_rate: float    # 0 at constant speed [rad/s]
-    lag: float            # [s]
 
 
 class Drivetrain:
@@ -138,73 +114,6 @@ class Drivetrain:
         self._x += chord * math.cos(self._yaw + half)
         self._y += chord * math.sin(self._yaw + half)
         self._yaw += 2.0 * half
-
-
-class ImuModel:
-    """The IMU with its noise, drift and bias."""
-
-    def __init__(self, yaw: float, offset: float, seed: int) -> None:
-        """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
-        #: Yaw of the IMU minus true yaw, without noise [rad].
-        self.error = offset
-        self._noise = _pairs_of_normal_numbers(seed)
-        #: Error of the gyro's rate after the last calibration [rad/s].
-        self.bias = 0.0
-        self.configure(0.0, 0.0, 0.0, 0.0)
-        self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
-        #: (start [s], turn of the IMU from then on), for motions that are not measured to their
-        #: end yet, oldest first.
-        self._motions: Deque[Tuple[float, TurnCurve]] = deque()
-        self.follow(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
-
-    def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
-        """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`follow` afterwards. A gyro that drifts, or is noisier
-        than the firmware's gyro, does not have a dead zone."""
-        self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
-        self._drift, self._lag = drift, lag
-        self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
-
-    def follow(self, now: float, turn: TurnCurve) -> None:
-        """Measure this turn of the robot from `now` [s] on."""
-        self.error += (self._drift + self.bias) * (now - self._error_until)
-        self._error_until = now
-        if self._motions and self._motions[-1][0] >= now:
-            self._motions.pop()
-        self._motions.append((now, turn._replace(
-            yaw=turn.yaw + self.error, steady_rate=turn.steady_rate + self._drift + self.bias)))
-
-    def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
-        """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
-        integral of the rate of a TurnCurve."""
-        # local names and few calls, since this loop decides the speed of the simulation
-        motions, age = self._motions, self._lag
-        yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
-        remainder, exp = math.remainder, math.exp
-        samples = []
-        for stamp, (yaw_deviation, rate_deviation) in zip(stamps, self._noise):
-            moment = stamp - age
-            while len(motions) > 1 and motions[1][0] <= moment:
-                motions.popleft()
-            since, (yaw, rate, fading_rate, lag) = motions[0]
-            dt = moment - since
-            yaw += rate * dt
-            if fading_rate:
-                rest = fading_rate * exp(-dt / lag)
-                yaw += lag * (fading_rate - rest)
-                rate += rest
-            yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
-            rate = rate + rate_noise * rate_deviation if abs(rate) > dead_zone else 0.0
-            samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi, rate))
-        return samples
-
-
-def _pairs_of_normal_numbers(seed: int) -> Iterator[Tuple[float, float]]:
-    """Yields pairs of independent standard normal numbers without end."""
-    generator = np.random.default_rng(seed)
-    while True:
-        pairs: Any = generator.standard_normal((1000, 2)).tolist()
-        yield from pairs
 
 
 class Body:

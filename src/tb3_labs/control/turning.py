@@ -1,0 +1,120 @@
+"""A precise turn on the spot, and when a turn has settled.
+
+A turn has settled when the samples show a robot at rest inside the tolerance. A noisy IMU needs
+more samples at rest, until the remaining angle is known well.
+
+Units: radians, seconds; counter-clockwise positive.
+"""
+import math
+from typing import Optional
+
+from tb3_labs.control.approach import Approach, ApproachConfig
+from tb3_labs.control.commands import LawStep
+from tb3_labs.control.motor_response import Response
+from tb3_labs.geometry.angles import difference, unwrap
+from tb3_labs.robot.samples import REST_ANGULAR
+from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
+
+#: Samples at rest must span this time, nearly one control period of the robot [s].
+SETTLING_TIME = 0.03
+
+
+class Settling:
+    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion? The times of
+    measurement count, since one sample may be read several times."""
+
+    def __init__(self) -> None:
+        #: Time of the first sample at rest [s]; None while the robot moves.
+        self.since: Optional[float] = None
+        self._last = 0.0      # time of the latest sample [s]
+
+    def update(self, at_rest: bool, measured_at: float) -> None:
+        """Take in the latest sample. `at_rest`: does this sample show a robot at rest?"""
+        if not at_rest:
+            self.since = None
+        elif self.since is None or measured_at < self.since:
+            self.since = measured_at
+        self._last = measured_at
+
+    @property
+    def rested_for(self) -> float:
+        """Time that the samples at rest span [s]; 0 while the robot moves."""
+        return self._last - self.since if self.since is not None else 0.0
+
+    @property
+    def rests(self) -> bool:
+        return self.rested_for >= SETTLING_TIME
+
+
+def turning_approach(acceleration: float, tolerance: float) -> ApproachConfig:
+    """Returns the ApproachConfig of a precise turn. `acceleration` [rad/s^2], `tolerance` [rad]."""
+    period = PreciseTurn.period
+    return ApproachConfig(
+        period=period, acceleration=acceleration, braking=0.25 * acceleration, gain=24.0,
+        slowest=0.02, close_enough=0.0007, nudge_dead_band=0.5 * tolerance, nudge_time=period,
+        speed_is_prompt=True)
+
+
+class PreciseTurn:
+    """Turns as fast as the limits allow, in the requested direction. The turn ends when the robot
+    has settled inside the tolerance."""
+
+    period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
+    MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
+    #: At rest the turn waits for more samples of a noisy IMU, at most this long [s].
+    LONGEST_WAIT_AT_REST = 0.6
+    #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
+    KNOWN_WELL_SHARE = 0.35
+
+    def __init__(self, fastest: float, acceleration: float, tolerance: float,
+                 response: Response) -> None:
+        """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]. `response` has the known
+        delay and lag of the robot."""
+        self._fastest = fastest
+        self._tolerance = tolerance
+        self._approach = Approach(turning_approach(acceleration, tolerance), response)
+        self.start(0.0, 0.0)
+
+    def start(self, yaw: float, angle: float) -> None:
+        """Turn a robot that stands by `angle`, beginning at `yaw` [rad]."""
+        self._goal_yaw = yaw + angle    # the heading at the end of the turn [rad]
+        #: The remaining angle, which may be many whole turns [rad].
+        self.remaining = angle
+        self._time = 0.0    # since the start [s]
+        self._settling = Settling()
+        self._approach.start()
+
+    def extend(self, angle: float) -> None:
+        """Move the goal of the turn by `angle` [rad]."""
+        self._goal_yaw += angle
+        self.remaining += angle
+        self._approach.extend(angle)
+
+    def aim(self, goal_yaw: float) -> None:
+        """From now on, turn to the heading `goal_yaw` [rad] the short way round."""
+        self._approach.extend(difference(goal_yaw, self._goal_yaw))
+        self._goal_yaw = goal_yaw
+
+    def step(self, yaw: float, rate: float, dt: float, age: float = 0.0,
+             noise: float = 0.0) -> LawStep:
+        """Returns the LawStep for a sample of `yaw` [rad] and `rate` [rad/s].
+
+        The sample is `age` [s] old. Its yaw has the standard deviation `noise` [rad]. The last step
+        was `dt` [s] ago.
+        """
+        self._time += dt
+        self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
+        command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
+        rests = abs(rate) <= REST_ANGULAR and self._approach.only_stops_obeyed(age)
+        self._settling.update(rests, self._time - age)
+        if rests:
+            self.remaining = self._approach.way_after_stop.value
+        return LawStep(Twist2(0.0, command), self.remaining,
+                       finished=self._settling.rests and self._is_inside_tolerance())
+
+    def _is_inside_tolerance(self) -> bool:
+        uncertainty = self._approach.way_after_stop.uncertainty
+        if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
+            return abs(self.remaining) <= self._tolerance
+        return (self._settling.rested_for >= self.LONGEST_WAIT_AT_REST
+                and abs(self.remaining) <= self._tolerance + uncertainty)
