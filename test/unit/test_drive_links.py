@@ -15,8 +15,8 @@ from tb3_labs.marking.marks import _broken_link
 from tb3_labs.marking.trial.from_bag import with_stimuli
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.report.run_data import Numbers
-from tb3_labs.watch.broken_link import NodeRun
-from tb3_labs.watch.chains import CHAINS, first_broken
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun
+from tb3_labs.watch.chains import CHAINS, Link, first_broken
 from tb3_labs.watch.drive_links import not_silent, state_not_reset
 from tb3_labs.watch.drive_pose import place_quantities, wrong_pose
 from tb3_labs.watch.drive_states import POSE_TOLERANCE, Frame, StateInterval
@@ -312,3 +312,8 @@ def test_the_mistake_is_looked_for_where_points_can_be_lost(parts, is_told):
     verdicts = [Verdict(criterion, Outcome.MISSED, 'so', 1.0) for criterion in CRITERIA if not criterion.extra]
     found = _broken_link(Observation('move2goal', 'lab7_tf/a.py', played(*changes), parts), verdicts)
     assert bool(found and re.search(words, found[1].message)) is is_told
+
+
+def test_a_weak_mistake_does_not_hide_another_one_of_the_same_link():
+    link = Link('', lambda node_run: iter([BrokenLink('weak', 1.0, is_weak=True), BrokenLink('strong', 2.0)]), None, ())
+    assert [first_broken(None, [link], weak=weak)[1].message for weak in (True, False)] == ['weak', 'strong']

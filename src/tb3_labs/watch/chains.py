@@ -99,8 +99,9 @@ def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Itera
     are checked, by default all links. If `weak` is False, a weak BrokenLink does not count."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
-            broken = next(link.check(node_run), None)
-            if broken is not None and (weak or not broken.is_weak):
+            counted = (each for each in link.check(node_run) if weak or not each.is_weak)
+            broken = next(counted, None)
+            if broken is not None:
                 return link, broken
     return None
 
