@@ -1,8 +1,9 @@
 """Makes the data of the timeline of a run, and from these data the timeline's HTML.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording, but differs from each recorded value by at most its bound (`BOUNDS`). A track is
-interrupted at a time without samples.
+the recording, but differs from each recorded value by at most its bound (`BOUNDS`). Only a track
+that would need more than `MOST_POINTS` differs by more. A track is interrupted at a time without
+samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
 `local` and of the goals are in ``local``, all other poses are in ``odom``.
@@ -59,7 +60,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
     bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > LEAST_GAP) + 1)})
     kept = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
-    shown = kept[::1 + len(kept) // MOST_POINTS]
+    shown = kept[::math.ceil(len(kept) / MOST_POINTS)]
     return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
             'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
