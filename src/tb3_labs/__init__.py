@@ -5,5 +5,5 @@ Imports only go down: scripts -> the tools (report, marking, panel, doctor, skel
 down are the notions, in pure Python and numpy: no ROS, no clock, no print. Time comes in as `now`
 or `dt` in seconds. Angles are radians, counter-clockwise positive. Lengths are metres.
 
-A default value stands in a Config, in the file that uses it. `git grep '(Config)'` lists them all.
+Each default value is in a Config, in the file that uses it. `git grep '(Config)'` lists them all.
 """

@@ -70,7 +70,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
 
 
 def reason(problem: BaseException) -> str:
-    """Returns the reason of a failure in one line, with the name of the file if there is one."""
+    """Returns the reason for a failure in one line, with the name of the file if known."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
     if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name

@@ -1,7 +1,7 @@
 """Settings that describe and check themselves.
 
 A configuration is a frozen dataclass, and :func:`setting` makes its fields. Default, unit, bounds
-and meaning of a field stand in one place. The dataclass refuses an invalid value with one sentence.
+and meaning of a field are in one place. The dataclass refuses an invalid value with one sentence.
 The room `ros` reads, documents and changes ROS parameters by the same fields.
 
     @dataclass(frozen=True)

@@ -12,7 +12,7 @@ LEFT_KEY, RIGHT_KEY = 'l', 'r'
 K_HDG = 0.1               # the command for each degree of error [rad/s]
 MIN_ANG_Z = 0.5           # the slowest turn [rad/s]
 MAX_ANG_Z = 1.5           # the fastest turn [rad/s]
-MOUSE_DEAD_ZONE = 0.25    # the command is zero up to here; the edge of the screen is at 1
+MOUSE_DEAD_ZONE = 0.25    # up to here the command is zero; 1 is the edge of the screen
 MOUSE_FULL = 0.5          # the command of the mouse at the edge of the screen [m/s], [rad/s]
 PRINTED_HEADING = 'Current heading is {} degrees'
 #: The last line that each node prints.

@@ -1,10 +1,10 @@
-"""An approach drives until the remaining way is zero, and comes to rest there in spite of delays.
+"""An approach drives until the remaining way is zero, and stops there in spite of delays.
 
 The *way after a stop* is the way that would remain if the robot were commanded to stop now. Each
-sample predicts this way, by the delay, lag and gain that `motor_response` identifies. An `Estimate`
-filters the noise of the predictions. Between two samples, only the command changes this way. A
-braking profile gives the speed for this way. *Nudges* are short commands after the first stop. They
-correct the last error.
+sample predicts this way from the delay, lag and gain that `motor_response` identifies. An
+`Estimate` filters the noise of the predictions. Between two samples, only the command changes this
+way. A braking profile gives the speed for this way. *Nudges* are short commands after the first
+stop, which correct the last error.
 
 Units: radians or metres for ways, per second for speeds; seconds. Both directions are alike.
 Source: :func:`tb3_labs.control.commands.braking_speed` has the braking profile.
@@ -19,7 +19,7 @@ from tb3_labs.geometry.angles import clamp
 
 #: Two times that differ by less than this belong to the same sample, since times are rounded [s].
 SAME_SAMPLE_TIME = 1e-6
-#: The divisor of the gain is larger by this for a nudge, which the robot may obey for two periods.
+#: A nudge may last two periods, so it has a smaller gain: this is added to the divisor of the gain.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -29,26 +29,26 @@ class ApproachConfig:
 
     #: The robot obeys each command for this long [s].
     period: float
-    #: Bound of the change of the command [1/s^2].
+    #: The command changes at most this fast [1/s^2].
     acceleration: float
-    #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that a robot
-    #: that is disturbed can follow the profile.
+    #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
+    #: robot can follow the profile in spite of disturbances.
     braking: float
     #: Near zero the speed is this gain times the way after a stop [1/s].
     gain: float
-    #: The lowest speed of a motion. At a lower speed the last way would take too long.
+    #: The lowest speed of a motion. At a lower speed the last bit would take too long.
     slowest: float
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: Nudges use this in place of `close_enough`, if it is larger.
+    #: For nudges, the larger one of this and `close_enough` applies.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
     #: A nudge is held for this long [s], so that a stop does not replace the nudge too early.
     nudge_time: float = 0.0
-    #: Is the measured speed the present speed, as of a gyro? The speed of the odometry is the mean
-    #: of the last control period, which is too high while the robot brakes.
+    #: Is the measured speed the present speed, as from a gyro? The odometry sends the mean over the
+    #: last control period, which is too high while the robot brakes.
     speed_is_prompt: bool = False
 
 
@@ -56,22 +56,22 @@ class Approach:
     """One axis (turning or driving) that comes to rest where `remaining` is zero."""
 
     def __init__(self, config: ApproachConfig, response: Response) -> None:
-        """This approach improves the values of the robot in `response`."""
+        """`response` has the values of the robot. This approach improves them."""
         self._config = config
         self._response = response
         self.start()
 
     def start(self) -> None:
-        """Begin again with a robot that stands."""
+        """Start again with a robot at rest."""
         self._now = 0.0                     # since the start [s]
         self._measured_at = -math.inf       # time of the latest sample [s]
         #: The way that would remain if the robot were commanded to stop now.
         self.way_after_stop = Estimate()
-        self._direction = 0.0        # has the sign of the latest motion; 0 before the first
+        self._direction = 0.0        # sign of the latest motion; 0 before the first
         self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # the first step begins the history again, with its sample
+        self._begin(math.nan, 0.0)    # the first step calls this again, with its sample
 
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way, since the goal was moved."""
@@ -120,7 +120,7 @@ class Approach:
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> None:
-        """Begin the history of commands, just before the first command."""
+        """Start the history of commands, just before the first command."""
         self._history = CommandHistory(self._config.period)
         self._identification.begin(speed)
         self._start_remaining = remaining

@@ -2,12 +2,11 @@
 
 *Times*. A step of a law reads the latest samples and gives one command. The robot takes one new
 command in each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and
-a `Pace` finds when the step is due. A command that does not change holds for two periods.
+a `Pace` finds when the step is due. A command that does not change may be kept for two periods.
 
 *Delays*. A command reaches the robot after the *delay*, and the motors follow with a first-order
-*lag*. A controller that brakes by the measured position alone overshoots by the travel that is
-still to come. A Smith predictor brakes by the way that would remain if the robot were commanded to
-stop now,
+*lag*. A controller that looks only at the measured position brakes too late, and overshoots. A
+Smith predictor looks at the way that would remain if the robot were commanded to stop now,
 
     remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
 
@@ -27,18 +26,18 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: All steps after the first are due earlier by this [s], since the sample for a step may come 5 ms
-#: late. Until a late command arrives, the robot obeys the command before.
+#: All steps after the first are due this much early [s], since a step's sample may come 5 ms late.
+#: Until a late command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: A node that does not drive reads the next sample after this time, about one period [s].
 LONGEST_IDLE = 0.036
-#: The true value is this near to the estimate in 95 of 100 cases [standard deviations].
+#: In 95 of 100 cases the estimate is off by less than this [standard deviations].
 STANDARD_ERRORS = 2.0
 #: A sample that is this many standard deviations away contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
-#: A smaller lag is replaced by this lag, since time is divided by the lag [s].
+#: Smaller lags are raised to this, which avoids a division by zero [s].
 LEAST_LAG = 1e-6
 
 
@@ -105,7 +104,7 @@ class Pace:
         self._next += self._period
 
     def restart(self) -> None:
-        """Treat the next step as the first, since the robot stands or another node drives."""
+        """Treat the next step as the first, since the robot is at rest or another node drives."""
         self._last = None
 
 
@@ -118,7 +117,7 @@ class CommandHistory:
         self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
         #: Time since the start [s].
         self.now = 0.0
-        #: Begin of the period in which the robot obeys a command that is sent now [s].
+        #: Start of the period in which the robot obeys a command that is sent now [s].
         self.begin = 0.0
         #: The latest command.
         self.command = 0.0
@@ -142,7 +141,7 @@ class CommandHistory:
 
     def advance(self, dt: float) -> None:
         self.now += dt
-        # the nearest begin of a period, since a step may be a little early or late
+        # the nearest start of a period, since a step may be a little early or late
         self.begin = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
@@ -176,12 +175,12 @@ class CommandHistory:
         return 0.0
 
     def only_stops_since(self, time: float) -> bool:
-        """Was each command a stop, of the periods that begin at `time` or later?"""
+        """Was each command a stop, in all periods that start at `time` or later?"""
         return not any(command for begin, command in self._sent if begin >= time)
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """Returns the speed of a first-order motor `dt` [s] after `speed`, at a constant `command`."""
+    """Returns the speed of a motor that had `speed`, after `dt` [s] at a constant `command`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 

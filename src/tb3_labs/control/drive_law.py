@@ -40,16 +40,16 @@ class DriveLaw:
     FACING_ANGLE = 0.1
     #: An interrupted drive continues if the heading differs from the line by at most this [rad].
     RESUME_ANGLE = 0.3
-    #: The drive ends when the robot would come to rest this far before the goal [m].
+    #: The drive ends when a stop would leave the robot this far before the goal [m].
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line this far ahead [m]. A larger distance makes the
     #: steering calmer, a smaller distance keeps the robot nearer to the line.
     LOOK_AHEAD = 0.20
     #: At full speed every second step is skipped if the robot steers by at most this [rad/s].
     STRAIGHT_RATE = 0.05
-    #: A robot that would stop beyond the goal by more than this share of the tolerance overshoots,
+    #: A robot overshoots if it would stop beyond the goal by more than this share of the tolerance.
     OVERSHOOT_SHARE = 0.3
-    #: unless it is slower than this [m/s].
+    #: A robot that is slower than this does not overshoot [m/s].
     REST_SPEED = 0.01
 
     def __init__(self, config: DriveConfig, model: RobotModel,
@@ -80,8 +80,8 @@ class DriveLaw:
     def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
         """Returns the state in which an interrupted drive continues.
 
-        A robot that still faces along its line drives on. A robot that made the last turn begins
-        this turn again. Otherwise the drive begins again from `pose`.
+        A robot that still faces along its line drives on. An interrupted last turn starts again.
+        Otherwise the drive starts again from `pose`.
         """
         off = difference(self._heading_along(self._line), pose.yaw)
         if state is GoalState.MOVE_FORWARD and abs(off) <= self.RESUME_ANGLE:
@@ -105,8 +105,8 @@ class DriveLaw:
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Drive along the line. The state is finished when a stop would end at the goal.
 
-        A robot whose command is delayed may drive past the goal. It then waits until it rests, and
-        backs up straight if it is outside the tolerance.
+        If a command is delayed, the robot may drive past the goal. Then it comes to rest, and backs
+        up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
         ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
@@ -130,7 +130,7 @@ class DriveLaw:
         return self._step(0.0, turn, turn.remaining, turn.finished)
 
     def shortfall(self, pose: Pose2, goal: Pose2) -> str:
-        """Returns a text about the distance from the goal, or '' inside the tolerance."""
+        """Returns a text with the distance to the goal; '' inside the tolerance."""
         distance = pose.distance_to(goal)
         if distance <= self.distance_tolerance:
             return ''

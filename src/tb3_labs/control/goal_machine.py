@@ -5,8 +5,8 @@ and decides when the state is finished. This module chooses the next state. A dr
 a reason if the robot gets no nearer to its goal. The goal is reached when the robot has settled,
 and a later sample shows it at the goal.
 
-Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure the
-command is None, not a zero.
+Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure
+there is no command (None).
 """
 from collections import defaultdict
 from typing import Dict, Optional
@@ -19,8 +19,8 @@ from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensors_and_stalls import StallWatch
 
-#: A drive that ends outside its tolerance begins again from there, at most this many times. For
-#: instance the network may have stalled.
+#: A drive that ends outside its tolerance, for instance since the network stalled, starts again
+#: from there, at most this many times.
 MORE_TRIES = 2
 
 
@@ -66,7 +66,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """Let the next step continue from the robot's present pose, since the robot stood."""
+        """The robot was stopped. Let the next step continue from the robot's present pose."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -92,7 +92,7 @@ class GoalMachine:
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        while self.active:    # in the same step, the next state follows a state that is finished
+        while self.active:    # after a finished state, the next state has its turn in the same step
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
@@ -108,8 +108,8 @@ class GoalMachine:
         return None
 
     def _has_settled(self, motion: Motion) -> bool:
-        """Has the robot settled, and was the latest odometry measured since it came to rest? The
-        law uses only the IMU for this."""
+        """Has the robot settled, and was the latest odometry measured after the robot came to rest?
+        (The law itself checks only the IMU.)"""
         since = self._settling.since
         return (self._settling.rests and since is not None
                 and self._time - motion.odometry_age >= since)

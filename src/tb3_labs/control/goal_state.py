@@ -1,4 +1,4 @@
-"""The settings, the states, and the texts on `goal_state`, by which a user knows a drive to a goal.
+"""What a user sees of a drive to a goal: the settings, the states, and the texts on `goal_state`.
 
 The Transformation lab lists the states:
 

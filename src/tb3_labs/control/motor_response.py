@@ -2,15 +2,15 @@
 
 A command crosses the network and waits for the next control period of the firmware. This time is
 the *delay*. The motors then follow as a first-order system with a *lag*. The steady speed is the
-command times a *gain*. The gain differs a little from 1, since motors run at whole steps of speed,
-and the distance of the wheels differs from robot to robot. A robot that started from rest has
+command times a *gain*. The gain differs a little from 1: motors have discrete speeds, and the
+distance between the wheels differs from robot to robot. A robot that started from rest has
 
     the travel   x(t) = gain U(t - delay) - lag v(t)
 
 with the travel U that was commanded until then, and the speed v. Each sample of a robot that speeds
-up, or is at steady speed, is one such equation. The equations are solved by least squares. The
-approach begins with the values of earlier approaches. A larger deviation of a value gives the value
-a smaller weight.
+up, or is at steady speed, is one such equation. The equations are solved by least squares. An
+approach starts with the values of earlier approaches. The weight of such a start value is smaller
+if its standard deviation is larger.
 
 At steady speed the equation shows only the sum of delay and lag. So the first sample of a motion is
 used in a different way. From rest, with the command u, a first-order motor has
@@ -48,7 +48,7 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
-#: A sample delay is clipped to these [s]. The firmware on a fast host has the least.
+#: A sample delay is clipped to these [s]. The least is that of the firmware on a fast host.
 LEAST_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
 #: A measured delay and a measured lag are clipped to these [s].
 MAX_DELAY, MAX_LAG = 0.4, 0.15
@@ -60,7 +60,7 @@ FIRST_LAG_DEVIATION = 0.05      # [s]
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DEVIATION = 0.002
-#: Weight of each measurement at steady speed, for the values with which the next approach begins.
+#: Weight of each measurement at steady speed in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
 #: Least weight of a measurement in the usual delay, which is learned over several approaches.
 LEAST_LEARNING_WEIGHT = 0.01
@@ -117,8 +117,8 @@ class Response:
 
 def identify_at_start(time: float, steady_speed: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
-    """Returns (delay, lag) [s] by one sample of a robot that speeds up, or None if the sample does
-    not show them.
+    """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if the sample does
+    not show both.
 
     The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
     The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
@@ -143,22 +143,22 @@ class Identification:
         self._response = response
         self._initial = copy(response)    # the equations are solved for the difference from this
         self._speed_is_prompt = speed_is_prompt
-        self._from_rest = False          # did the robot stand when the approach began?
+        self._from_rest = False          # was the robot at rest at the start?
         self._start_observed = False     # did a sample show that the robot speeds up?
         lag_deviation = FIRST_LAG_DEVIATION if speed_is_prompt else FIXED_LAG_DEVIATION
         deviations = np.array([FIRST_GAIN_DEVIATION, FIRST_DELAY_DEVIATION, lag_deviation])
         self._normal_matrix, self._normal_vector = np.diag(deviations ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """Begin with a robot of this measured `speed`, just before the first command. Only a start
-        from rest is used, since an earlier command may cause another motion."""
+        """Start just before the first command, at this measured `speed`. Nothing is identified
+        unless the robot is at rest, since an earlier command may still move the robot."""
         self._from_rest = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travelled: float, speed: float,
                fastest: float, age: float = 0.0) -> None:
         """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
         if age > LONGEST_AGE:
-            self._from_rest = False    # commands may be delayed, too
+            self._from_rest = False    # then commands may be delayed, too
         if not self._from_rest:
             return
         if self._speed_is_prompt and not self._start_observed and abs(speed) > ONSET_SPEED:
@@ -196,7 +196,7 @@ class Identification:
         self._normal_matrix += weight * np.outer(row, row)
         self._normal_vector += weight * missing * row
         gain, delay, lag = map(float, np.linalg.solve(self._normal_matrix, self._normal_vector))
-        # a lag that is clipped changes the delay, so that their sum stays the same
+        # if the lag is clipped, the delay changes, so that the sum of both stays the same
         estimate, delay_plus_lag = self.estimate, initial.delay + delay + initial.lag + lag
         estimate.gain = initial.gain + gain
         estimate.lag = clamp(initial.lag + lag, 0.0, MAX_LAG)

@@ -20,8 +20,8 @@ SETTLING_TIME = 0.03
 
 
 class Settling:
-    """Has the robot been at rest for `SETTLING_TIME`, by the samples of one motion? The times of
-    measurement count, since one sample may be read several times."""
+    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? The
+    times of measurement count, since one sample may be read several times."""
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
@@ -38,7 +38,7 @@ class Settling:
 
     @property
     def rested_for(self) -> float:
-        """Time that the samples at rest span [s]; 0 while the robot moves."""
+        """Time from the first to the latest sample at rest [s]; 0 while the robot moves."""
         return self._last - self.since if self.since is not None else 0.0
 
     @property
@@ -61,7 +61,7 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: At rest the turn waits for more samples of a noisy IMU, at most this long [s].
+    #: If the IMU is noisy, a turn at rest waits for more samples, at most this long [s].
     LONGEST_WAIT_AT_REST = 0.6
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     KNOWN_WELL_SHARE = 0.35
@@ -76,7 +76,7 @@ class PreciseTurn:
         self.start(0.0, 0.0)
 
     def start(self, yaw: float, angle: float) -> None:
-        """Turn a robot that stands by `angle`, beginning at `yaw` [rad]."""
+        """Turn a robot at rest by `angle` from its heading `yaw` [rad]."""
         self._goal_yaw = yaw + angle    # the heading at the end of the turn [rad]
         #: The remaining angle, which may be many whole turns [rad].
         self.remaining = angle

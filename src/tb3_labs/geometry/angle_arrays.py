@@ -13,8 +13,8 @@ from tb3_labs.geometry.angles import MAX_TILT, NORM_TOLERANCE, WHOLE_TURN
 
 def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
              whole_turn: float = WHOLE_TURN) -> np.ndarray:
-    """Returns `angles`, an array of any shape, wrapped to (-pi, pi]. Angles in degrees have the
-    `whole_turn` 360, and are wrapped to (-180, 180]."""
+    """Returns `angles`, an array of any shape, wrapped to (-pi, pi]. For angles in degrees,
+    `whole_turn` is 360, and the result is in (-180, 180]."""
     angles, half_turn = np.asarray(angles, dtype=float), whole_turn / 2.0
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - whole_turn * np.round(angles / whole_turn), half_turn)

@@ -15,7 +15,7 @@ from squaternion import Quaternion
 WHOLE_TURN = 2.0 * math.pi
 #: A norm is invalid if it differs from 1 by more than this. A real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
-#: A larger tilt is invalid, since it shows a wrong order of the quaternion's parts [rad].
+#: A larger tilt is invalid: the parts of the quaternion must be in a wrong order [rad].
 MAX_TILT = math.radians(45.0)
 
 
@@ -57,7 +57,7 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
-    # the formulas of Quaternion.to_euler(), which takes three times as long
+    # the formulas of Quaternion.to_euler(), but three times as fast
     w, x, y, z = w / norm, x / norm, y / norm, z / norm
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(clamp(2.0 * (w * y - z * x), -1.0, 1.0))

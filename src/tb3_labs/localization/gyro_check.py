@@ -1,7 +1,7 @@
 """Does the gyro contradict the wheels, or the orientation of its own IMU?
 
-A board that calibrates its gyro while the robot turns treats this rate of turn as zero. From then
-on the gyro is wrong by this rate, also at rest. Each rate of the gyro is compared with the rates at
+A board that calibrates its gyro while the robot turns takes this rate of turn for zero. From then
+on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with the rates at
 which the wheels turned the robot a little earlier and later. The part of the turn that delay, slip
 and uneven wheels do not explain is added up. A robot that is carried also contradicts its wheels.
 
@@ -13,8 +13,8 @@ Times are the samples' stamps, so delays of the network do not matter. Cases:
 * A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`, also after a
   silence of more than timeouts.RESUME_TIME, in which a board may calibrate its gyro again. The
   motion does not wait longer if the samples of the wheels cannot be compared.
-* In motion, an error of the gyro is not found if slip or uneven wheels may explain it. This is
-  5.5 % of the turn, and 7.5 deg/s at full speed.
+* In motion, an error of the gyro is not found if slip (5.5 % of the turn) or uneven wheels
+  (7.5 deg/s at full speed) may explain the error.
 
 Units: seconds, radians. Sources: the firmware's lag of 13 to 105 ms; a recorded drive of a Burger,
 in which at most 0.5 deg of the turns are unexplained.
@@ -40,9 +40,9 @@ SLIP_SHARE = 0.055
 UNEVEN_SHARE = 0.033
 #: A sound gyro drifts by up to this [rad/s].
 GYRO_DRIFT = 0.02
-#: If the gyro agreed with resting wheels, the wheels may slip by this share, as on a carpet.
+#: Once the gyro agreed with resting wheels, a slip up to this share is believed, as on a carpet.
 WORST_SLIP_SHARE = 0.45
-#: If the gyro agreed with resting wheels, the wheels may be uneven by this share, as if worn.
+#: Once the gyro agreed with resting wheels, wheels may be uneven by this share (worn wheels).
 WORST_UNEVEN_SHARE = 0.1
 #: The slip of the wheels is known after steady turns of this total time [s].
 SLIP_TIME = 0.1
@@ -56,7 +56,7 @@ MAX_UNEXPLAINED_TURN = 0.015
 AGREEMENT_TIME = 1.0
 #: The wheels rest while the margin of _Comparison.plausible_rates() is below this [rad/s].
 RESTING_MARGIN = 1.2 * GYRO_DRIFT
-#: A robot that turns more slowly than this stands [rad/s].
+#: A robot that turns more slowly than this is at rest [rad/s].
 STANDING_RATE = 0.03
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
@@ -64,11 +64,11 @@ WHEEL_MEMORY = 0.6
 GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved? carried? not a '
              '{}?): let it rest, then `rostopic pub -1 {} std_msgs/Empty`')
 
-#: The orientation stands if it stays the same while the gyro shows a turn of this size [rad].
+#: The orientation is stuck if it stays the same while the gyro shows a turn of this size [rad].
 GYRO_TURNED = 0.1
-#: The noise of an orientation that stands is smaller than this [rad].
+#: The noise of a stuck orientation is smaller than this [rad].
 STANDING_NOISE = 0.02
-#: An orientation that stands changes by less than this share of the gyro's turn.
+#: A stuck orientation changes by less than this share of the gyro's turn.
 STANDING_SHARE = 0.25
 #: The problem in words, and its remedy.
 ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch the robot off and "
@@ -81,11 +81,11 @@ class OrientationWatch:
     the gyro rested for `AGREEMENT_TIME`."""
 
     def __init__(self) -> None:
-        self._first_yaw: Optional[float] = None   # yaw at the begin of the comparison [rad]
+        self._first_yaw: Optional[float] = None   # yaw at the start of the comparison [rad]
         self._farthest = 0.0                  # largest change of the yaw since then [rad]
         self._turned = 0.0                    # turn by the gyro since then [rad]
         self._rested_for = 0.0                # time for which the gyro rested [s]
-        #: Does the orientation stand?
+        #: Is the orientation stuck?
         self.stands = False
 
     def on_imu(self, timed: TimedSample) -> None:
@@ -207,7 +207,7 @@ class GyroWatch:
             readings.append(_GyroRate(last.stamp, sample.stamp, last.yaw_rate,
                                       sample[1:] == last[1:]))
         if readings and readings[0].end < sample.stamp - WHEEL_MEMORY:
-            readings.popleft()    # samples of the wheels do not arrive
+            readings.popleft()    # no samples of the wheels arrive
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True

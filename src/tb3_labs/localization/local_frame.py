@@ -1,10 +1,10 @@
 """The local frame, in which a reset declares the pose of the robot.
 
-In the theory of the lab, A is the frame ``odom``, B is the frame ``local``, and (t, theta)
-is the pose of B in A. The place p_A is ``p_B = R(theta)^-1 (p_A - t)`` in B.
+The lab calls the frame ``odom`` A, and the frame ``local`` B. The pose of B in A is (t, theta).
+A place p_A in A is the place ``p_B = R(theta)^-1 (p_A - t)`` in B.
 
 A reset declares the robot's present pose in local. The reset uses the odometry's pose and the IMU's
-yaw, both of one instant:
+yaw at one instant:
 
 * The place comes from the odometry. So theta comes from the *odometry's* yaw. The IMU's yaw differs
   from the odometry's yaw by a constant angle, and would turn every displacement by this angle.

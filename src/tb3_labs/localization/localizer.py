@@ -24,7 +24,7 @@ from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: The motion after the latest samples is assumed for two control periods at most [s].
+#: The latest speed is assumed to last for two control periods at most [s].
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -90,7 +90,7 @@ class Localizer:
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._awaits_imu = True    # has the IMU been silent since a silence of both sensors?
+        self._awaits_imu = True    # after a silence of both sensors: no IMU yet?
 
     def on_imu(self, timed: TimedSample) -> None:
         jump = heading_jump(timed.before, timed.sample)
@@ -116,9 +116,9 @@ class Localizer:
         self._carry_out_resets()
 
     def pop_fix(self) -> Optional[Fix]:
-        """Returns the latest Fix once; None without a new Fix, or while the pose is lost. Samples
-        after the request of a waiting reset give None, since the Fix would be in the old frame. The
-        first Fix declares the frame, if a reset has not declared a frame before."""
+        """Returns the latest Fix once; None without a new Fix, or while the pose is lost. While a
+        reset waits, samples after its request give None, since their Fix would be in the old frame.
+        The first Fix declares the frame, unless a reset has done so before."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
             return None
@@ -145,8 +145,8 @@ class Localizer:
         return over
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
-        """Declare that the robot is at `reset.requested` at `now`. Resets are carried out in their
-        order. Samples are older than their stamps by `sample_delay` [s]."""
+        """Declare that the robot is at `reset.requested` at `now`. Resets are carried out in order.
+        Samples are older than their stamps show, by `sample_delay` [s]."""
         reset.requested_at, reset.sample_delay = now, sample_delay
         reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
@@ -177,7 +177,7 @@ class Localizer:
                       self._yaw_noise.deviation, extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` between the request of a waiting reset and the stamp of its samples?"""
+        """Is `stamp` after the request of a waiting reset, but before the samples that it needs?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 

@@ -5,18 +5,18 @@ The odometry has three kinds of jumps:
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. The rate of turn of this
   message has a spike, and the displacement is opposite to the speed of the same message.
 * A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
-  Meanwhile the motors keep their speed. The robot has not moved if it stood before the silence.
-  Then the calibration caused the IMU's turn. Otherwise the pose is lost.
+  Meanwhile the motors keep their speed. So a robot that was at rest before the silence has not
+  moved, and a turn of the IMU comes from its calibration. Otherwise the pose is lost.
 * The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
-  Then the robot is assumed to stand at its last place, turned as the IMU shows. If the IMU jumps
+  Then the robot is assumed to be at its last place, turned as the IMU shows. If the IMU jumps
   as well, the pose is lost.
 
 A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in the new ``odom``.
 Each pose in ``odom`` must be multiplied by the shift.
 
 Units: metres, radians, seconds. Source: OpenCR firmware 1.2.6 (see
-:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s, and the odometry's yaw then begins at
-the IMU's turn of that time. In a recording of a real Burger, a reversed displacement is 7.3 mm.
+:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s. Then the odometry's yaw starts at the
+turn of the IMU meanwhile. In a recording of a real Burger, a reversed displacement is 7.3 mm.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -40,7 +40,7 @@ TURN_SLACK = 0.3
 SPIKE_RATE = 10.0
 #: The odometry is at zero if its place is exactly zero, and its yaw is below this [rad].
 ZERO_YAW = 0.01
-#: The odometry was not set to zero if its place had been nearer to zero than this [m].
+#: A step to zero from a place nearer than this does not show that the odometry was reset [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
@@ -52,7 +52,7 @@ RESTING_TURN = 0.1
 CALIBRATION_TURN = 0.005
 #: A turning robot comes to rest within this time after its last message [s].
 STOPPING_TIME = 0.5
-#: The odometry contradicts the wheels if it moves for this long while the wheels stand [s].
+#: The odometry contradicts the wheels if it moves this long while the wheels are at rest [s].
 CONTRADICTION_TIME = 0.5
 #: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
@@ -74,7 +74,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class _Gap:
-    """The time between two odometry messages. Other messages between the two may be skipped."""
+    """The time between two odometry messages, between which other messages may be skipped."""
 
     def __init__(self) -> None:
         self._by_stamps = self._by_arrival = 0.0
@@ -90,8 +90,8 @@ class _Gap:
 
     @property
     def shortest(self) -> float:
-        """The shorter time by stamps or arrivals [s]. Neither delayed messages nor a clock that is
-        set make it longer."""
+        """The shorter time by stamps or arrivals [s]. Neither a delay nor the setting of a clock
+        makes this time longer."""
         if self._by_stamps > 0.0:
             return min(self._by_stamps, self._by_arrival)
         return self._by_arrival
@@ -155,7 +155,7 @@ class JumpFinder:
                 shift, jump = self._after_reset(self._last_received, latest, driven_at)
             elif problem:
                 shift, jump = _stand_still(problem, self._last_moved, latest)
-            elif _is_backwards(before, sample):    # the step must be mirrored at `before`
+            elif _is_backwards(before, sample):    # mirror the step at `before`
                 shift = _shift(Pose2(2.0 * before.x - sample.pose.x,
                                      2.0 * before.y - sample.pose.y, sample.pose.yaw), sample.pose)
         if self._last_moved is None or sample.pose != self._last_moved.sample.pose:
@@ -165,7 +165,7 @@ class JumpFinder:
 
     def _after_reset(self, before: _JumpSample, after: _JumpSample,
                      driven_at: float) -> Tuple[Optional[Pose2], Jump]:
-        """Returns (shift, jump) of a reset. The pose is kept if the robot surely stood."""
+        """Returns (shift, jump) of a reset. The pose is kept if the robot was surely at rest."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
         if stood and abs(turned) <= RESTING_TURN and (
@@ -177,7 +177,7 @@ class JumpFinder:
 
 def _stand_still(problem: str, last: _JumpSample,
                  now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
-    """Returns (shift, jump) for a robot that stands at its place of `last`."""
+    """Returns (shift, jump) for a robot that is still at its place of `last`."""
     turned = difference(now.imu.yaw, last.imu.yaw)
     if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
         return None, Jump(problem, POSE_LOST)
@@ -217,7 +217,7 @@ class _Interval:
         self.begin, self.end = math.inf, -math.inf
 
     def update(self, is_true: bool, stamp: float) -> None:
-        """Take in the condition at `stamp` [s]. If the clock goes back, begin again."""
+        """Take in the condition at `stamp` [s]. If the clock goes back, start again."""
         if not (is_true and self.begin <= stamp):
             self.begin = stamp
         self.end = stamp
@@ -227,8 +227,8 @@ class EncoderWatch:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders. So the odometry moves at its last speed for ever, while the robot and the
-    angles in `joint_states` stand.
+    of its encoders. So the odometry moves at its last speed for ever, while the robot is at rest
+    and the angles in `joint_states` do not change.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
     of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls

@@ -5,13 +5,13 @@ TimedSample, which has all times that other files need. Other files do not measu
 
 Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
 or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
-are ordered by their stamps. The *least delay* between stamp and arrival in the last seconds belongs
-to the fastest message, and converts one clock to the other clock. If the stamps are not a clock,
-the arrivals are used in place of the stamps, for both sensors.
+are ordered by their stamps. The *least delay* between stamp and arrival in the last seconds is that
+of the fastest message. It converts times from one clock to the other. If the stamps are not a
+clock, the arrivals replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
-* A stamp that is only old shows that the message was delayed. The stamp is used.
+* If a stamp is merely old, the message was delayed. The stamp is used.
 * A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
   stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
@@ -42,7 +42,7 @@ class TimedSample(NamedTuple):
     """A sample and its times."""
 
     sample: Any           # an ImuSample or OdometrySample
-    before: Any           # the sample before, of the same sensor; None if `sample` is the first
+    before: Any           # the same sensor's previous sample; None if `sample` is the first
     arrival: float        # time of arrival [s, receiver's clock]
     time: float           # time of measurement [s, sender's clock]; `arrival` without stamps
     epoch: int            # epoch of the sender's clock
@@ -98,7 +98,7 @@ class SenderClock:
     """The robot's clock, learned from the stamps of its messages."""
 
     def __init__(self) -> None:
-        #: Number of the epoch, from 0 on.
+        #: Number of the epoch; the first is 0.
         self.epoch = -1
         #: False once the stamps have shown that they are not a clock.
         self.uses_stamps = True
@@ -171,8 +171,8 @@ class SenderClock:
 
 
 class YawNoise:
-    """Learns the noise of one IMU. The sample before and the gyro's rate predict the yaw of a
-    sample. If the robot turns slowly and evenly, the measured yaw differs by noise alone."""
+    """Learns the noise of one IMU. The previous sample and the gyro's rate predict the yaw of a
+    sample. If the robot turns slowly and evenly, the measured yaw differs only by noise."""
 
     def __init__(self) -> None:
         #: Standard deviation of one sample's yaw [rad].

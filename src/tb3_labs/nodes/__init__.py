@@ -8,6 +8,6 @@ folder has the node's core, which knows neither ROS nor a clock, and files `ros_
 * *Out*: ``tick(now)`` looks at the clock and decides. It returns one events.Output, which has the
   command, and all else that the node must do once. `tick` is called after each message, and ten
   times a second. While an Output is `watched`, it is called more often, since messages may stop.
-  For the time of ``idle_for(now)`` no sample of the IMU needs to be read.
+  ``idle_for(now)`` is the time for which no sample of the IMU needs to be read.
 * *State*: properties, ``status(now)`` and ``problem(now)`` change nothing.
 """

@@ -42,7 +42,7 @@ class DemoDrive:
 
     @property
     def is_good(self) -> bool:
-        """Did the drive end at the goal, by its true errors, too?"""
+        """Did the drive end at the goal, also by its true errors?"""
         distance, angle = self.true_error
         return (self.state == GoalState.GOAL_REACHED.name
                 and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)

@@ -7,14 +7,14 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: A robot does not turn farther than this between two samples of the IMU [rad], since a node that
-#: drives by the IMU stops the robot when the IMU is silent.
+#: A robot turns at most this far between two samples of the IMU [rad], since a node that drives by
+#: the IMU stops the robot when the IMU is silent.
 FARTHEST_TURN = 1.0
 #: The place of the odometry is at most this far away, a day of driving [m].
 FARTHEST_PLACE = 2e4
-#: Largest speed of the odometry, of wheels that a person spins [m/s].
+#: Largest speed of the odometry, if a person spins the wheels [m/s].
 FASTEST_DRIVE = 3.0
-#: Largest rate of turn of the odometry, the firmware's spike of two pi in at least 1 ms [rad/s].
+#: Largest turn rate in the odometry: the firmware's spike, two pi in at least 1 ms [rad/s].
 FASTEST_SPIKE = 7e3
 #: Largest rate that the board's gyro can measure, 2000 deg/s [rad/s].
 FASTEST_GYRO = 35.0

@@ -12,7 +12,7 @@ from tb3_labs.config import NOT_GIVEN
 
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
-#: Motors run at whole steps of this speed, rounded towards zero [rad/s].
+#: The speed of a motor is rounded towards zero to a multiple of this [rad/s].
 MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 #: The firmware applies the latest command, and sends odometry, at this rate [1/s].
 CONTROL_RATE = 30.0
@@ -83,7 +83,7 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
 
 
 def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model called `name`. ``ValueError`` for an unknown name, which stands in the
+    """Returns the model called `name`. ``ValueError`` for an unknown name, which came from the
     parameter or variable `source`."""
     try:
         return MODELS[name]

@@ -11,7 +11,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
 class ControlHolder(Enum):
-    """The node that may drive, as far as a node `gamepad` knows."""
+    """The node that may drive, from the view of one `gamepad` node."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'

@@ -25,7 +25,7 @@ class DeadMan:
         self._sleep = SleepWatch()
 
     def begin(self, now: float) -> None:
-        """Begin with the first page. The caller must call :meth:`silence` often from then on."""
+        """Start with the first page. From then on the caller must call :meth:`silence` often."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
@@ -72,7 +72,7 @@ class DeadMan:
         self.page = None
 
     def silence(self, now: float) -> float:
-        """Returns the silence of the page that drives [s]; 0 if this page is not lost."""
+        """Returns how long the page that drives has been silent [s]; 0 if the page is not lost."""
         self._sleep.update(now)
         is_lost = self.page is not None and not self._source.is_fresh(now)
         return self._source.age(now) if is_lost else 0.0

@@ -2,8 +2,8 @@
 
 An Event is a message that a person may have caused, such as a True, a False, or a turn. It is
 doubtful if it may be older than this node, or than its connection. Only the first message on a
-connection can be so old, if the sender existed before this node, or had another connection. Then a
-latched message is always doubtful, another message only for `REPEATS_WITHIN`.
+connection can be so old, and only if the sender existed before this node, or had another connection
+before. Such a message is always doubtful if latched, otherwise only for `REPEATS_WITHIN`.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """
@@ -90,7 +90,7 @@ class MessageAges:
         if is_restarted and connection.renews:    # such a sender is silent until a person acts
             return Age.RESTARTED
         if connection.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
-            return Age.OLD    # the first message of a person would come later
+            return Age.OLD    # a message that a person sends now would come later
         if connection.latches and not connection.renews:
             return Age.LATCHED
         if now - connection.since < REPEATS_WITHIN:

@@ -1,6 +1,6 @@
 """Is a goal accepted, and which goal does a cancel end?
 
-Each goal replaces the goal before, also a goal of another sender. A sender *repeats* a goal if it
+Each goal replaces the previous goal, even that of another sender. A sender *repeats* a goal if it
 sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
 
 * A cancel ends the goal with the same name, or each goal up to the cancel's stamp, or every goal.
@@ -16,7 +16,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
 
-#: The reason for rejecting a goal that was ended before, and that its sender repeats.
+#: The reason for rejecting a repeated goal that was ended before.
 STAYS_ENDED = 'its sender repeats it since before it was ended'
 
 

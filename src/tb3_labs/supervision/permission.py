@@ -48,13 +48,13 @@ class _Grant:
         self._source.received(now)
 
     def renew(self, now: float) -> None:
-        """Take in a renewal. If 20 renewals have arrived within 0.5 s of the True, a network held
-        them for 1.5 s or longer, and the True as well."""
+        """Take in a renewal. A sender needs 2 s for 20 renewals. If they arrive within 0.5 s of the
+        True, the network has delayed the True by at least 1.5 s."""
         self._source.received(now)
         self._received_for = now - self.granted_at
         self.sent_before = self.granted_at
         delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
-        # after some seconds, a sender's fast clock would look like a delay
+        # checked for a few seconds only: later a sender's fast clock would look like a delay
         if self._renews and delay > 0.0 and self._received_for < EXPIRE_AFTER:
             self.sent_before -= delay
 
@@ -99,7 +99,7 @@ class Permission:
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
-        """Begin to hear senders. The time before is not a sleep."""
+        """Start to hear senders. The time before is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
             self._grants[''] = _Grant(now, renews=False)
@@ -170,7 +170,7 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant if its renewals show that the True was sent too early."""
+        """End a grant if its renewals show that its True was sent too long ago."""
         if grant.granted_at - grant.sent_before > OLDEST_GRANT:
             self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.granted_at):

@@ -13,7 +13,7 @@ from typing import Any, Optional
 from tb3_labs.supervision.timeouts import (
     FROZEN_TIME, RESUME_TIME, ROBOT_START, SENSOR_TIMEOUT, Freshness)
 
-#: The text about a robot that must stand although its sensors are fresh.
+#: The text if the robot must not move yet, although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
 #: If the command is to drive faster than this, the readings must show a motion [m/s].
 SURE_DRIVE_SPEED = 0.02
@@ -21,9 +21,9 @@ SURE_DRIVE_SPEED = 0.02
 SURE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer for this long [s].
 STALL_TIME = 1.3
-#: The robot got nearer if the remaining way has shrunk by at least this much [m or rad].
+#: The robot got nearer if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
-#: The rests of one drive may take this time in total [s].
+#: One drive may command rest for at most this time in total [s].
 LONGEST_REST = 4.0
 #: The goal is missed if the remaining way grows again by more than this [m or rad]. A robot
 #: overshoots by less in a short stall of the network.
@@ -91,7 +91,7 @@ class SensorWatch:
         #: Length of the last silence, without the time before the request of the motion [s].
         self.silent_for = 0.0
         self._longest_wait = ROBOT_START    # time for which a motion waits for the sensors [s]
-        self._silent_since = math.nan    # begin of the silence [s]; NaN: not known
+        self._silent_since = math.nan    # start of the silence [s]; NaN: not known
         self._were_fresh = False         # were the sensors fresh at the last update?
 
     def request_motion(self) -> None:
@@ -100,15 +100,15 @@ class SensorWatch:
 
     def update(self, now: float, is_checked: bool = True) -> None:
         """Find the status. Call this often, also at each step of a drive. `is_checked`: were gyro
-        and wheels compared? A motion waits for the sensors, then as long again for the comparison.
+        and wheels compared? A motion waits for the sensors, and then for this comparison.
         """
         for source in self._sources:
             source.clock_went_back(now)
-        # after its first message a new TurtleBot3 calibrates its gyro for 2.6 s, and must stand
+        # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
         are_fresh = self.are_fresh(now) and all([source.count > 1 for source in self._sources])
         silent_for = now - self._silent_since if self._silent_since <= now else 0.0
         is_late = silent_for > self._longest_wait
-        if are_fresh and (is_checked or not self._were_fresh):    # a new wait would begin now
+        if are_fresh and (is_checked or not self._were_fresh):    # a later wait would start now
             self._silent_since = now - max([source.age(now) for source in self._sources])
             self._longest_wait = RESUME_TIME
         else:
@@ -171,8 +171,8 @@ class StallWatch:
         self._rested_for = 0.0
 
     def resume(self) -> None:
-        """Accept a longer remaining way after a silence of the sensors. The time without progress
-        is kept. Otherwise a bad network would hide a stalled robot."""
+        """Accept a longer remaining way after a silence of the sensors. Keep the time without
+        progress, since otherwise a bad network would hide a stalled robot."""
         self._least = None
 
     def update(self, remaining: float, linear: float, angular: float, dt: float,

@@ -18,11 +18,11 @@ from typing import Deque, Optional, Tuple
 SENSOR_TIMEOUT = 0.22
 #: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen.
 FROZEN_TIME = 0.6
-#: A reading may be repeated for this long, since a new sample was not due.
+#: A reading that is repeated for at most this long is normal: a new sample is not due yet.
 SHORT_REPETITION = 0.05
 #: A motion continues by itself after a silence of the sensors of at most this length.
 RESUME_TIME = 2.0
-#: The same limit before the first message of a robot. A board needs up to 14 s to start.
+#: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
 ROBOT_START = 20.0
 #: A turn that is typed before the robot is connected waits this long for the robot.
 ROBOT_WAIT = 5.0
@@ -32,7 +32,7 @@ RESET_SILENCE = 1.0
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: The odometry may show a longer displacement after a longer silence, up to this silence.
+#: A silence allows the odometry a larger step. This is the longest silence that counts for it.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -56,7 +56,7 @@ NOISE_GAP = 0.1
 SMALL_STEP = 0.1
 #: A stamp that is this far ahead of its arrival belongs to a new clock.
 CLOCK_STEP = 1.0
-#: A message after a silence of all sources of this length belongs to a new clock.
+#: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
 #: The stamps of a source are not a clock if they are off by a clock step for longer than this.
 MAX_OFF_TIME = 1.0
@@ -65,11 +65,11 @@ MAX_BEHIND_TIME = 0.5
 
 # -- a message is late, or repeats an earlier one
 
-#: The least delay is taken over the messages of this time.
+#: The least delay is taken from the messages of the last seconds, this many.
 DELAY_WINDOW = 5.0
 #: Each message adds at most this to the time for which the sender was heard.
 MAX_RECEIVED_STEP = 0.1
-#: The delay of a pad's messages is known this long after the first one.
+#: The usual delay of a pad is known this long after its first message.
 LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
 LONGEST_AGE = 0.1
@@ -77,9 +77,9 @@ LONGEST_AGE = 0.1
 REPEATS_WITHIN = 2.0
 #: A message that was latched before a node began to listen arrives within this time.
 LATCHED_WITHIN = 0.3
-#: Messages of move_to_goal within this time after a press of A may be older than the press.
+#: A message of move_to_goal may be older than a press of A that came up to this time before.
 CROSSING_TIME = 0.3
-#: After taking the robot back the pad waits until move_to_goal has stopped.
+#: A pad that takes the robot back waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
 
 # -- a person's permission
@@ -110,7 +110,7 @@ WAKING_TIME = 0.3
 STANDSTILL_TIME = 0.3
 #: A node that may move its robot looks at the clock after a silence of half the shortest timeout.
 QUIET_TIME = 0.1
-#: After this silence the node looks at the clock with this period, until the next message.
+#: After QUIET_TIME the node looks at the clock with this period, until the next message.
 CHECK_PERIOD = 0.02
 #: A node that does not drive looks at the clock after a silence of this length, to find a sleep.
 IDLE_PERIOD = 0.2
@@ -183,13 +183,13 @@ class SleepWatch:
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:
-        """Returns '', or the last update's sleep as in 'this node did not run for 3.2 s'."""
+        """Returns 'this node did not run for 3.2 s' if the last update found a sleep, else ''."""
         return f'this node did not run for {self.slept_for:.1f} s' if self.slept_for else ''
 
 
 class Lateness:
-    """Finds the delay of a message beyond the usual delay of its sender. The usual delay is the
-    least delay in the last `DELAY_WINDOW` seconds, without silences of the sender."""
+    """Finds by how much a message is later than usual. The usual delay of its sender is the least
+    delay in the last `DELAY_WINDOW` seconds, in which silences are not counted."""
 
     def __init__(self) -> None:
         self._least = WindowMinimum()

@@ -21,7 +21,7 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: A robot that turns faster than this without a command is driven by another node [rad/s].
+#: If the robot turns faster than this without a command, another node drives it [rad/s].
 DRIVEN_RATE = 0.1
 #: Least time between two log lines about refused turns [s].
 REFUSAL_PERIOD = 1.0

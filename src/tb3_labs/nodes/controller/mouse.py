@@ -51,7 +51,7 @@ class _MouseSource:
         active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = not self.source.count
         if not (is_first or self.reported_active) and now - self._silence_ended_at >= WAKING_TIME:
-            self.is_lost = False    # the message before showed that the mouse was not active
+            self.is_lost = False    # the previous message showed an inactive mouse
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._silence_ended_at = now
             if active:
@@ -71,9 +71,9 @@ class _MouseSource:
 class Mouse:
     """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
-    A mouse is lost at first, when it is active but silent, and when this process slept. A lost
-    mouse stays inactive until a message shows that it is in the middle of the screen, or
-    deactivated. A message that is delayed, or comes soon after a silence, does not show this.
+    A mouse is lost at the start, when it is active but silent, and when this process slept. A lost
+    mouse stays inactive until a message shows that the mouse is in the middle of the screen, or
+    deactivated. A message that is delayed, or comes soon after a silence, does not count.
 
     Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
     too, since a person may have activated them earlier. The mouse of the latest message drives.

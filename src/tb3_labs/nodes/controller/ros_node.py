@@ -40,7 +40,7 @@ class ControllerNode:
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # every message is read, so that scrolling up stops at once, even if later messages wait
+        # every message is read, so that no stop is lost if several messages wait
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
@@ -110,7 +110,7 @@ class Keyboard:
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
     def _run(self):
-        if sys.stdin is not None:      # otherwise descriptor 0 may be another file
+        if sys.stdin is not None:      # without an input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # A thread that waits in Python's own buffer holds a lock that the interpreter needs
                 # to end. So the file is not buffered.

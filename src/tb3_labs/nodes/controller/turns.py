@@ -57,7 +57,7 @@ def make_turn(config: TurnConfig, model: RobotModel,
 
 
 class Heading:
-    """The heading of a robot by the IMU alone. Its zero is arbitrary."""
+    """The heading of a robot from the IMU alone. The zero of the heading is arbitrary."""
 
     def __init__(self) -> None:
         #: The yaw, which does not jump at +/-pi [rad]. It is None before the first sample.
@@ -94,7 +94,7 @@ class ActiveTurn:
     """One turn, from the request until its result is logged. Angles do not jump at +/-pi [rad]."""
 
     def __init__(self, requested: float, yaw: float, last_error: float, now: float) -> None:
-        """Turn from `yaw` by `requested`, and by `last_error`, the error of the turn before."""
+        """Turn from `yaw` by `requested`. Also correct `last_error` of the previous turn."""
         self.requested = requested
         self.goal = yaw + last_error + requested
         self.stall = StallWatch()
@@ -128,7 +128,7 @@ class ActiveTurn:
 
 
 class Driver(Enum):
-    """The driver of the robot. At each change of the driver, one zero stops the robot first."""
+    """The driver of the robot. When the driver changes, one zero stops the robot first."""
 
     NOBODY = 'nobody'
     TURN = 'turn'

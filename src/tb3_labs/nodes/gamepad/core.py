@@ -1,6 +1,6 @@
 """All that `gamepad` decides about the holder of the robot and the command.
 
-The package :mod:`tb3_labs.nodes` says how a core is used. Every press of a button is used, also if
+The package :mod:`tb3_labs.nodes` says how a core is used. No press of a button is lost, even if
 several messages arrive together. B always sends False, whoever holds the robot. A sends True, and Y
 asks for a reset, unless the press may be old.
 
@@ -22,7 +22,7 @@ from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING_TIME, EXPIRE_AFTER, HAND_BACK_TIME, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
 
-#: A warning says why a pushed stick does not drive, after this time [s].
+#: If a pushed stick does not drive for this long, a warning gives the reason [s].
 STICK_WARNING_TIME = 3.0
 
 
@@ -59,7 +59,7 @@ class GamepadCore:
         self._command_is_due = False
         self._reset_requested = False    # was a reset requested since the last tick?
         self._published_holder: Optional[ControlHolder] = None
-        self._stick_pushed_since = math.inf    # since then a pushed stick does not drive [s]
+        self._stick_pushed_since = math.inf    # a pushed stick has not driven since [s]
         self._stick_logged = False             # was the pushed stick logged?
         self._log = LogQueue()
 
@@ -181,7 +181,7 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press of a button accepted? A press that may be older than `longest` [s] is not."""
+        """Is a press accepted? If it may be older than `longest` [s], it is not."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'

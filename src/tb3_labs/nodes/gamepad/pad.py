@@ -71,7 +71,7 @@ class PadListener:
         self.repeats = False    # did the pad ever repeat an unchanged state?
         self.hangs = False      # does the pad's driver hang, and repeat one message?
         self._lateness = Lateness()
-        self._received_since = math.inf    # since then the usual delay is learned [s]
+        self._received_since = math.inf    # the usual delay is learned from this time on [s]
         self._last: Optional[PadState] = None
         self._newest_stamp = -math.inf
         self.before = PadState()        # the state before the last message
@@ -128,7 +128,7 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
 
 
 def _stick_speed(dead_zone: float, position: float) -> float:
-    """Returns 0 inside the dead zone. From there to the full stick the speed grows evenly to 1."""
+    """Returns 0 inside the dead zone. Outside, the speed grows linearly to 1 at the full stick."""
     size = min(abs(position), 1.0)
     if size <= dead_zone:
         return 0.0

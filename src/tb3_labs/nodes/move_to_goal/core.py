@@ -33,13 +33,13 @@ from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
 from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
-#: While this node drives, another node may command motions for this long before a warning [s].
+#: A warning names another node that commands motions for this long while this node drives [s].
 RIVAL_TIME = 0.3
 
 
 @dataclass(frozen=True)
 class MoveToGoalConfig(Config):
-    """The settings that `move_to_goal` begins with."""
+    """The settings with which `move_to_goal` starts."""
 
     goal_x: float = setting(float(GOAL_X), 'first goal, in the local frame', 'm',
                             -MAX_DISTANCE, MAX_DISTANCE)
@@ -97,7 +97,7 @@ class MoveToGoalCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderWatch()
         self._last_command = Twist2()
-        self._last_ended_attempt = 0    # number of the last drive whose client got the answer
+        self._last_ended_attempt = 0    # number of the last drive whose end was answered
         #: {another node that commands motions: the time of its first command [s]}
         self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
@@ -345,12 +345,12 @@ class MoveToGoalCore:
         self._last_command = Twist2()
 
     def _restart(self) -> None:
-        """Begin a motion that was requested, with a robot that stands."""
+        """Start a motion that was requested, from rest."""
         self._pause()
         self._sensors.request_motion()
 
     def _check_localizer(self) -> None:
-        """Give up a drive after a jump of a sensor. Begin a drive again after a reset."""
+        """Give up the drive after a jump of a sensor. Start the drive again after a reset."""
         for jump in self._localizer.pop_jumps():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]

@@ -144,7 +144,7 @@ class MoveToGoalNode:
 
 
 class LocalPath:
-    """The path in local. It is thinned and bounded, and begins again in a new frame."""
+    """The path in local. Its number of points is bounded. A new frame starts a new path."""
 
     def __init__(self, frame_id):
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)

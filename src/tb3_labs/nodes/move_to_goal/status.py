@@ -18,12 +18,12 @@ class DriveStatus(NamedTuple):
 
     state: GoalState
     goal: Optional[Pose2]         # in local
-    tolerance: float              # largest distance from a goal that is reached [m]
+    tolerance: float              # the goal is reached within this distance [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
     begun: bool                   # was a motion commanded in this drive?
     active: bool                  # has the drive not ended yet?
     failure: str                  # the reason why the drive was given up, or ''
-    hold_reason: str              # the reason why the robot stands during the drive, or ''
+    hold_reason: str              # why the robot must wait during the drive, or ''
     has_control: bool             # may the node drive?
     sensor_problem: str           # a text about lost or contradicting sensors, or ''
 
@@ -53,7 +53,7 @@ class Announcer:
     def __init__(self, log: LogQueue) -> None:
         self._log = log
         self._logged: Tuple = ()     # attempt, goal and text of the last log line
-        self._begun_attempt = 0      # number of the drive that began last
+        self._begun_attempt = 0      # number of the drive that started last
         self._begun_at = 0.0         # time at which this drive began [s]
         self._progress_at = 0.0      # time of the last log line [s]
 
