@@ -127,7 +127,7 @@ class Approach:
         self._motor_speed = speed
 
     def _advance(self, speed: float, dt: float) -> None:
-        """Let `dt` [s] pass. The travel commanded in that time reduces the way after a stop."""
+        """Let `dt` [s] pass. The travel commanded meanwhile reduces the way after a stop."""
         history = self._history
         before = history.commanded_travel(history.begin)
         history.advance(dt)

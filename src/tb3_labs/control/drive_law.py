@@ -36,7 +36,7 @@ class DriveLaw:
     """
 
     period = PreciseTurn.period
-    #: The robot begins to drive when its heading differs from the line by less than this [rad].
+    #: The robot starts to drive when its heading is off the line by less than this [rad].
     FACING_ANGLE = 0.1
     #: An interrupted drive continues if the heading differs from the line by at most this [rad].
     RESUME_ANGLE = 0.3
@@ -138,7 +138,7 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        """Would a stop end at the goal, without overshooting at this measured speed?"""
+        """Would a stop now end at the goal, and does the robot not overshoot?"""
         way = self._driving.way_after_stop.value
         overshoots = (way < -self.OVERSHOOT_SHARE * self.distance_tolerance
                       and abs(linear) > self.REST_SPEED)

@@ -1,9 +1,9 @@
 """Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
 The *law* (:mod:`tb3_labs.control.drive_law`) gives the command in each of the three driving states,
-and decides when the state is finished. This module chooses the next state. A drive is given up with
-a reason if the robot gets no nearer to its goal. The goal is reached when the robot has settled,
-and a later sample shows it at the goal.
+and decides when the state is finished. This module chooses the next state. A drive is given up if
+the robot gets no nearer to its goal. The goal is reached when the robot has settled, and a later
+sample shows the robot at the goal.
 
 Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure
 there is no command (None).

@@ -8,11 +8,11 @@ and uneven wheels do not explain is added up. A robot that is carried also contr
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, a contradiction is not found.
-* After a silence the comparison begins again. A contradiction is over when gyro and wheels agreed
-  for `AGREEMENT_TIME`, with the wheels at rest.
-* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`, also after a
-  silence of more than timeouts.RESUME_TIME, in which a board may calibrate its gyro again. The
-  motion does not wait longer if the samples of the wheels cannot be compared.
+* After a silence the comparison starts again. A contradiction is over when gyro and resting wheels
+  have agreed for `AGREEMENT_TIME`.
+* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. It waits again
+  after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its gyro.
+  If the samples of the wheels cannot be compared, the motion waits only for `AGREEMENT_TIME`.
 * In motion, an error of the gyro is not found if slip (5.5 % of the turn) or uneven wheels
   (7.5 deg/s at full speed) may explain the error.
 
@@ -54,7 +54,7 @@ STEADY_TURN_SPREAD = 0.1
 MAX_UNEXPLAINED_TURN = 0.015
 #: A contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
 AGREEMENT_TIME = 1.0
-#: The wheels rest while the margin of _Comparison.plausible_rates() is below this [rad/s].
+#: If the margin of _Comparison.plausible_rates() is below this, the wheels rest [rad/s].
 RESTING_MARGIN = 1.2 * GYRO_DRIFT
 #: A robot that turns more slowly than this is at rest [rad/s].
 STANDING_RATE = 0.03

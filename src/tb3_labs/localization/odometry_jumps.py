@@ -38,7 +38,7 @@ STEP_SLACK = 0.05
 TURN_SLACK = 0.3
 #: A higher rate of turn is the firmware's spike [rad/s].
 SPIKE_RATE = 10.0
-#: The odometry is at zero if its place is exactly zero, and its yaw is below this [rad].
+#: The odometry is at zero if x and y are exactly zero, and the yaw is below this [rad].
 ZERO_YAW = 0.01
 #: A step to zero from a place nearer than this does not show that the odometry was reset [m].
 ZERO_PLACE = 0.001
@@ -204,7 +204,7 @@ def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
 
 
 def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
-    """Does the message have the spike and the reversed displacement of a +/-180 deg crossing?"""
+    """Does the message have a spike and a reversed displacement, as when crossing +/-180 deg?"""
     forward = ((sample.pose.x - before.x) * math.cos(sample.pose.yaw)
                + (sample.pose.y - before.y) * math.sin(sample.pose.yaw))
     return abs(sample.angular) > SPIKE_RATE and forward * sample.linear < 0.0

@@ -117,7 +117,7 @@ class SampleBuffer:
         return None if yaw is None else (pose, yaw)
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """Returns the yaw of the IMU [rad]. In a longer gap the odometry gives the turn."""
+        """Returns the yaw of the IMU [rad]. In a long gap the odometry gives the turn."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
             return yaw

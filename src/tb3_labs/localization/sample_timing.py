@@ -28,7 +28,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import (
     CLOCK_STEP, LONG_SILENCE, MAX_BEHIND_TIME, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, WindowMinimum)
 
-#: A stamp that is repeated more often than this does not belong to a clock.
+#: If a stamp is repeated this often, the stamps are not a clock.
 MAX_REPEATS = 3
 #: Least weight of a new sample in the variance of the noise.
 NOISE_WEIGHT = 0.02
@@ -44,11 +44,11 @@ class TimedSample(NamedTuple):
     sample: Any           # an ImuSample or OdometrySample
     before: Any           # the same sensor's previous sample; None if `sample` is the first
     arrival: float        # time of arrival [s, receiver's clock]
-    time: float           # time of measurement [s, sender's clock]; `arrival` without stamps
+    time: float           # measured at this time [s, sender's clock]; without stamps: `arrival`
     epoch: int            # epoch of the sender's clock
     measured_at: float    # `time` [s, receiver's clock], if the fastest message needs no time
-    silence: float        # time without a sample of this sensor [s]; infinite for the first sample
-    all_silent: float     # time without a sample of any sensor [s]; infinite for the first sample
+    silence: float        # this sensor's silence before the sample [s]; infinite for the first
+    all_silent: float     # silence of both sensors before the sample [s]; infinite for the first
     by_stamps: float      # stamp minus the stamp of `before` [s]; 0 for the first sample
 
     def age(self, now: float) -> float:

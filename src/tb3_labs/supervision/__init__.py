@@ -6,9 +6,9 @@
 3. *A new grant* after any stop or timeout is a False, then a True, of one sender (`permission`).
 4. *A motion needs sensors*. Without fresh sensors a grant, a goal or a turn is void
    (`sensors_and_stalls`).
-5. *A stop reaches hands*. After a stop, a stick (`control_holder`) or mouse (nodes/controller) does
-   not drive until it was in its middle. A page (`dead_man`) does not drive until a person grips it
-   again.
+5. *A stop outlasts a grip*. After a stop, a stick (`control_holder`) or mouse (nodes/controller)
+   does not drive until it was in its middle. A page (`dead_man`) does not drive until a person
+   grips it again.
 6. *A cancel* ends its goal. A repetition does not start the goal again (`goal_requests`).
 7. *A typed permission is used once*. It holds for one start of the node
    (nodes/move_to_goal).

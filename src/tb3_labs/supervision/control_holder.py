@@ -1,4 +1,4 @@
-"""Does a pad hold the robot, or move_to_goal? A table gives the holder after an event.
+"""Does a pad or move_to_goal hold the robot? A table gives the holder after an event.
 
 A node that no longer holds the robot sends one zero, and then no more commands. A pad gives and
 takes the permission of move_to_goal by ControlMessages. Source: the course's gamepad lab.
@@ -83,5 +83,5 @@ class ControlMessages:
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
         self.grants = False
-        self.stopped_at = max(self.stopped_at, caused_at)    # a late B may be older than a loss
+        self.stopped_at = max(self.stopped_at, caused_at)    # a press of B may come late
         self._waiting.append(False)

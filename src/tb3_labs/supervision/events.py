@@ -87,7 +87,7 @@ class MessageAges:
         if before is None and connection.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != connection.process
-        if is_restarted and connection.renews:    # such a sender is silent until a person acts
+        if is_restarted and connection.renews:    # it is silent until a person acts
             return Age.RESTARTED
         if connection.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
             return Age.OLD    # a message that a person sends now would come later

@@ -9,7 +9,7 @@ sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rule
 * A repetition of the present goal changes nothing.
 
 Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this
-process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network is a pause.
+process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network counts as a pause.
 """
 from enum import Enum
 from typing import Any, Dict, List, NamedTuple, Optional
@@ -80,7 +80,7 @@ class GoalRequests:
         self._repetitions: Dict[str, _Repetition] = {}    # by sender
 
     def note(self, request: GoalRequest, now: float) -> None:
-        """Take in a goal that arrives. Call this for each goal, also before a refusal."""
+        """Take in a goal that arrives. Call this for each goal, even if it is then refused."""
         self._forget(now)
         repetition = self._repetition_of(request)
         if repetition is None:
@@ -95,7 +95,7 @@ class GoalRequests:
         return repetition is not None and repetition.is_ended
 
     def refusal_line(self, request: GoalRequest) -> str:
-        """Returns the log line for a goal that stays ended; '' after the first call."""
+        """Returns the log line for a goal that stays ended; '' if this goal was logged before."""
         repetition = self._repetition_of(request)
         if repetition is None or repetition.was_logged:
             return ''
@@ -110,7 +110,7 @@ class GoalRequests:
             repetition is self._repetition_of(self.present))
 
     def accept(self, request: GoalRequest) -> None:
-        """Make `request` the present goal. Cancel the goal before."""
+        """Make `request` the present goal. Cancel the previous goal."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self._answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present = self._open = request

@@ -11,7 +11,7 @@ a stop holds until a person releases the machine again.
   After a silence of `EXPIRE_AFTER` the grant has expired.
 * A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
   never were fresh, the limit is `ROBOT_START`.
-* If this process did not run for longer than `EXPIRE_AFTER`, all grants have expired. A True that
+* If this process sleeps for longer than `EXPIRE_AFTER`, all grants expire. A True that
   arrives while the process wakes is ignored, since the True may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
@@ -38,7 +38,7 @@ class _Grant:
     def __init__(self, now: float, renews: bool) -> None:
         #: Time at which the True arrived [s].
         self.granted_at = now
-        #: The latest time at which the True can have been sent [s].
+        #: The True was sent at this time or earlier [s].
         self.sent_before = now
         #: Were the sensors fresh at any time since the grant?
         self.had_sensors = False
@@ -82,7 +82,7 @@ class Permission:
             {'': _Grant(math.nan, renews=False)} if granted_at_start else {})
         self._last_value: Dict[str, bool] = {}    # the last message, by sender
         self._stops: Dict[str, float] = {}        # time of the last False [s], by sender
-        self._refused: Set[str] = set()    # senders whose ignored True was logged
+        self._refused: Set[str] = set()    # senders of a True whose refusal was logged
         self._now = math.nan           # time of the last update [s]
         self._began_at = math.nan      # time of the first update, or of the end of a long sleep [s]
         self.sleep = SleepWatch()
@@ -90,7 +90,7 @@ class Permission:
 
     @property
     def granted(self) -> bool:
-        """May the robot be driven, by the last :meth:`update`?"""
+        """Did the last :meth:`update` find that the robot may be driven?"""
         return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property
@@ -146,7 +146,7 @@ class Permission:
                                  'then True, gives control again')
 
     def _refuse(self, sender: str, text: str) -> None:
-        """Log once that the True of a sender is ignored, since it may be repeated for ever."""
+        """Log that a sender's True is ignored. Log once, since True may be repeated for ever."""
         if sender not in self._refused:
             self._refused.add(sender)
             self._log.add(text, warning=True)

@@ -125,7 +125,7 @@ class SensorWatch:
         self.silent_for = silent_for
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
-        """Set the status of sensors that are fresh, perhaps since this update."""
+        """Set the status when the sensors are fresh. They may have been silent until now."""
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
         if is_late:

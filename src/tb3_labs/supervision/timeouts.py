@@ -5,8 +5,8 @@ its stamp. SleepWatch finds a sleep of this process by a long time between two l
 process sleeps when it is stopped, swapped out, or its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
-infinite age. If the clock goes back, the last message is treated as just received. Otherwise it
-would be fresh for too long.
+infinite age. If the clock goes back, the last message is treated as just received, since otherwise
+it would be fresh for too long.
 """
 import math
 from collections import deque
@@ -32,7 +32,7 @@ RESET_SILENCE = 1.0
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: A silence allows the odometry a larger step. This is the longest silence that counts for it.
+#: A longer silence allows the odometry a larger step, up to a silence of this length.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -58,14 +58,14 @@ SMALL_STEP = 0.1
 CLOCK_STEP = 1.0
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: The stamps of a source are not a clock if they are off by a clock step for longer than this.
+#: Stamps are not a clock if they are off by CLOCK_STEP or more for longer than this.
 MAX_OFF_TIME = 1.0
 #: Stamps that went back are not a clock if they catch up later than this.
 MAX_BEHIND_TIME = 0.5
 
 # -- a message is late, or repeats an earlier one
 
-#: The least delay is taken from the messages of the last seconds, this many.
+#: The least delay is searched among the messages of this time.
 DELAY_WINDOW = 5.0
 #: Each message adds at most this to the time for which the sender was heard.
 MAX_RECEIVED_STEP = 0.1
@@ -77,7 +77,7 @@ LONGEST_AGE = 0.1
 REPEATS_WITHIN = 2.0
 #: A message that was latched before a node began to listen arrives within this time.
 LATCHED_WITHIN = 0.3
-#: A message of move_to_goal may be older than a press of A that came up to this time before.
+#: Messages of move_to_goal within this time after a press of A may be older than the press.
 CROSSING_TIME = 0.3
 #: A pad that takes the robot back waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15

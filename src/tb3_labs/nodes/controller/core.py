@@ -30,7 +30,7 @@ RESULT_RATE = 0.01
 
 
 class ControllerCore:
-    """One robot that turns by the IMU and drives by the mouse."""
+    """Turns one robot by its IMU, and drives the robot by the mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
         self._timing, self.imu = SampleTiming(), Sensor('imu')
@@ -71,7 +71,7 @@ class ControllerCore:
             self._error_of_last_turn = 0.0
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
+        """Take in a sample of the wheels. Only the check of the gyro uses it."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:

@@ -21,7 +21,7 @@ from tb3_labs.supervision.events import Event
 from tb3_labs.supervision.sensors_and_stalls import StallWatch
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness
 
-#: The yaw of a robot at rest drifts by up to this between two samples [rad].
+#: Between two samples the yaw of a robot at rest drifts by at most this [rad].
 RESTING_YAW_DRIFT = math.radians(0.02)
 
 #: Turns by the keys of the keyboard [deg].
@@ -182,7 +182,7 @@ class Repetitions:
         return last.doubts
 
     def stop(self) -> None:
-        """A stop makes each repeated request doubtful, so that its next repetitions are ignored."""
+        """Make each repeated request doubtful, since a stop must end its repetitions, too."""
         for last in self._requests.values():
             last.is_doubted = last.is_doubted or last.is_repeated
 

@@ -55,7 +55,7 @@ class GamepadCore:
         self.joy = self._pad.source
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
-        self._zero_until = 0.0    # until then the pad commands zero [s]
+        self._zero_until = 0.0    # until this time the pad commands zero [s]
         self._command_is_due = False
         self._reset_requested = False    # was a reset requested since the last tick?
         self._published_holder: Optional[ControlHolder] = None

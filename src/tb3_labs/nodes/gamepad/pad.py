@@ -54,7 +54,7 @@ class PadState(NamedTuple):
 
     @property
     def at_rest(self) -> bool:
-        """Are both sticks in their middle?"""
+        """Are both sticks in the middle?"""
         return self.forward == 0.0 and self.left == 0.0
 
 

@@ -148,7 +148,7 @@ class MoveToGoalCore:
         self._restart()
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
-        """Drive to a goal, unless the goal is refused, or only repeats the present goal."""
+        """Drive to a goal, unless it is refused, or only repeats the present goal."""
         self.on_repetition(request, steady_now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
@@ -339,7 +339,7 @@ class MoveToGoalCore:
             self._machine.give_up(self._sensors.frozen())
 
     def _pause(self) -> None:
-        """Treat the next command as the first, since the robot stands or another node drives."""
+        """Treat the next command as the first, since the robot rests or another node drives."""
         self._pace.restart()
         self._sensors.pause()
         self._last_command = Twist2()

@@ -27,7 +27,7 @@ from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalReq
 
 #: A reset is answered within this time [s].
 ANSWER_WITHIN = 0.85
-#: A service looks with this period whether its reset is over [s].
+#: A service checks with this period whether its reset is over [s].
 ANSWER_POLL = 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
@@ -69,7 +69,7 @@ class GoalServer(ActionServer):
         """Take goals from now on."""
         subscribe('move_base_simple/goal', PoseStamped,
                   only_new('move_base_simple/goal', self._on_simple_goal))
-        # otherwise the thread of the status may publish while the topics are closed
+        # otherwise actionlib's status thread may publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
 
@@ -102,7 +102,7 @@ class GoalServer(ActionServer):
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """Obey a cancel, even an old one. actionlib's own subscriber calls this method."""
+        """Obey a cancel, even an old cancel. actionlib's own subscriber calls this method."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
