@@ -83,7 +83,7 @@ PROMPT_SHARE = 0.98
 
 
 class Response:
-    """Delay, lag and gain of one robot. All approaches of that robot share them."""
+    """Delay, lag and gain of one robot, shared by all of its approaches."""
 
     def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
                  gain: float = 1.0) -> None:

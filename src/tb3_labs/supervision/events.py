@@ -60,7 +60,7 @@ class SenderConnection(NamedTuple):
 
 
 class MessageAges:
-    """Finds the Age of each message of one topic, by the connection of the message."""
+    """Finds the Age of each message of one topic from the message's connection."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
         """This node begins to listen at `now`. The senders `present` exist already."""

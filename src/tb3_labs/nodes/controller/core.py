@@ -195,7 +195,7 @@ class ControllerCore:
 
     @property
     def _yaw(self) -> float:
-        assert self._heading.yaw is not None    # no turn begins before the IMU is fresh
+        assert self._heading.yaw is not None    # no turn starts before the IMU is fresh
         return self._heading.yaw
 
     def _check_turn(self, angle: float, now: float) -> None:

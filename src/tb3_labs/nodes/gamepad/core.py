@@ -104,7 +104,7 @@ class GamepadCore:
             self._on_control_taken(message.at)
 
     def on_leave(self, now: float) -> None:
-        """Take the control that this pad gave, since this node ends."""
+        """Take back the control that this pad gave, since this node ends."""
         if self.messages.grants:
             self._on_control_taken(now)
 

@@ -183,7 +183,7 @@ class MoveToGoalCore:
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
         """Declare that the robot is at `reset.requested` now. A request that may be older than a
-        sleep is refused. When the reset has ended, `reset.is_over` is True."""
+        sleep is refused. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
         if doubt:
