@@ -25,7 +25,7 @@ FOLDERS = ('scripts', 'nodes', 'src')
 #: A file is put aside if a folder above it is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
-#: Text of the relay script that catkin puts into devel. It runs the node's file in the source.
+#: The text of catkin's relay script in devel. It runs the node's file in the source folder.
 RELAY = '''#!{}
 python_script = {!r}
 with open(python_script, 'r') as fh:
