@@ -97,7 +97,7 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
     with the handout's gain is preferred. `formula` is '' if the commands follow no error."""
     requested, found = GAINS[part.state], []
     for formula, error in heading_errors(node_run, part):
-        # where the error jumps by a turn, both signs of a command are correct
+        # near an error of half a turn, both signs of a command are correct
         is_clear = (np.abs(error) < 3.0) | ('not normalized' in formula)
         is_used = (part.angular != 0.0) & (error != 0.0) & is_clear
         command, error = part.angular[is_used], error[is_used]
@@ -197,7 +197,7 @@ def error_text(state: str, error: float) -> str:
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that a node sends after it has reached the goal or has lost control. Also
-    yields a last command before that moment that is not zero."""
+    yields the last command at such a moment if it is not zero."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     is_any = np.ones_like(is_moving)

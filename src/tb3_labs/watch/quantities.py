@@ -1,4 +1,4 @@
-"""The quantities that a variable may follow, and the search for the right ones.
+"""The quantities that a variable may follow, and the search for those that it does.
 
 A quantity is a number that a formula gives for each message of a sensor. A variable follows a
 quantity if each value of the variable is the number of a recent message.

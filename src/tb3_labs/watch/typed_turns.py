@@ -89,8 +89,8 @@ class Turn:
 
 
 class OwnHeading(NamedTuple):
-    """The node's variable for the heading is `series`, or None. It follows the `quantity`, a usable
-    heading. If it does not follow a usable heading, `broken` is its BrokenLink."""
+    """The node's variable for the heading, or None, is `series`. `quantity` is the usable heading
+    that this variable follows. If it follows none, `broken` is the BrokenLink."""
 
     series: Optional[Series] = None
     quantity: Optional[Quantity] = None

@@ -51,7 +51,7 @@ def last_until(times: Any, time: Any) -> Any:
 
 
 def last_before(times: Any, time: Any) -> Any:
-    """Returns as `last_until`, but only times before `time` count."""
+    """Returns the same as `last_until`, but only times before `time` count."""
     return np.searchsorted(times, time, side='left') - 1
 
 

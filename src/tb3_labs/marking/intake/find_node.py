@@ -32,7 +32,7 @@ class Choice(NamedTuple):
 
     path: str
     remarks: List[str]      # the reason of the choice, for the student
-    findings: List[str]     # for the instructor, if two files were alike
+    findings: List[str]     # for the instructor, if another file may be the node
 
 
 class _Candidate(NamedTuple):

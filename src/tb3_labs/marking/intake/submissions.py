@@ -167,7 +167,7 @@ def without_wrapping(folder: Path) -> Path:
 
 
 def _is_one_submission(folder):
-    """Is a folder the packages of one student, a package, or a workspace?"""
+    """Is a folder one student's package or workspace, or a folder of the student's packages?"""
     return any(not read_name(path.name, path.is_dir()).number and (
         COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name)
         for path in folder.iterdir())

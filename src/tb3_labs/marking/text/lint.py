@@ -85,7 +85,7 @@ def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[LineFault]:
 
 
 def _always_true(tree: ast.Module) -> Iterator[LineFault]:
-    """Yields each condition that is always true, such as ``letter == 'l' or 'left'``."""
+    """Yields each condition that a text after ``or`` makes true: ``letter == 'l' or 'left'``."""
     for node in ast.walk(tree):
         test = getattr(node, 'test', None)
         if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or) and any(

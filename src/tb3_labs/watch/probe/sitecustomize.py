@@ -26,7 +26,7 @@ from types import FunctionType, MemberDescriptorType, ModuleType
 READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
-#: The most variables, objects, and objects of one class that are shown.
+#: The largest numbers of variables, objects, and objects of one class that are shown.
 MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS = 40, 20, 3
 #: A text is shown up to this many characters. An array or list with more elements than MOST_NUMBERS
 #: is not shown.
