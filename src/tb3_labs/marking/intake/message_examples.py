@@ -111,7 +111,7 @@ def _first_byte(message, name, of, before):
 
 
 def _turn_upright(message):
-    """Set each quaternion in a message to (0, 0, 0, 1), no rotation."""
+    """Set each quaternion in a new message, all zeros, to no rotation."""
     for name, of in zip(message.__slots__, message._slot_types):
         if of == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0

@@ -22,7 +22,7 @@ LARGEST_MANIFEST = 100000
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
-#: A file is put aside if a folder above it is hidden, or has one of these words in its name.
+#: A file is put aside if a part of its path is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 #: The text of catkin's relay script in devel. It runs the node's file in the source folder.
@@ -132,7 +132,7 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 
 
 def is_aside(path: str) -> bool:
-    """Is a file in a hidden folder, or in a folder with a name such as old or copy?"""
+    """Does a part of the path begin with a dot, or contain a word such as old or copy?"""
     return any(map(ASIDE.search, Path(path).parts))
 
 
