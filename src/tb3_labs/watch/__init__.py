@@ -8,6 +8,6 @@ PROBE = Path(__file__).with_name('probe')
 
 
 def watched(environment: Mapping[str, str], probe: str = str(PROBE)) -> Dict[str, str]:
-    """Returns this environment, changed so that a Python node in it shows its variables."""
+    """Returns a copy of this environment in which a Python node shows its variables."""
     folders = [probe, environment.get('PYTHONPATH', '')]
     return dict(environment, PYTHONPATH=os.pathsep.join(filter(None, folders)))

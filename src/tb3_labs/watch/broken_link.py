@@ -1,8 +1,8 @@
 """A broken link of the chain sensor -> belief -> goal -> error -> command -> stop.
 
 A link compares a number of the node with the correct number. The handout computes the correct
-number from the node's *own* numbers in the links before. So the consequence of a mistake is not
-reported as another mistake.
+number from the node's *own* numbers in the links before. Therefore the consequence of a mistake is
+not reported as another mistake.
 """
 from functools import cached_property, lru_cache
 from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -19,10 +19,10 @@ LONGEST_UPDATE_GAP = 0.3
 LONGEST_READING_GAP = 0.4
 #: A longer pause between commands is a mistake [s].
 LONGEST_COMMAND_GAP = 0.45
-#: A variable that follows no quantity is compared with the headings once more, with a tolerance
-#: that is larger by this factor.
+#: If a variable follows no quantity, it is compared with the headings again. The tolerance is then
+#: larger by this factor.
 COARSE_FACTOR = 30.0
-#: A variable with this many values, or fewer, is not judged as constant.
+#: A variable with at most this many values is not called constant.
 FEWEST_READINGS = 10
 
 
@@ -72,8 +72,8 @@ class NodeRun:
 
     @cached_property
     def heading(self) -> Quantity:
-        """The correct heading by the IMU. It is the first of the `imu_quantities`, which all take
-        much longer."""
+        """The correct heading by the IMU, the first of the `imu_quantities`. To compute all of them
+        takes much longer."""
         return next(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
 
     @cached_property
@@ -94,19 +94,19 @@ class NodeRun:
             series.time for series in self.variables.values()]))
 
     def runs_at(self, time: float) -> bool:
-        """Was a variable read in the LONGEST_READING_GAP before this time?"""
+        """Was a variable read at most LONGEST_READING_GAP before this time?"""
         before = self.reading_times[self.reading_times < time]
         return bool(len(before) and time - before[-1] <= LONGEST_READING_GAP)
 
     def end_after(self, time: float) -> float:
-        """Returns the time of the last reading before the next gap of the readings; inf if no
-        reading is later than `time`."""
+        """Returns the time of the last reading before the next gap in the readings; inf if there
+        is no reading after `time`."""
         later = self.reading_times[self.reading_times >= time]
         is_last = np.diff(later, append=np.inf) > LONGEST_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
 
     def may_run(self, begin: float, end: float) -> bool:
-        """Does the node run from `begin` to `end`? True also if no variable was recorded."""
+        """Does the node run from `begin` to `end`? If no variable was recorded, returns True."""
         return not len(self.reading_times) or self.runs_at(begin) and self.end_after(begin) >= end
 
     def constant_text(self, name: str, value: float) -> str:
@@ -119,7 +119,7 @@ class NodeRun:
 
 
 def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
-    """Returns w, x, y, z of each sample. If the samples have only a yaw, the robot is level."""
+    """Returns w, x, y, z of each sample. If the samples have only a yaw, roll and pitch are 0."""
     if hasattr(samples, 'w'):
         return samples.w, samples.x, samples.y, samples.z
     half, zeros = samples.yaw / 2.0, 0.0 * samples.yaw
@@ -134,7 +134,7 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
     place = '' if not lines else ' ({} is assigned in line{} {})'.format(
         name, 's' if len(lines) > 1 else '', ', '.join(map(str, lines[:5])))
     first_word = message.split()[0]
-    if '_' not in first_word and first_word != name:        # a variable gets no capital letter
+    if '_' not in first_word and first_word != name:        # names of variables get no capital
         message = message[:1].upper() + message[1:]
     return f'{message}{place}.'
 
@@ -151,7 +151,7 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 
 
 def is_constant(series: Series) -> bool:
-    """Are all values of a variable equal, except for the first twentieth of the values?"""
+    """Are all values of a variable equal? The first twentieth of the values is ignored."""
     count = len(series.text)
     return count > FEWEST_READINGS and len(set(series.text[count // 20:])) == 1
 
@@ -163,8 +163,8 @@ def worst_index(series: Series, should: np.ndarray) -> int:
 
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
-    """Returns the BrokenLink of a variable that should follow the quantity `correct`, but has this
-    `behaviour`, a clause. The BrokenLink has the values at the largest difference."""
+    """Returns the BrokenLink of a variable that should follow the quantity `correct`. The clause
+    `behaviour` says what it does instead. The BrokenLink has the values at the worst moment."""
     should = correct.at(series.time)
     worst = worst_index(series, should)
     name = correct.name.partition(',')[0]
@@ -200,7 +200,7 @@ def followed_heading(series: Series, quantities: List[Quantity]
 
 
 def expected(observation: str, correct: Any) -> str:
-    """Returns a clause with an observation, and then with the correct value."""
+    """Returns a clause: the observation, then the correct value."""
     return f'{observation}; it should be {correct}'
 
 
@@ -211,14 +211,14 @@ def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
-#: The fields of a command that no wheel follows, each (name in Twists, name in the message).
+#: The command fields that move no wheel, each (name in Twists, name in the message).
 UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
                  ('pitching', 'angular.y'))
 
 
 def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) -> str:
-    """Returns a clause on the first of these fields with a speed in any command; '' if no field
-    has a speed."""
+    """Returns a clause on the first of these fields that is not 0 in some command; '' if all are
+    always 0."""
     for field, field_text in fields:
         speeds = getattr(sent, field, np.empty(0))
         if speeds.any():
@@ -227,7 +227,7 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on the first field with a speed, angular.z excepted; '' if there is no such
-    field."""
+    """Returns a clause on the first field other than angular.z that is not 0; '' if there is no
+    such field."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return clause and '; ' + clause

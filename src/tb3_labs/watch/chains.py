@@ -7,8 +7,8 @@ from tb3_labs.watch.variables import bare_name
 
 
 class Place(NamedTuple):
-    """A section of a lab sheet, by its heading, or a numbered step of this section. The `step` 0 is
-    the whole section."""
+    """A numbered step of a section of a lab sheet, or the whole section if `step` is 0. The section
+    is found by its heading."""
 
     sheet: str
     heading: str
@@ -45,7 +45,7 @@ TURN_STEP, MOUSE_STEP, DRIVE_STEP, CONTROL_STEP = (
 TURNS, MOUSE = ('turns', 'both'), ('mouse', 'both')
 DRIVES, CONTROL = ('drive', 'reset'), ('drive', 'reset', 'control')
 PAD = ('sticks', 'buttons', 'no service')
-#: For each lab, the links of its chain in their order.
+#: For each lab, the links of its chain, in order.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -88,7 +88,7 @@ CHAINS: Dict[str, Sequence[Link]] = {
             'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
             'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
             'How large is each command?'), input_links.PAD_LINKS))}
-#: A node with these variables belongs to the lab. The handout gives their names.
+#: A node with these variables belongs to the lab. The handout gives the variables' names.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 

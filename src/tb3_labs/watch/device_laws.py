@@ -1,7 +1,7 @@
 """The command that follows a device: a gamepad or a mouse.
 
 An input is an axis, a button or a coordinate of the mouse. A field of a command follows an input if
-the field is a factor times the input in one of the last messages. The factor is found from the
+the field is a constant factor times the input of a recent message. The factor is found from the
 commands.
 """
 import json
@@ -15,10 +15,10 @@ from tb3_labs.watch.variables import Series, last_before
 
 #: A command follows an input within this time [s].
 ANSWER_DELAY = 0.5
-#: A node must answer an input that does not change for this time [s].
+#: If an input does not change for this time, a node must answer it [s].
 HELD_TIME = 0.6
-#: A field follows an input if this share of its values does. The share is not 1, because a callback
-#: that waited answers late.
+#: A field follows an input if this share of its values does. The share is not 1, because a delayed
+#: callback answers late.
 INPUT_SHARE = 0.9
 #: The probe reads a variable up to this time after its command [s].
 READING_DELAY = 0.04
@@ -40,18 +40,18 @@ class Device(NamedTuple):
 
     @property
     def same_since(self) -> np.ndarray:
-        """The time since which all inputs have the values of a message, for each message [s]."""
+        """For each message, the time of the last change of any input until then [s]."""
         is_new = np.append(True, np.diff(self.value, axis=0).any(axis=1))[:len(self.time)]
         return np.maximum.accumulate(np.where(is_new, self.time, -np.inf))
 
     def index_at(self, times: np.ndarray) -> np.ndarray:
-        """Returns the index of the last message before each time; -1 if it is not recent."""
+        """Returns the index of the last message before each time; -1 without a recent message."""
         last = last_before(self.time, times + ARRIVAL_LEAD)
         age = times - np.append(self.time, -np.inf)[last]
         return np.where(age <= RECENT_TIME, last, -1)
 
     def held_inputs(self) -> Iterator[Tuple[float, float, np.ndarray]]:
-        """Yields (begin, end, row) of each time in which no input changed for HELD_TIME."""
+        """Yields (begin, end, row) of each interval in which no input changed for HELD_TIME."""
         begins = np.unique(self.same_since)
         for begin, end in zip(begins, np.append(begins[1:], self.time[-1:])):
             if end - begin >= HELD_TIME:
@@ -59,7 +59,7 @@ class Device(NamedTuple):
 
 
 def events_of(node_run: NodeRun, kind: str) -> List[Tuple[float, Dict[str, Any]]]:
-    """Returns (time, event) of each event of this kind that the marker noted in a trial."""
+    """Returns (time, event) of each event of this kind that was recorded in a trial."""
     rows = node_run.run.events
     events = [(time, json.loads(text)) for time, text in zip(rows.arrival, rows.text)]
     return [(time, event) for time, event in events if event['kind'] == kind]
@@ -95,8 +95,8 @@ def multiplied(form: Quantity, factor: float) -> Quantity:
 
 def followed_form(series: Series, forms: Sequence[Quantity], share: float,
                   factor: float) -> Optional[Tuple[float, str]]:
-    """Returns (factor, name) of the form that a series follows, or None. Of several forms, the one
-    whose factor is nearest to the handout's `factor` is chosen."""
+    """Returns (factor, name) of the form that a series follows, or None. If it follows several
+    forms, the form whose factor is nearest to the handout's `factor` is chosen."""
     factors = [(factor_of(series, form, share), form.name) for form in forms]
     found = [each for each in factors if np.isfinite(each[0])]
     return min(found, key=lambda each: abs(each[0] - factor)) if found else None
@@ -138,8 +138,8 @@ def wrong_factor(node_run: NodeRun, device: Device, commands: Any, name: str,
 
 def wrong_commands_text(device: Device, index: np.ndarray, value: np.ndarray,
                         is_wrong: np.ndarray, is_settled: np.ndarray) -> str:
-    """Returns a clause on the `value` of the first wrong command, and on how many of the commands
-    with the same inputs are wrong. The command k belongs to the message ``index[k]``."""
+    """Returns a clause: the `value` of the first wrong command, and how many of the commands with
+    the same inputs are wrong. Command k belongs to message ``index[k]``."""
     first = np.argmax(is_wrong)
     inputs = device.value[index[first]]
     is_same = is_settled & (device.value[index] == inputs).all(axis=1)
@@ -149,7 +149,7 @@ def wrong_commands_text(device: Device, index: np.ndarray, value: np.ndarray,
 
 def unanswered(commands: Any, device: Device, drives: Callable[[np.ndarray], Any],
                is_ignored: Callable[[float, float], Any]) -> Iterator[BrokenLink]:
-    """Yields held inputs without a command, and released inputs without a zero.
+    """Yields held inputs that no command answers, and released inputs that no zero command answers.
 
     ``drives(row)`` is true if the inputs of this row ask for a movement. ``is_ignored(begin, end)``
     is true if the node may be silent in this time.

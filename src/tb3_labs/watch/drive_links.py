@@ -17,7 +17,7 @@ from tb3_labs.watch.drive_states import (
     control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import last_before, shortened_value
 
-#: The tolerance of each state [rad], [m].
+#: The tolerance of each state [rad or m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
 #: The gain of each rotation [1/s].
@@ -97,7 +97,7 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
     with the handout's gain is preferred. `formula` is '' if the commands follow no error."""
     requested, found = GAINS[part.state], []
     for formula, error in heading_errors(node_run, part):
-        # near a jump of the error, a command with either sign is correct
+        # near an error of half a turn, both signs of a command are correct
         is_clear = (np.abs(error) < 3.0) | ('not normalized' in formula)
         is_used = (part.angular != 0.0) & (error != 0.0) & is_clear
         command, error = part.angular[is_used], error[is_used]
@@ -107,7 +107,7 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
         has_handouts_gain = abs(abs(gain) / requested - 1.0) < 0.05
         if has_handouts_gain:
             gain = float(np.copysign(requested, gain))
-        # a constant command follows each constant angle, with some gain
+        # a constant command would follow any constant angle, with some gain
         is_constant_command = np.ptp(command) < 0.1
         is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
         if is_near.mean() >= RIGHT_SHARE and (has_handouts_gain or not is_constant_command):
@@ -123,7 +123,7 @@ def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields commands of a state whose sign or size is not by the handout's law."""
+    """Yields commands of a state whose sign or size differs from the handout's law."""
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return
     if not len(part.time):
@@ -190,14 +190,14 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
 
 
 def error_text(state: str, error: float) -> str:
-    """Returns a clause with the error of a state, and with the tolerance of this state."""
+    """Returns a clause with the error and the tolerance of a state."""
     kind, unit = ('distance', 'm') if state == MOVE_FORWARD else ('heading error', 'rad')
     return f'a {kind} of {error:.2f} {unit}; {TOLERANCES[state]:g} is the tolerance'
 
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that a node sends after it has reached the goal, or has lost control. Also
-    yields a last command that is not zero, at one of these moments."""
+    """Yields commands that a node sends after it has reached the goal or has lost control. Also
+    yields the last command at such a moment if it is not zero."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     is_any = np.ones_like(is_moving)

@@ -19,20 +19,20 @@ from tb3_labs.watch.variables import Series, shortened_value
 
 #: A variable with fewer values in a frame is not judged.
 FEWEST_VALUES = 10
-#: The followed quantity is searched for in this time around the worst value [s].
+#: The search for the followed quantity uses the values within this time of the worst value [s].
 FOLLOWED_WINDOW = 60.0
 
 
 def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
-    """Yields (number of mistakes, chosen values...) for each way to choose a value of each option.
-    A value is a mistake if it is not the first value of its option."""
+    """Yields (number of mistakes, chosen values...) for each choice of one value per option. The
+    first value of an option is correct, and the other values are mistakes."""
     for chosen in product(*options):
         mistakes = sum(choice is not option[0] for choice, option in zip(chosen, options))
         yield (mistakes, *chosen)
 
 
 def in_window(times: np.ndarray, window: Tuple[float, float]) -> slice:
-    """Returns the indices of the times in a window (begin, end). The times are in order."""
+    """Returns the indices of the times in a window (begin, end). The times are sorted."""
     return slice(*np.searchsorted(times, window))
 
 
@@ -60,8 +60,8 @@ def place_quantities(samples: Any, before: Frame, frame: Frame) -> Iterator[Quan
                            place * np.exp(-1j * frame.odometry_yaw), scale, mistakes=1)
 
 
-#: A local yaw, and a reference, is a sum of three readings. Each formula has its words, and the
-#: factors of the present reading, the reading at the reset, and the reading at the reset before.
+#: A local yaw or a reference is a weighted sum of three readings: the present one, the one at the
+#: last reset, and the one at the reset before. Each formula has its words and the three factors.
 LOCAL_FORMULAS = ((' since the reset', 1, -1, 0), (' since the reset before', 1, 0, -1),
                   (', not from the reset on', 1, 0, 0),
                   (', minus the radians at the reset', 1, -np.pi / 180.0, 0))
@@ -71,7 +71,7 @@ REFERENCE_FORMULAS = ((' at the reset', 0, 1, 0), (' at the reset before', 0, 0,
 def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
              window: Tuple[float, float]) -> Iterator[Tuple[Quantity, Any, Any]]:
     """Yields each quantity that a node may read for a yaw or a reference, with its value at the
-    begin of `frame` and its value at the begin of `before`. The first quantity is correct."""
+    start of `frame` and its value at the start of `before`. The first quantity is correct."""
     sensor = 'IMU' if name in ('local_yaw', 'initial_global_yaw') else 'odometry'
     samples = node_run.run.imu if sensor == 'IMU' else node_run.run.odometry
     samples = samples.take(in_window(samples.arrival, window))
@@ -150,8 +150,8 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the wrong variables of the local pose. Before a wrong variable, its wrong references
-    are yielded."""
+    """Yields the wrong variables of the local pose. The wrong references of a variable are
+    yielded before the variable."""
     known = node_run.cached(local_frames)
     for (before, frame), name in product(zip(known[:1] + known, known), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, before, frame, name):
@@ -169,7 +169,7 @@ def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
     window = (frame.begin - LONGEST_LAG, frame.end)
     accepted = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
     correct = accepted[0]
-    # the node receives its first message in the frame a moment after the frame's begin
+    # the node receives its first message shortly after the frame's start
     first = correct.time[correct.time >= frame.begin][:1]
     if not len(first):
         return
@@ -215,7 +215,7 @@ def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
 
 
 def late_text(part: Series, correct: Quantity) -> str:
-    """Returns a clause on how late a variable follows the correct quantity, or that it does not."""
+    """Returns a clause: how late a variable follows the correct quantity, or that it does not."""
     delays = np.sort(sample_ages(part, correct._replace(scale=1.0), 60.0))
     longest = delays[int(RIGHT_SHARE * (len(part.time) - 1))]
     return f'came up to {longest:.1f} s late' if longest < np.inf else 'did not follow it'

@@ -1,7 +1,7 @@
-"""A node of the Transformation lab by its own variables. They show its local frames, its pose, when
-it has control, and its states with the commands in them.
+"""A node of the Transformation lab, as its own variables show it: its local frames, its pose, its
+times with control, and its states with their commands.
 
-A local frame begins at each start of the node and at each reset. Here, places are complex numbers,
+A local frame starts at each start of the node and at each reset. Here, places are complex numbers,
 x + iy, so that a rotation is a product.
 """
 from typing import Any, List, NamedTuple, Tuple
@@ -20,7 +20,7 @@ RIGHT_SHARE = 0.9
 #: The probe shows a change at most LONGEST_LAG after its cause, and most changes within SHORT_LAG
 #: [s].
 LONGEST_LAG, SHORT_LAG = 0.4, 0.1
-#: A robot rests for this time after its node was started [s].
+#: The robot rests for this time after the node's start [s].
 REST_TIME = 1.5
 #: A jump of a variable is a reset if at most two other jumps are within this time [s].
 JUMP_WINDOW = 1.0
@@ -35,8 +35,8 @@ HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians
 
 class Frame(NamedTuple):
     """A local frame, in force from `begin` to `end` [s]. If a reset begins the frame, the reset
-    declares the robot's place and yaw in the frame. `place` and `odometry_yaw` are the robot's pose
-    in the odometry at `begin`, and `imu_yaw` is its yaw by the IMU; NaN if they are unknown."""
+    declares the robot's place and yaw in the frame. At `begin`, `place` and `odometry_yaw` are the
+    robot's pose by odometry, and `imu_yaw` is its yaw by IMU. Unknown values are NaN."""
 
     begin: float
     declared_place: complex = 0j
@@ -78,7 +78,7 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
 
 def recorded_frames(node_run: NodeRun) -> List[Frame]:
     """Returns the frames that begin at recorded starts of the node, and at recorded resets. If no
-    start was recorded, the first reading is a start. The poses at the begins are not set yet."""
+    start was recorded, the first reading is a start. The frames have no poses yet."""
     run = node_run.run
     times = next(iter(node_run.variables.values())).time
     starts = run.starts or times[:1]
@@ -93,12 +93,12 @@ def recorded_frames(node_run: NodeRun) -> List[Frame]:
 
 
 def first_from(samples: Any, time: float) -> Any:
-    """Returns the first of the samples that arrived from `time` on, or the last sample."""
+    """Returns the first sample that arrived at `time` or later; else the last sample."""
     return samples.take(min(int(np.searchsorted(samples.arrival, time)), len(samples) - 1))
 
 
 def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Frame:
-    """Returns the frame. The robot's pose at its begin is taken from the node's references."""
+    """Returns the frame, with the robot's pose at its start taken from the node's references."""
     values = []
     for series in map(node_run.variable, REFERENCES):
         value = np.nan
@@ -110,9 +110,9 @@ def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Fram
 
 
 def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
-    """Returns the times at which a frame began, although no start and no reset was recorded. At
-    such a time, the readings pause, or the node's references or pose jump. Times near a recorded
-    begin, one of `known`, are left out."""
+    """Returns the times at which a frame started without a recorded start or reset. At such a time
+    the readings pause, or the node's references or pose jump. Times near one of `known`, the
+    recorded starts of frames, are left out."""
     read = node_run.reading_times
     begins = list(read[1:][np.diff(read) > LONGEST_READING_GAP])
     for name in (*REFERENCES, *REFERENCES_OF):
@@ -135,7 +135,7 @@ def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
 
 
 def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
-    """Returns the times at which a variable of the pose changed by more than its sensor."""
+    """Returns the times at which a pose variable changed by more than the sensor did."""
     if 'yaw' in series.name:
         samples = node_run.run.imu
         steps = np.abs(wrap_all(np.diff(series.value) * unit_of(series)))
@@ -144,7 +144,7 @@ def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
         samples = node_run.run.odometry
         steps = np.abs(np.diff(series.value))
         sensor_steps = np.hypot(np.diff(samples.x), np.diff(samples.y))
-    # the length of the sensor's way until each reading, and until LONGEST_LAG before it
+    # the sensor's path length up to each reading, and up to LONGEST_LAG before each reading
     way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(sensor_steps)))
     way_before = np.interp(series.time - LONGEST_LAG, series.time, way) if len(way) else way
     return series.time[1:][steps > 2.0 * POSE_TOLERANCE + way[1:] - way_before[:-1]]
@@ -168,7 +168,7 @@ class Pose(NamedTuple):
 
 
 def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
-    """Returns the Pose at these times. In a trial, a goal without a variable is the handout's."""
+    """Returns the Pose at these times. In a trial, the handout's goal replaces a missing one."""
     default = HANDOUT_GOAL if node_run.run.starts else {}
     value, unit = {}, {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):
@@ -189,9 +189,9 @@ def unit_of(series: Series) -> float:
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = LONGEST_LAG) -> Series:
-    """Returns the readings in `part` at which the node has had control for these seconds. Its
-    variable has_control shows this; without this variable, ctrl_relinq shows it; without both, all
-    readings are returned."""
+    """Returns the readings in `part` at which the node has had control for at least these seconds,
+    by the variable has_control, or else by ctrl_relinq. If both are missing, all readings are
+    returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
     time, value = (control.arrival, control.value) if own is None else (own.time, own.value)
     if not len(time):

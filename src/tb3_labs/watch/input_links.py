@@ -2,7 +2,7 @@
 
     pad:     axes -> command; buttons -> has_control -> ctrl_relinq -> command; button -> reset
     mouse:   x, y, active -> command
-    printed: the IMU's heading -> the number that is printed
+    printed: the IMU's heading -> the printed number
 """
 import re
 from itertools import product
@@ -23,13 +23,13 @@ from tb3_labs.watch.variables import Series
 
 # -- the gamepad
 
-#: The stimuli of marking that show which axes of a pad drive and turn.
+#: These stimuli of a trial show which axes of a pad drive and turn.
 FORWARD_STICK, TURNING_STICK = 'left stick up', 'right stick left'
 
 
 def driving_axes(node_run: NodeRun) -> List[int]:
-    """Returns the numbers of the axes for driving and for turning. In a trial, the marker's stimuli
-    show them; else they are the handout's."""
+    """Returns the numbers of the axes for driving and for turning. In a trial the stimuli show
+    these axes. Without a trial, the handout's axes are returned."""
     found = []
     for stimulus, usual in ((FORWARD_STICK, LINEAR_AXIS), (TURNING_STICK, ANGULAR_AXIS)):
         begin = stimulus_begin(node_run, stimulus)
@@ -65,7 +65,7 @@ def stick_laws(node_run: NodeRun) -> List[BrokenLink]:
 
 
 def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iterator[BrokenLink]:
-    """Yields the button `name` if it was pressed at `begin`, but its task was not done until `end`.
+    """Yields the button `name`, pressed at `begin`, if its task was still not done at `end`.
     A hands the robot over, B takes it back, Y calls the reset."""
     control, times = node_run.run.control, node_run.commands.arrival
     is_soon = (control.arrival > begin) & (control.arrival < min(end, begin + 1.0))
@@ -80,8 +80,8 @@ def wrong_button(node_run: NodeRun, name: str, begin: float, end: float) -> Iter
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the first ignored stick or wrong button. It is yielded first with the value of each
-    variable that is True or False and was changed by a button."""
+    """Yields the first ignored stick or wrong button. Before that, yields this mistake with the
+    value of each boolean variable that a button changed."""
     begins = a, b, y = [stimulus_begin(node_run, name) for name in 'ABY']
     ignored = list(unanswered(
         node_run.commands, pad_of(node_run), lambda row: row[node_run.cached(driving_axes)].any(),
@@ -107,7 +107,7 @@ PAD_LINKS = law_link(stick_laws, weak=False), wrong_control, law_link(stick_laws
 
 #: The recording may show a change of `turning` too early or too late by this time [s].
 TURNING_UNCERTAINTY = 0.15
-#: From this stimulus of marking on, the node may turn while the mouse is active.
+#: After the start of this stimulus, the node may turn while the mouse is active.
 TURN_BESIDE_MOUSE = 'l beside the mouse'
 
 
@@ -120,8 +120,8 @@ def mouse_of(node_run: NodeRun) -> Device:
 
 
 def turning_share(node_run: NodeRun, times: np.ndarray) -> np.ndarray:
-    """Returns for each time the share of the readings near it in which `turning` was True. The
-    share is 0.5 if the node may turn, but has no such variable."""
+    """Returns, for each time, the share of the nearby readings in which `turning` was True. If the
+    node may turn but lacks this variable, the share is 0.5."""
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return 0.5 * (times > stimulus_begin(node_run, TURN_BESIDE_MOUSE))
@@ -150,7 +150,7 @@ def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
     commands = commands.take(turning_share(node_run, commands.arrival) == 0.0)
     x_forms, y_forms = mouse_forms(received, 'x'), mouse_forms(received, 'y')
     up = 1.0
-    # the recorded y points up if the marker knew the client of the mouse; another client's y may
+    # the recorded y points up if the marker knew the mouse client; the y of another client may
     # point down
     if not any(event['up'] for _, event in events_of(node_run, 'mouse client')):
         y = np.append(received.y, 0.0)[mouse.index_at(commands.arrival)]
@@ -161,8 +161,8 @@ def mouse_laws(node_run: NodeRun) -> List[BrokenLink]:
 
 
 def mouse_ignored(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a mouse that the node ignores. No command came while the mouse was active and outside
-    of the middle, or no zero came after it became inactive or came to the middle."""
+    """Yields a mouse that the node ignores: no command came while the mouse was active and off the
+    middle, or no zero command came after the mouse became inactive or reached the middle."""
     return unanswered(
         node_run.commands, mouse_of(node_run),
         lambda row: not row[2] and np.abs(row[:2]).max() > MOUSE_DEAD_ZONE,

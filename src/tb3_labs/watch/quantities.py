@@ -1,7 +1,7 @@
-"""The quantities that a variable may follow, and the search for those that it follows.
+"""The quantities that a variable may follow, and the search for those that it does.
 
 A quantity is a number that a formula gives for each message of a sensor. A variable follows a
-quantity if each value of the variable is the number of one of the latest messages.
+quantity if each value of the variable is the number of a recent message.
 """
 import math
 from dataclasses import replace
@@ -15,28 +15,28 @@ from tb3_labs.watch.variables import Series, last_before
 
 #: Two numbers are equal if they differ by at most this share of the quantity's scale.
 SAME_SHARE = 3e-4
-#: A variable follows a quantity if at least this share of its values is of recent samples.
+#: A variable follows a quantity if at least this share of its values comes from recent samples.
 FOLLOWING_SHARE = 0.98
-#: A sample is recent until this time after the next sample came [s]. The last sample of all stays
-#: recent.
+#: A sample stays recent until this time after the arrival of the next sample [s]. The last sample
+#: always stays recent.
 RECENT_TIME = 0.5
-#: The node may receive a sample earlier than the recorder by this time [s].
+#: The node may receive a sample up to this time before the recorder does [s].
 ARRIVAL_LEAD = 0.03
-#: A variable that follows a quantity later than this is not found [s].
+#: Longer delays between a quantity and a variable are not found [s].
 LONGEST_DELAY = 8.0
 #: At most about this many values of a variable are compared.
 MOST_VALUES = 400
 #: Each fourth value is compared first. This excludes most quantities in little time.
 COARSE_STEP = 4
-#: A quantity changes if it changes by more than this share of its scale.
+#: Changes of a quantity by at most this share of its scale do not count.
 MOVED_SHARE = 0.005
 
 
 class Quantity(NamedTuple):
     """A number for each sample of a sensor. `name` names the number and its unit. `scale` is about
     the range of the number. `per_degree` is the change of a heading for one degree to the left; 0
-    if the quantity is not a heading. A node that uses this quantity makes so many `mistakes`; 0 if
-    they are not known."""
+    if the quantity is not a heading. A node that uses this quantity makes `mistakes` mistakes; 0 if
+    their number is not known."""
 
     name: str
     time: np.ndarray
@@ -51,8 +51,8 @@ class Quantity(NamedTuple):
 
 
 class RecentSamples(NamedTuple):
-    """The recent samples at each reading. Each array has a row for each reading. The row has a
-    column for each sample, first the newest: its index, its age [s], and whether it exists."""
+    """The recent samples at each reading. In each array a row is a reading, and a column is a
+    sample, newest first. The arrays have the index, the age [s], and whether the sample exists."""
 
     sample: np.ndarray
     age: np.ndarray
@@ -71,15 +71,15 @@ def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> R
 
 
 def is_equal(series: Series, quantity: Quantity, samples: RecentSamples) -> np.ndarray:
-    """Returns whether each value equals the number of each of its recent samples, a row for each
-    value."""
+    """Returns an array: does the value (row) equal the quantity's number at the recent sample
+    (column)?"""
     apart = np.abs(series.value[:, None] - quantity.value[samples.sample])
     return samples.is_there & (apart <= SAME_SHARE * quantity.scale)
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
-    """Returns the age [s] of the newest sample with the number of each value; inf if no sample of
-    the last `longest` seconds has this number. The newest sample of all has the age 0."""
+    """Returns, for each value, the age of the newest sample with this value [s]; inf if no sample
+    of the last `longest` seconds has it. The newest sample of all has the age 0."""
     if not len(quantity.time) or not len(series.time):
         return np.full(len(series.time), np.inf)
     samples = recent_samples(series.time, quantity.time, longest)
@@ -94,8 +94,8 @@ def subsampled(series: Series) -> Series:
 
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = FOLLOWING_SHARE) -> List[Quantity]:
-    """Returns the quantities that a variable follows, in their order. If there are several, this
-    run does not show which of the quantities the node uses."""
+    """Returns the quantities that a variable follows, in the given order. If there are several,
+    this run does not show which one the node uses."""
     # the first value may be from before the first message
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     all_values = subsampled(series.take(slice(first, None)))

@@ -11,7 +11,7 @@ from tb3_labs.watch.typed_turns import (
     CLEAR_ERROR, OVER_TOLERANCE, READING_PERIOD, Turn, letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
-#: A goal_yaw is correct if it is at most this far from the correct angle [deg].
+#: A goal_yaw is correct if it differs by at most this from the correct angle [deg].
 GOAL_TOLERANCE_DEG = 3.0
 #: A node with a finer tolerance than the handout's ends its turn within this time [s].
 FINE_STOP_TIME = 2.5
@@ -25,7 +25,7 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a goal_yaw that a letter did not set to 90 degrees beside curr_yaw. Also yields a
+    """Yields a goal_yaw that a letter did not set to curr_yaw +90 or -90 degrees. Also yields a
     goal_yaw that changed during its turn."""
     series, quantity, _ = node_run.cached(own_heading)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
@@ -35,7 +35,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     unit = quantity.per_degree
     for turn in node_run.cached(letter_turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
-            continue        # the node is still in the turn before, and has not read the letter
+            continue        # the node is still in the previous turn, and has not read the letter
         after = to_number(turn.goal_after)
         sides = [turn.side] if turn.side else [1, -1]
         off = wrap_all((after - turn.begin_yaw) / unit - TURN_DEG * np.array(sides), 360.0)
@@ -63,7 +63,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def goal_remark(node_run: NodeRun, turn: Turn, correct: Optional[Turn]) -> str:
-    """Returns a clause that helps to find the reason of a wrong goal, or ''. `correct` is a turn
+    """Returns a clause that helps to explain a wrong goal, or ''. `correct` is a turn
     with a correct goal, or None."""
     starts, printed = node_run.run.starts, node_run.run.printed.arrival
     start = max([time for time in starts if time < turn.begin], default=turn.begin)
@@ -252,7 +252,7 @@ def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def low_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that are slower than by the handout's gain. The BrokenLinks are weak."""
+    """Yields commands that are slower than the handout's gain gives. The BrokenLinks are weak."""
     for turn in node_run.cached(letter_turns):
         is_correct = turn.command * turn.error > 0.0
         clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & is_correct)

@@ -1,4 +1,4 @@
-"""The turns of a node by its own variables. A turn has a letter, a goal, commands and errors."""
+"""The turns of a node, from its own variables. A turn has a letter, a goal, commands and errors."""
 from dataclasses import dataclass
 from typing import Any, List, NamedTuple, Optional, Tuple
 
@@ -17,7 +17,7 @@ LETTER_DELAY = 3.0
 READING_PERIOD = 0.06
 #: The side of an error is clear if the error is between CLEAR_ERROR and 180 - CLEAR_ERROR [deg].
 CLEAR_ERROR = 20.0
-#: The error at the end of a turn may be larger than the handout's tolerance by this [deg].
+#: The error at the end of a turn may exceed the handout's tolerance by this [deg].
 OVER_TOLERANCE = 4.0
 #: A variable with another name than curr_yaw is the heading only if its range is larger than this.
 LEAST_RANGE = 0.5
@@ -89,8 +89,8 @@ class Turn:
 
 
 class OwnHeading(NamedTuple):
-    """The node's variable for the heading is `series`, or None. It follows the `quantity`, a usable
-    heading. If it does not follow a usable heading, `broken` is its BrokenLink."""
+    """The node's variable for the heading, or None, is `series`. `quantity` is the usable heading
+    that this variable follows. If it follows none, `broken` is the BrokenLink."""
 
     series: Optional[Series] = None
     quantity: Optional[Quantity] = None
@@ -107,7 +107,7 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
         return OwnHeading()
     quantity, broken = followed_heading(series, node_run.imu_quantities)
     if broken is not None and 'does not follow' in broken.message:
-        for unit in (1.0, np.pi / 180.0):       # a node can turn by a heading from any zero
+        for unit in (1.0, np.pi / 180.0):       # a node can turn by a heading with any zero
             another = heading_from_another_zero(series, node_run.heading, unit)
             if another is not None:
                 return OwnHeading(series, another)
@@ -131,9 +131,9 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
 
 
 def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
-    """Returns (times in turns, times without turns) at which a letter changed goal_yaw, but not
-    `turning`. In a turn, `turning` stayed True, because the letter was typed during the turn, or
-    had waited in a queue. Without a turn, `turning` stayed False."""
+    """Returns the times at which a letter changed goal_yaw but not `turning`, as (times in turns,
+    times outside turns). In a turn `turning` stayed True: the letter was typed during the turn,
+    or had waited in a queue. Outside turns `turning` stayed False."""
     series, quantity, _ = node_run.cached(own_heading)
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     in_turns: List[float] = []
@@ -172,14 +172,14 @@ def typed_letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
         during = slice(first, np.searchsorted(mouse.arrival, end))
         moved = mouse.arrival[during][drives[during]]
         cut = min(*moved[:1], node_run.end_after(begin), end)
-        # a recorded letter without a side is not l and not r, and begins no turn
+        # a recorded letter other than l and r starts no turn
         if cut > begin and (side or not len(typed)):
             found.append((float(begin), float(cut), bool(cut < end), int(side)))
     return found
 
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
-    """Returns the times of the letters by the changes of `turning` and `goal_yaw`."""
+    """Returns the times of the letters, found from the changes of `turning` and `goal_yaw`."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     in_turns, without_turns = node_run.cached(goal_changes)
     changes = np.empty(0)
@@ -217,8 +217,8 @@ def commands_with_known_goal(node_run: NodeRun, goal: Optional[Series]) -> Any:
 def turn_of(letter: Tuple[float, float, bool, int], commands: Any, heading: Quantity,
             series: Optional[Series], goal: Optional[Series]) -> Turn:
     """Returns the Turn of a letter, one of `typed_letters`. The node uses the quantity `heading`;
-    its variable for the heading is `series`. Without a `goal`, the variable goal_yaw, the letter
-    gives the goal."""
+    its variable for the heading is `series`. `goal` is the variable goal_yaw. If it is None, the
+    letter gives the goal."""
     begin, end, _, side = letter
     begin_yaw = series.at(begin) if series is not None else float(heading.at(np.array([begin]))[0])
     read_at, goal_before, goal_after = begin, '', ''

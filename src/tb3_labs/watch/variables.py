@@ -1,6 +1,6 @@
 """The variables of a node over a run, by their names. probe/sitecustomize.py reads them.
 
-In this room a `run` is a RunData (:mod:`tb3_labs.report.run_data`). All times are arrivals at the
+In this folder a `run` is a RunData (:mod:`tb3_labs.report.run_data`). All times are arrivals at the
 recorder [s].
 """
 import math
@@ -15,8 +15,8 @@ TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
 
 @dataclass(frozen=True)
 class Series:
-    """The readings of one variable, each with a time, a text and a number `value`. True has the
-    value 1, False has 0, and a text that is not a number has NaN."""
+    """The readings of one variable, each with a time, a text and a number `value`. The `value` of
+    True is 1, of False 0, and of any other text that is not a number NaN."""
 
     name: str
     time: np.ndarray
@@ -24,11 +24,11 @@ class Series:
     value: np.ndarray
 
     def at(self, time: float) -> float:
-        """Returns the number of the last reading until this time, or of the first reading."""
+        """Returns the number of the last reading up to this time, or of the first reading."""
         return float(self.value[max(0, last_until(self.time, time))])
 
     def text_at(self, time: float) -> str:
-        """Returns the text of the last reading until this time, or of the first reading."""
+        """Returns the text of the last reading up to this time, or of the first reading."""
         return str(self.text[max(0, last_until(self.time, time))])
 
     def take(self, index: Any) -> 'Series':
@@ -45,13 +45,13 @@ class Series:
 
 
 def last_until(times: Any, time: Any) -> Any:
-    """Returns the index of the last of `times` that is not after `time`; -1 if all are after it.
-    `times` are in order. If `time` is an array, an array of indices is returned."""
+    """Returns the index of the last of `times` that is not after `time`; -1 if all are later.
+    `times` are sorted. If `time` is an array, an array of indices is returned."""
     return np.searchsorted(times, time, side='right') - 1
 
 
 def last_before(times: Any, time: Any) -> Any:
-    """Returns the index of the last of `times` that is before `time`, else as `last_until`."""
+    """Returns the same as `last_until`, but only times before `time` count."""
     return np.searchsorted(times, time, side='left') - 1
 
 
@@ -64,7 +64,7 @@ def to_number(text: str) -> float:
 
 
 def shortened_value(text: str) -> str:
-    """Returns a variable's text for a sentence: a number with four digits, or 40 characters."""
+    """Returns a variable's text, shortened to four digits of a number or to 40 characters."""
     value = to_number(text)
     return text[:40] if np.isnan(value) else f'{value:.4g}'
 

@@ -1,4 +1,4 @@
-"""Unpacks zip files and lists folders of strangers, within limits.
+"""Unpacks strangers' zip files and lists strangers' folders, within limits.
 
 A zip file may be made to fill the disk, and its paths may lead out of its folder. Therefore a
 process with limits runs this code, see read_submission.py.
@@ -21,9 +21,9 @@ from tb3_labs.command_line import printable
 ZIP = '.zip'
 #: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000
-#: The limits of a class's zip file are the limits of a submission times this number.
+#: A class's zip file may have this many times the files and bytes of a submission.
 SUBMISSIONS_PER_CLASS_ZIP = 50
-#: The depth of the deepest folder that is read or unpacked.
+#: Deeper folders are neither read nor unpacked.
 DEEPEST = 50
 #: These folders and files are not a student's work. They are neither unpacked nor copied.
 IGNORED_PATHS = re.compile(
@@ -31,17 +31,17 @@ IGNORED_PATHS = re.compile(
     r'[^/]*\.bag)(/|$)', re.IGNORECASE)
 #: Programs make folders with these names. They are read only if the node is in no other folder.
 GENERATED_FOLDERS = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE)
-#: The endings of a package's own files, which are written first.
+#: Files with these endings are a package's own files. They are written first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
 #: A damaged entry of a zip file raises one of these errors. The other entries can still be read.
 ENTRY_ERRORS = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
 #: These errors do not depend on the name of a file.
 DISK_ERRORS = errno.ENOSPC, errno.EDQUOT, errno.EIO
-#: The reasons for which an entry is left out.
+#: The reasons why an entry is left out.
 DUPLICATE, LINK = 'the zip file has it twice, and the last one counts', 'each is a link'
 BAD_NAME = 'no file here can have that name'
 DAMAGED = 'the zip file is damaged there, or has a password'
-#: A remark shows at most so many characters of a path.
+#: A remark shows at most this many characters of a path.
 LONGEST_SHOWN_PATH = 200
 
 
@@ -71,8 +71,8 @@ def digest(folder: Path) -> str:
 
 def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
                     ) -> Tuple[List[Path], List[Path]]:
-    """Returns (files to read, refused files and folders) below `folder`. Neither list has the
-    IGNORED_PATHS and the `ignored` folders.
+    """Returns (files to read, refused files and folders) below `folder`. Both lists lack
+    the IGNORED_PATHS and the `ignored` folders.
 
     Devices, unreadable files and folders that are too deep are refused. A link is refused unless it
     leads to files that are read. A file with another name (a hard link) outside of `folder` is
@@ -95,7 +95,7 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
                     status[here / name] = (here / name).lstat()
                 except OSError:         # the folder cannot be entered
                     refused.append(here / name)
-    # a file with more names than are found here has another name outside of `folder`
+    # a file that has more names than were found here has a name outside of `folder`
     names_here = Counter((each.st_dev, each.st_ino) for each in status.values())
     files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
              and each.st_nlink <= names_here[each.st_dev, each.st_ino]
@@ -106,8 +106,8 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
 
 
 def _linked_files(folder, refused, files):
-    """Returns path -> link, for each path by which a refused link leads to one of the `files`. The
-    link leads to the file, or to the file's folder."""
+    """Returns path -> link, for each path that leads to one of the `files` through a refused link.
+    The link leads to the file, or to the file's folder."""
     linked = {}
     for link in refused:
         if os.path.islink(str(link)):
@@ -122,12 +122,12 @@ def _linked_files(folder, refused, files):
 
 
 class UnpackLimits:
-    """The number of files and bytes that may still be written for some submissions."""
+    """The number of files, and of bytes, that may still be written."""
 
     def __init__(self, submissions: int = 1) -> None:
         self._submissions = submissions
         self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
-        #: The sentence on the limit that a file exceeded; '' if no file did.
+        #: A sentence on the exceeded limit; '' if no file exceeded a limit.
         self.exceeded = ''
 
     def spend(self, size: int) -> bool:
@@ -148,8 +148,8 @@ def unpack(path: Path, folder: Path, limits: UnpackLimits,
     """Unpack the zip file `path` into `folder` until the limits are reached. Returns remarks on the
     files that are left out.
 
-    Raises ``NotJudged`` if `path` is not a zip file, or has a path that is not safe. A file does
-    not become larger than the zip file declares, since zipfile reads no further.
+    Raises ``NotJudged`` if `path` is not a zip file, or has a path that is not safe. The zip file
+    declares each file's size, and zipfile reads no further than this size.
     """
     left_out: Dict[str, List[str]] = {why: [] for why in (DUPLICATE, LINK, BAD_NAME, DAMAGED)}
     try:
@@ -215,7 +215,7 @@ def _write_entries(archive, entries, folder, limits, left_out):
         except ENTRY_ERRORS:
             left_out[DAMAGED].append(entry_path)
             with suppress(OSError):
-                target.unlink()     # the file is incomplete
+                target.unlink()     # an incomplete file
 
 
 def _safe_path(info):
@@ -251,7 +251,7 @@ def write_file(source: IO[bytes], target: Path, is_executable: bool) -> bool:
 
 
 def writing_order(path: str, size: int) -> Tuple[bool, bool, int, int, str]:
-    """Returns a key that sorts the package's own files first, since a limit may end the writing.
+    """Returns a key that sorts a package's own files first, because a limit may end the writing.
     `size` is in bytes."""
     return (bool(GENERATED_FOLDERS.search(path)),
             os.path.splitext(path)[1].lower() not in OWN_ENDINGS, path.count('/'), size, path)

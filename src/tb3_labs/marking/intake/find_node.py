@@ -19,11 +19,11 @@ from tb3_labs.marking.intake.packages import (
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 LISTENS_TO, USES = 'listens to ', 'uses '
-#: A call for the service of the reset. A text or a variable has the service's name.
+#: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: Two candidates are alike if this number of their first ranks is equal.
+#: Two candidates are alike if their first ranks are equal. This is the number of these ranks.
 COMPARED_RANKS = 4
-#: A relay of catkin has this text. It starts a file that is on the student's machine.
+#: Each relay script of catkin has this text. A relay starts a file on the student's machine.
 RELAY_TEXT = b'generated from catkin/cmake/template'
 
 
@@ -32,7 +32,7 @@ class Choice(NamedTuple):
 
     path: str
     remarks: List[str]      # the reason of the choice, for the student
-    findings: List[str]     # for the instructor, if the choice was by chance
+    findings: List[str]     # for the instructor, if another file may be the node
 
 
 class _Candidate(NamedTuple):
@@ -54,8 +54,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 
     A file can be the node if it has a usual name, or if it has the handout's names of class and
     node. It can also be the node if it listens to the lab's topic, and does not have the usual name
-    of another lab's node. If `package` or `name` is given, the file must have it. `name` may be the
-    path that is printed for the instructor.
+    of another lab's node. If `package` or `name` is given, the file must have it. `name` may also
+    be a path, as printed for the instructor.
 
     Raises ``NotJudged`` if no file can be the node.
     """
@@ -101,7 +101,7 @@ def _starting_program(module, programs, folder):
 
 
 def _advice(found, names):
-    """Returns a list: a sentence for the instructor if another file may be the node."""
+    """Returns a list, with a sentence for the instructor if another file may be the node."""
     best, *others = found
     alike = [each for each in others if each[:COMPARED_RANKS] == best[:COMPARED_RANKS]]
     if all(each.text == best.text for each in alike):
@@ -195,7 +195,7 @@ def _can_be_the_node(candidate, names, name):
 
 
 def _remarks(found, packages, names):
-    """Returns a list: a sentence for the student if the choice was not clear."""
+    """Returns a list, with a sentence for the student if the choice was not clear."""
     best, *others = found
     if not others:
         signs = ' and '.join(sign for sign in best.sign_texts if not sign.startswith(USES))

@@ -28,7 +28,7 @@ IMPORT_ERRORS = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseExcepti
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
 #: A field of a type of another package, as in `geometry_msgs/Pose2D goal`.
 FIELD = re.compile(r'^[ \t]*([A-Za-z]\w*)/[A-Za-z]\w*(?:\[\d*\])?\s+\w', re.MULTILINE)
-#: The types that the course gives to the students. This package has a file of each.
+#: The types that the course gives to the students. tb3_labs has a file of each type.
 COURSE_TYPES = {MESSAGES: ('MouseController',), SERVICES: ('SetInitialPose', 'ResetPose')}
 #: A larger file is not a program [bytes].
 LARGEST_PROGRAM = 1000000
@@ -54,7 +54,7 @@ class Import(NamedTuple):
 
     importer: Path              # the program's file
     module: str                 # with dots, as it is written
-    names: Tuple[str, ...]      # of the module's content; () if the module itself is imported
+    names: Tuple[str, ...]      # the names imported from it; () if the module itself is imported
     used: bool                  # is an imported name used?
     guarded: bool               # does the program go on if the import fails?
     level: int = 0              # the number of dots in front, as in `from ..laws import name`
@@ -110,7 +110,7 @@ class OwnModules:
         self._node = node
         self._files = {path for path in files_in(folder) if path.suffix == '.py'}
         self._folders = {parent for path in self._files for parent in path.parents}
-        #: module that a setup.py installs -> its package, and -> the folder above the module
+        #: For each module that a setup.py installs: its package, and the folder above the module.
         self.package_of: Dict[str, str] = {}
         self._installed: Dict[str, Path] = {}
         for name, package in packages.items():
@@ -134,14 +134,14 @@ class OwnModules:
                     files += self.imports[-1].files
 
     def is_on_path(self, module: str) -> bool:
-        """Does Python look where this module lies?"""
+        """Does Python look for modules in this module's folder?"""
         beside = self._node.parent
         return (module in self._installed or beside / f'{module}.py' in self._files
                 or beside / module in self._folders)
 
     def _files_of(self, item):
-        """Returns the files of the submission that an Import reads. A module in a folder where
-        Python does not look is found too, since the program may change Python's path."""
+        """Returns the files of the submission that an Import reads. Modules in other
+        folders than Python's path are found too, since the program may change this path."""
         folder = self._installed.get(item.package, self._node.parent)
         if item.level:
             folder = Path(*item.importer.parts[:-item.level])
@@ -170,16 +170,16 @@ class Needs(NamedTuple):
 
     packages: List[str]         # packages of the submission
     substituted: Dict[str, List[str]]   # missing package -> files of the COURSE_TYPES that it needs
-    unused: List[str]           # missing modules that it does not use, with dots
-    missing: Dict[str, str]     # missing package that it uses -> the module, with dots
+    unused: List[str]           # missing modules that it imports but never uses
+    missing: Dict[str, str]     # missing package that it uses -> module, such as a.b
     broken: Dict[str, str]      # module that it uses, and that does not work here -> the error
     misspelt: Dict[str, str]    # missing module -> the module that was probably meant
     elsewhere: List[Path]       # own modules in folders where Python does not look
 
 
 def find_needs(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:
-    """Returns the Needs of a node. `packages` has name -> folder of the submission's packages. The
-    names by which programs import their messages are added to `packages`."""
+    """Returns the Needs of a node. `packages` has name -> folder of the submission's packages.
+    Other names by which programs import messages are added to `packages`."""
     own = OwnModules(node, folder, packages)
     imports = [item for item in own.imports if not item.level]
     for item in imports:
@@ -216,8 +216,8 @@ def find_needs(node: Path, folder: Path, packages: Dict[str, Path]) -> Needs:
 
 
 def _add_second_name(item, packages):
-    """Give a package a second name, by which a program imports its messages, if it is the only
-    package with messages of these names, and the second name is free."""
+    """If a program imports messages by an unknown package name, and only one package has messages
+    with these names, give this package the unknown name as a second name."""
     kind, *_ = item.module.split('.')[1:2] or ['']
     if kind in COURSE_TYPES and item.package not in packages and not _is_installed(item.package):
         imports_all = not item.names or '*' in item.names
@@ -264,7 +264,7 @@ def _packages_of_types(package):
 
 
 def _misspelt(missing):
-    """Returns missing name -> module from which the name differs by a typing error."""
+    """Returns missing name -> the module that was meant, for names with a typing error."""
     known = {each.name for each in pkgutil.iter_modules(sys.path)}.union(sys.builtin_module_names)
     return {name: near for name in missing for near in sorted(known)
             if len(near) > 3 and is_typo_of(name, near)}

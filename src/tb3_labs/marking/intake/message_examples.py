@@ -5,7 +5,7 @@ It reads a JSON object. `search` has the system's packages and the folders of th
 `definitions` has package, 'msg' or 'srv', name and text of each definition.
 
 It prints a JSON object. "modules" has package, 'msg' or 'srv', name of the file and text of each
-module. "problems" has file -> the reason why it cannot be built. "msg" and "srv" have type ->
+module. "problems" has file -> the reason why the file cannot be built. "msg" and "srv" have type ->
 example, see `example_of`.
 """
 import importlib
@@ -21,7 +21,7 @@ import genpy
 from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
-#: The size of the largest example [bytes].
+#: A larger example is left out [bytes].
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 #: type of a field that the check fills in -> format for struct. Only a header's stamp is filled in.
@@ -111,7 +111,7 @@ def _first_byte(message, name, of, before):
 
 
 def _turn_upright(message):
-    """Set each quaternion in a message to the rotation by 0."""
+    """Set each quaternion in a new message, all zeros, to no rotation."""
     for name, of in zip(message.__slots__, message._slot_types):
         if of == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0

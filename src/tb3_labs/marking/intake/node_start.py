@@ -6,7 +6,7 @@ from typing import Any, Dict, NamedTuple, Optional, Sequence
 
 #: This package, of which a submission's program sees only a part.
 OWN_PACKAGE = 'tb3_labs'
-#: The environment variable of the identity. Each try of a submission has its own value.
+#: The environment variable that identifies a try of a submission by its value.
 IDENTITY = 'TB3_LABS_SUBMISSION'
 #: The environment variable with the path of the file that holds a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
@@ -16,8 +16,8 @@ OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
 #: A submission's program cannot write a larger file [bytes].
 LARGEST_FILE = 50 * 10 ** 6
 FILES_LIMITED = ['prlimit', f'--fsize={LARGEST_FILE}']
-#: This command starts a node, which dies with the process that starts it. If the processor is busy,
-#: the robot comes before the node.
+#: This command starts a node. The node dies with the process that starts it. On a busy processor,
+#: the robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
 
 
@@ -25,12 +25,12 @@ class NodeStart(NamedTuple):
     """Everything that the start of a node needs. mark.py writes it into a file. The check, another
     process, reads the file and starts the node."""
 
-    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED     # the first words of its command
+    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED     # the first words of the node's command
     environment: Optional[Dict[str, str]] = None        # None: the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?
-    program: str = ''           # the path of the program; for '' rosrun finds the program
-    package: str = ''           # the name of its package
+    program: str = ''           # the node's path; if '', rosrun finds the node
+    package: str = ''           # the name of the node's package
     copy: str = ''              # the folder of the submission
     node_file: str = ''         # the path of the node's file in `copy`
 

@@ -1,5 +1,5 @@
 """Finds the packages of a submission, with their names, folders and messages. Finds out whether
-catkin would make a relay of a node, and which modules it would install for a setup.py.
+catkin would make a relay for a node, and which modules of a setup.py catkin would install.
 
 All files are only read. CMake is not run.
 """
@@ -22,10 +22,10 @@ LARGEST_MANIFEST = 100000
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
-#: A file is put aside if a folder above it is hidden, or has one of these words in its name.
+#: A file is put aside if a part of its path is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
-#: The text of the relay that catkin puts into devel. It runs the node's file in the source folder.
+#: The text of catkin's relay script in devel. It runs the node's file in the source folder.
 RELAY = '''#!{}
 python_script = {!r}
 with open(python_script, 'r') as fh:
@@ -33,7 +33,7 @@ with open(python_script, 'r') as fh:
                '__name__': __name__, '__package__': None}}
     exec(compile(fh.read(), python_script, 'exec'), context)
 '''
-#: The text of the relay that catkin makes of a folder of modules. It puts {0} first on the path.
+#: Text of the relay that catkin makes for a module folder. The relay puts {0} first on the path.
 RELAYED_MODULE = '''import os
 import pkgutil
 import sys
@@ -46,7 +46,7 @@ if os.path.isfile({1!r}):
 #: This command of CMake makes relays.
 MAKES_RELAYS = 'catkin_install_python'
 CMAKE_VARIABLE = re.compile(r'\$\{[^${}]*\}')
-#: A comment of CMake. It ends with its bracket, or with the line.
+#: A comment of CMake. It ends at its closing bracket, or at the end of the line.
 CMAKE_COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
 #: CMake's variables for the folder of a package.
 SOURCE_FOLDER = re.compile(r'^\$\{(CMAKE_CURRENT|PROJECT)_SOURCE_DIR\}/')
@@ -79,8 +79,8 @@ def name_in(manifest: Path) -> Tuple[str, str]:
 
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
-    """Returns a key that sorts paths in `folder`, the nearest to `node` first. Of two paths with
-    the same folders in common, a path that was put aside is farther."""
+    """Returns a key that sorts paths in `folder`, the nearest to `node` first. Of two equally near
+    paths, a path that was put aside comes last."""
     common = set(path.parents) & set(node.parents)
     return -len(common), is_aside(str(path.relative_to(folder))), len(path.parts), str(path)
 
@@ -132,7 +132,7 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
 
 
 def is_aside(path: str) -> bool:
-    """Is a file put aside, by a hidden folder or by a name such as old or copy?"""
+    """Does a part of the path begin with a dot, or contain a word such as old or copy?"""
     return any(map(ASIDE.search, Path(path).parts))
 
 
@@ -153,7 +153,7 @@ def has_relay(source: Path, node: Path) -> bool:
     for call in _calls(source, MAKES_RELAYS):
         if 'GLOBAL' not in call:
             patterns += _patterns(call.partition('DESTINATION')[0])[1:]
-    if '*' in patterns:        # a variable of CMake has the files, so any call may name them
+    if '*' in patterns:        # a variable of CMake may name any file
         for call in _calls(source, '('):
             patterns += _patterns(call)
     path = node.relative_to(source).as_posix()

@@ -43,9 +43,9 @@ class ParsedSubmission(NamedTuple):
     remarks: List[str]              # sentences for the student; prepare() adds sentences
     findings: List[str]             # sentences for the instructor; prepare() adds sentences
     node: str                       # the node's file
-    package: str                    # the folder of its package
+    package: str                    # the folder of the node's package
     name: str                       # the name in the package's package.xml; '' if it is not valid
-    bad_name: str                   # a sentence, the reason if the name is not valid
+    bad_name: str                   # a sentence on why the name is not valid
     packages: Dict[str, str]        # the packages that the node needs: name -> folder
     substituted: Dict[str, List[str]]   # missing package -> files of the course's types for it
     unused: List[str]               # missing modules that the node imports and does not use
@@ -74,15 +74,15 @@ def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: 
     """Call a function of this file in a process with limits, and return its result. JSON transfers
     the arguments and the result.
 
-    Raises ``NotJudged`` if the function raises it. Also raises it, with a text that begins with
-    `failure`, if the process ends without a result, usually by a limit.
+    Raises ``NotJudged`` if the function raises it. If the process ends without a result, usually
+    by a limit, raises ``NotJudged`` with a text that begins with `failure`.
     """
     done = subprocess.run(
         ['prlimit', f'--as={MEMORY}:', f'--cpu={COMPUTING}', '--core=0',
          sys.executable, '-c', PROGRAM],
         input=json.dumps([function.__name__, arguments]),
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
-        cwd='/',                    # Python looks for modules in its folder
+        cwd='/',                    # python -c imports from this folder
         start_new_session=True)     # Ctrl+C must not end this process
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']

@@ -1,12 +1,12 @@
 """Protects the marker from a submission's node by limits, and by a sandbox of bubblewrap.
 
-The rostest, master, robot, check and node of a submission have a network of their own, which has
-only a loopback. They end together with the marker.
+The rostest, master, robot, check and node of a submission share a network that has only a loopback.
+All these processes end together with the marker.
 
 The node is in a sandbox inside that network. The sandbox has its own processes, its own /tmp and
 home. In it the node sees only the parts of the system that it needs, read-only. The node's
 processes, memory and disk are limited. An ordinary user makes the sandbox with a user namespace.
-Root's node becomes a user that owns nothing, because Linux does not count the processes of root.
+If root starts the node, it runs as a user that owns nothing: Linux does not count root's processes.
 """
 import functools
 import inspect
@@ -34,7 +34,7 @@ INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_
 #: Each of OWN_FOLDERS has at most ROOM bytes.
 LOGS = HOME + '/.ros/log'
 ROOM = 100 * 10 ** 6
-#: The parts of /etc in a sandbox are for host names, time zone, libraries, fonts and ROS.
+#: These parts of /etc are in a sandbox, for host names, time zone, libraries, fonts and ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A student's program sees only these parts of this package.
@@ -87,7 +87,7 @@ class OtherUser(NoSandbox):
         self.user = random.choice(USERS)
 
     def own_network(self, command: List[str]) -> List[str]:
-        # the program cannot read what the check writes
+        # the program cannot read the check's files
         return ['sh', '-c', 'umask 077; exec "$@"', 'sh'] + super().own_network(command)
 
     def command(self, command: List[str]) -> List[str]:
@@ -106,7 +106,7 @@ class OtherUser(NoSandbox):
 
 
 class Sandbox(NoSandbox):
-    """The protection by a sandbox. All its commands have the same user."""
+    """The protection by a sandbox. All commands of a sandbox have the same user."""
 
     isolates = True
 
@@ -152,7 +152,7 @@ class Sandbox(NoSandbox):
 
 
 def protection_problem(protection: NoSandbox) -> str:
-    """Try a protection. Returns a clause, the reason why it does not work here; '' if it works."""
+    """Try a protection. Returns '' if it works here, else a clause on why it does not."""
     command = protection.own_network(protection.command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
@@ -179,7 +179,7 @@ def _give(folder, user):
 # -- the mounts in a sandbox
 
 def _system():
-    """Returns the mounts of the system, read-only, and of the program's own folders."""
+    """Returns the read-only mounts of the system, and the mounts of the program's own folders."""
     mounts = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
               (READ_ONLY_TRY, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
     for name in ('bin', 'sbin', 'lib', 'lib32', 'lib64', 'libx32'):
@@ -258,7 +258,7 @@ def _enter(forget, user, folders, logs):
         os.setresuid(user, user, user)
     os.makedirs(logs, exist_ok=True)
     os.environ.pop(forget, None)
-    # this process inherits from bubblewrap that Ctrl+C is ignored
+    # bubblewrap ignores Ctrl+C, and this process inherits that
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 

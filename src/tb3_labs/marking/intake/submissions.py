@@ -44,7 +44,7 @@ ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 
 
 def file_name(text: str) -> str:
-    """Returns a printable name that a file can have. Only unusual names differ from `text`."""
+    """Returns a printable name that a file can have; usually `text` itself."""
     name = printable(text.strip()).replace('/', '_')
     if RESERVED_NAMES.fullmatch(name):
         name = f'_{name}_'
@@ -94,7 +94,7 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     for (student, number, single), together in groups.items():
         if times[student] > 1:
             student = file_name(f'{student} ({number or single})')
-        while student in students:      # two names differed only in characters that do not show
+        while student in students:      # the names differed only in invisible characters
             student += '_'
         students[student] = together
     return students
@@ -167,7 +167,7 @@ def without_wrapping(folder: Path) -> Path:
 
 
 def _is_one_submission(folder):
-    """Does a folder have the packages of one student, or the content of a package or workspace?"""
+    """Is a folder one student's package or workspace, or a folder of the student's packages?"""
     return any(not read_name(path.name, path.is_dir()).number and (
         COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name)
         for path in folder.iterdir())
@@ -210,7 +210,7 @@ def _copy(handed_in, folder, has_node, ignored):
         zips = []
     for path in zips:
         target = folder / path.parent / (path.stem + '.unpacked')
-        while target.exists():        # two names may differ in their endings alone
+        while target.exists():        # names may differ only in their endings
             target = target.with_name(target.name + '_')
         try:
             remarks += unpack(files[path], target, limits, ignored)
@@ -254,7 +254,7 @@ def _files_of_folder(folder, remarks, ignored):
 
 
 def _upload_order(name):
-    """Returns a key that sorts the latest file of a student last, by the numbers of Canvas."""
+    """Returns a key that sorts a student's files by the numbers of Canvas, the latest file last."""
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
     return (int(repetition.group(1)) if repetition else 0,
             int(canvas['upload']) if canvas else 0, name)

@@ -1,9 +1,9 @@
 """Makes the copy of a submission a workspace in which its node can run.
 
 A missing exec bit, line endings of Windows and a byte order mark are repaired in the copy, since
-the transfer to the marking machine may cause them. A name that a command line or a package cannot
-have is replaced. A missing module that the node imports and does not use is replaced by an empty
-one. A remark names each repair.
+the transfer to the marking machine may cause them. A name that is not valid in a command line
+or for a package is replaced. A missing module that the node imports but never uses is replaced by
+an empty module. A remark names each repair.
 
 catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
 that the marking machine lacks. A Python node needs only messages, services, and the modules of a
@@ -33,12 +33,12 @@ from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: The package.xml of a package whose own name cannot be used.
+#: The package.xml that replaces one without a usable name.
 SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
 <description>-</description><maintainer email="nobody@example.org">-</maintainer>
 <license>-</license></package>
 '''
-#: The first line of a program begins in this way if it names a Python.
+#: A first line that begins in this way names a Python.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
@@ -53,7 +53,7 @@ MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
 BUILD_TIME = 30.0
 #: This command runs MAKE_MODULES with limits of memory [bytes] and processor time [s].
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
-#: A node has such an error on a machine with another version of a module, or of Python.
+#: Such an error may come from the version of Python or of a module on this machine.
 VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
     r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
@@ -63,7 +63,7 @@ COPY = 'src'
 
 def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
             sandbox: NoSandbox = NoSandbox()) -> NodeStart:
-    """Make the workspace of a submission that was read into its folder COPY. Returns its NodeStart.
+    """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
 
     The node's environment is `environment` and the folders of the workspace. Remarks and findings
     are added to `reading`. Messages and services are made in `sandbox`.
@@ -112,7 +112,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
 
 
 def _stand_in(name, files, folder, remarks):
-    """Make a package that has only these types of the course. Returns its folder."""
+    """Make a package with only these types of the course. Returns the package's folder."""
     own = rospkg.RosPack().get_path(OWN_PACKAGE)
     for file in files:
         (folder / file).parent.mkdir(parents=True, exist_ok=True)
@@ -129,7 +129,7 @@ def _usable_name(reading, source, packages, remarks):
         return reading.name
     remarks.append(reading.bad_name or
                    f'The package is called {reading.name}, as this one: it got another name.')
-    # its node may import messages by this name
+    # the node may import messages by this name
     name = next((name for name, folder in packages.items() if folder == source), 'submission')
     (source / MANIFEST).write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
     return name
@@ -204,7 +204,7 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         (folder / package_name / '__init__.py').touch()
     for path, problem in sorted(done['problems'].items()):
         package_name, _, file = path.split(os.sep)
-        # genmsg also names the folders that it searched, which are the marking machine's
+        # genmsg also names the searched folders, which are on the marking machine
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
         remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
     return done
@@ -228,7 +228,7 @@ def _definitions(name, package, remarks):
 
 def _examples_of(definitions, environment, sandbox):
     """Returns the object that message_examples.py prints for these definitions."""
-    # the answer comes in a file and not in a pipe, since the sandbox limits the size of a file
+    # the answer is a file, since the sandbox limits the size of files but not of pipes
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
             sandbox.own_network(sandbox.command(LIMITED_PYTHON + [MAKE_MODULES])),

@@ -28,7 +28,7 @@ MOST_NAMES, MOST_LINES, MOST_FAULTS, QUOTED = 200, 6, 4, 60
 DYNAMIC_NAMES = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
-#: The number of a line, and a clause on the fault in it.
+#: The number of a line, and a clause on the line's fault.
 LineFault = Tuple[int, str]
 
 
@@ -45,8 +45,8 @@ def read(path: Path) -> Tuple[List[str], Dict[str, List[int]]]:
 
 
 def assigned(text: bytes) -> Dict[str, List[int]]:
-    """Returns variable -> the lines that assign the variable. A variable and a field have their own
-    name. A field of a field also has the name FIELD.NAME."""
+    """Returns name -> the lines that assign this variable or field. A field of a field also appears
+    as FIELD.NAME."""
     lines: Dict[str, List[int]] = {}
     for node in nodes_of(text):
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
@@ -73,7 +73,7 @@ def faults(text: bytes) -> List[LineFault]:
 
 
 def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[LineFault]:
-    # in a try block a name alone may find out if the name exists
+    # in a try block, a line with only a name may test if the name exists
     tried = {id(part) for node in ast.walk(tree) if isinstance(node, ast.Try) for part in node.body}
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and id(node) not in tried and isinstance(
@@ -85,7 +85,7 @@ def _without_effect(tree: ast.Module, lines: List[str]) -> Iterator[LineFault]:
 
 
 def _always_true(tree: ast.Module) -> Iterator[LineFault]:
-    """Yields each condition with a text alone behind ``or``, as in ``letter == 'l' or 'left'``."""
+    """Yields each condition that a text after ``or`` makes true: ``letter == 'l' or 'left'``."""
     for node in ast.walk(tree):
         test = getattr(node, 'test', None)
         if isinstance(test, ast.BoolOp) and isinstance(test.op, ast.Or) and any(

@@ -1,7 +1,7 @@
 """Finds two properties of a submission in its text, since no trial shows them.
 
 The first property is the sign of y in the submission's own mouse client. The second property is a
-function that assigns an angle to an orientation in place of a quaternion.
+function that assigns an angle to an orientation instead of a quaternion.
 
 This module is also a program, since the text is a stranger's. :func:`text_of` starts the program
 with limits, and the program prints the result of :func:`analyse`.
@@ -22,25 +22,25 @@ LARGEST_TEXT = 200000
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
 #: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
-#: A variable or a function with such a name has a position in pixels, in which y counts down.
+#: A variable or a function with such a name has a position in pixels, where y points down.
 PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
 #: The results of these functions grow with their arguments.
 GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
-#: These nodes of a syntax tree give y to a variable or a field.
+#: These syntax tree nodes give a value to a variable or a field.
 ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
 ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
     'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
 
-#: 1 if a value grows with the pixel's y, -1 if the value falls, 0 if it does not depend on y, None
-#: if the dependence is unknown.
+#: How a value depends on the pixel's y: 1 if the value grows with y, -1 if it falls, 0 if it does
+#: not depend on y, None if this is unknown.
 Slope = Optional[int]
 #: variable -> the Slope of its value
 Slopes = Dict[str, Slope]
 
 
 def text_of(paths: Iterable[str]) -> Dict[str, Any]:
-    """Returns the findings in the programs below the folders `paths`. `up` is 1 if y counts up in
-    the mouse client, -1 if y counts down, 0 if the direction is unknown. `remarks` are sentences
+    """Returns the findings in the programs below the folders `paths`. `up` is 1 if y points up in
+    the mouse client, -1 if y points down, 0 if the direction is unknown. `remarks` are sentences
     for the student."""
     done = subprocess.run(
         [*PROCESS_LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], cwd='/',
@@ -93,7 +93,7 @@ def _gives_angle(function: ast.FunctionDef) -> bool:
 
 
 def _dotted_name(node: Any) -> str:
-    """Returns the name of a variable with its dots, without `.data`. Returns '' for an expression.
+    """Returns a variable's name, such as `a.b`, without `.data`. Returns '' for an expression.
     """
     if isinstance(node, ast.Attribute):
         return _dotted_name(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
@@ -105,9 +105,9 @@ def _last_name(node: Any) -> str:
 
 
 def _slopes_sent(nodes: List[Any]) -> List[Slope]:
-    """Returns the Slope of each y that a mouse client assigns to a field of a message."""
+    """Returns, for each message field to which a mouse client assigns y, the value's Slope."""
     steps: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
-    # in Python 3.8 a keyword has no line of its own
+    # in Python 3.8 a keyword has no line number
     steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
     for node in steps + steps:      # twice, since the last function may be the mouse's callback

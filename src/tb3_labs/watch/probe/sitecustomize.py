@@ -1,6 +1,6 @@
 """The probe shows the variables of a Python node while the node runs. It runs in the same process.
 
-Python imports a module of this name at its start. scripts/watch.py puts this folder on the path of
+When Python starts, it imports sitecustomize. scripts/watch.py puts this folder on the path of
 the node. The probe removes the folder again, so that the node has its usual path. A thread of the
 probe waits until the node calls rospy.init_node(). From then on, the thread reads the node's
 variables 20 times a second. If the topic has a subscriber, the thread publishes
@@ -26,7 +26,7 @@ from types import FunctionType, MemberDescriptorType, ModuleType
 READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
-#: At most this many variables, objects, and objects of one class are shown.
+#: The largest numbers of variables, objects, and objects of one class that are shown.
 MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS = 40, 20, 3
 #: A text is shown up to this many characters. An array or list with more elements than MOST_NUMBERS
 #: is not shown.
@@ -36,12 +36,12 @@ SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
 #: The names of the attributes of every thread.
 THREAD_ATTRIBUTES = frozenset(vars(threading.main_thread()))
-#: Parts of objects are shown down to this depth.
+#: Parts of objects are shown to this depth.
 MOST_NESTED = 3
 
 
 def leave_the_path():
-    """Remove this folder from the path, and import the next module with this module's name."""
+    """Remove this folder from the path, and import the next sitecustomize on the path."""
     own = os.path.dirname(os.path.abspath(__file__))
     sys.path[:] = [folder for folder in sys.path if folder != own]
     folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
@@ -90,7 +90,7 @@ class WatchedNode:
         self._is_own, self._objects, self._pause, self._next = {WatchedNode: False}, [], 0.25, 0.0
 
     def is_own(self, kind):
-        """Is this a class of the script, of a module beside the script, or of its package's src?"""
+        """Is this class from the script, a module beside the script, or the src of its package?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -113,7 +113,7 @@ class WatchedNode:
         held = {id(each): attributes(each) for each in objects}
         inner = {id(part) for each in held.values() for part in each.values()}
         found, known = {}, set()
-        # a name that is shown already gets the name of its class or function before it
+        # a name that is already shown gets its class or function in front
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
@@ -261,7 +261,7 @@ def run():
     message = DiagnosticArray(status=[status])
 
     def read():
-        """Read and publish the variables once. Its local variables keep no frame of the node."""
+        """Read and publish the variables once. Afterwards, no frame of the node is kept."""
         nonlocal node
         frames = script_frames()
         node = node or frames and WatchedNode(frames[0].f_globals)
@@ -285,7 +285,7 @@ def run():
 
 
 def run_quietly():
-    """Run, but print no traceback if a library is missing or the master has ended."""
+    """Call run(). Print no traceback if a library is missing or the master has ended."""
     try:
         run()
     except Exception:
