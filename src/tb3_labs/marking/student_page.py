@@ -41,8 +41,6 @@ PLACE_PATTERN = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 #: Gradescope shows a visible test at once.
 VISIBILITY = 'visible'
-#: A link to a moment of the timeline. It is removed for Gradescope, which shows no timeline.
-TIMELINE_LINK = re.compile(' <a href="#t=[^>]*>Watch it</a>')
 
 PAGE_STYLE = '''
 td.words { min-width: 20em; }
@@ -192,7 +190,7 @@ def results(marks: Marks) -> Dict[str, Any]:
     rest of the page."""
     texts = SheetTexts()
     parts = _points_and_remarks(marks, texts) + [
-        TIMELINE_LINK.sub('', hints(marks.link, marks.mistake, texts.linked))]
+        hints(marks.link, marks.mistake, texts.linked, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
     return {

@@ -50,7 +50,7 @@ POSE_SET_LINE = re.compile(
 MOST_TIME_APART = 0.3
 #: A smaller age is shown as 0 [s], since the panel reads a topic only a few times a second.
 LEAST_SHOWN_AGE = 0.3
-#: A robot whose odometry is slower than this stands still [m/s], [rad/s].
+#: A robot whose odometry is slower than this is at rest [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
 
 #: A page shows the variables of at most this number of nodes.

@@ -19,7 +19,7 @@ POLL_PERIOD = 0.05
 
 
 def ros_time():
-    """Returns rospy.get_time(), in a tenth of the computing time."""
+    """Returns the same time as rospy.get_time(), in a tenth of its computing time."""
     return time.time() if is_wall_time() else rospy.get_time()
 
 

@@ -28,7 +28,8 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: A smaller speed turns no motor, but the firmware reads 1e-40 as full speed [m/s], [rad/s].
+#: A smaller speed is sent as 0, since it turns no motor, and since the firmware takes 1e-40 for
+#: full speed [m/s], [rad/s].
 LEAST_SPEED = 1e-4
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0

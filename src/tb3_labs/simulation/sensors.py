@@ -19,7 +19,7 @@ from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, Simulato
 #: Shortest and longest dropout [s].
 DROPOUT_LENGTHS = (0.3, 4.3)
 #: After a stall at most this number of samples of a sensor is sent, as real buffers are finite. An
-#: IMU at 200 Hz makes so many samples in the longest stall.
+#: IMU at 200 Hz makes this many samples in the longest stall.
 MOST_SAMPLES = 2000
 #: Values of the left and the right wheel.
 WheelPair = Tuple[float, float]

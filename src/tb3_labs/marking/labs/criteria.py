@@ -53,7 +53,7 @@ class Criterion:
 
     @property
     def label(self) -> str:
-        """The name, after 'extra_' for a criterion beyond the handout."""
+        """The name. For a criterion beyond the handout, 'extra_' is put in front of it."""
         return 'extra_' + self.name if self.extra else self.name
 
 

@@ -30,8 +30,8 @@ class Program:
     person had started it. Calls ``on_text(text)`` with each part of its output and errors."""
 
     def __init__(self, command, environment, on_text, files=None):
-        """`files` are three open files in place of the terminal. This class reads the first file.
-        The program has the second file as its input, and the third file as its output."""
+        """`files` are three open files: this class reads the first, the second is the program's
+        input, and the third its output. By default a pseudo-terminal has these three roles."""
         self._on_text = on_text
         if files is None:
             ours, theirs = pty.openpty()

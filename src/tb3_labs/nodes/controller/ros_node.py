@@ -112,8 +112,8 @@ class Keyboard:
     def _run(self):
         if sys.stdin is not None:      # without an input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
-                # A thread that waits in Python's own buffer holds a lock that the interpreter needs
-                # to end. So the file is not buffered.
+                # A thread that reads sys.stdin holds the lock of its buffer, and Python would wait
+                # for this lock at its end. Therefore descriptor 0 is read without a buffer.
                 for line in open(0, 'rb', buffering=0, closefd=False):
                     self._on_line(line.decode(errors='replace').strip())
         self._on_end()

@@ -140,8 +140,8 @@ def _first_after_outage(arrival: np.ndarray) -> Optional[int]:
 
 
 def _undo_jump(collector: Any, number: int, jump: float) -> None:
-    """Subtract `jump` [s] from the arrivals from message `number` on. If the sender's clock was set
-    together with the recorder's, subtract it from the stamps too."""
+    """Subtract `jump` [s] from the arrival of message `number` and of all later messages. If the
+    sender's clock was set together with the recorder's, subtract it from their stamps too."""
     arrival, stamp, is_later = collector.arrival, collector.stamp, collector.number >= number
     lag = arrival - stamp
     arrival[is_later] -= jump

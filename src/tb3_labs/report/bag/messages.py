@@ -37,8 +37,7 @@ RESET_LINE = re.compile(
 LONGEST_RESET = 500
 #: A run has at most this many resets.
 MOST_RESETS = 1000
-#: A topic has at most this many lines, a line this many characters, and all lines of a topic this
-#: many characters.
+#: For each topic: most lines, most characters of a line, and most characters of all lines.
 MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
 #: At most this many readings of variables are kept, as of a node with 15 variables in 15 minutes.
 MOST_VARIABLES = 300000

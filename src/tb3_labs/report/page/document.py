@@ -102,7 +102,7 @@ def _html(text: str) -> str:
 
 
 def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
-          linked: Callable[[str], str] = escape) -> str:
+          linked: Callable[[str], str] = escape, has_timeline: bool = True) -> str:
     """Returns the HTML of three hints; '' if nothing was `found`. The hints are the question of the
     link, the place that explains the link, and the sentence `mistake`. Each hint is folded within
     the hint before it, so that a student can still find the mistake alone. ``linked(text)`` makes
@@ -110,8 +110,8 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
     if found is None:
         return ''
     link, broken = found
-    last = FOLDED.format('The mistake', '{} <a href="#t={:.1f}">Watch it</a>'.format(
-        escape(mistake), broken.moment), '')
+    watch = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
+    last = FOLDED.format('The mistake', escape(mistake) + watch, '')
     second = FOLDED.format('Hint 2: where it is explained', linked(f'See {link.place}.'), last)
     return '<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again ' \
         'before you open the next.</p>\n{}</section>'.format(FOLDED.format(

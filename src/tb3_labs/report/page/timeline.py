@@ -51,9 +51,9 @@ Mark = Dict[str, Any]
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`, which have these units. The track is interrupted at gaps of
-    time, and before the samples with the indices `breaks`. Its own 'breaks' are indices of its
-    points."""
+    """Returns the track of `columns`, which have these units. No line is drawn across a gap of
+    time, or into a sample whose index is in `breaks`. In the result, 'breaks' has the indices of
+    the track's points."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
