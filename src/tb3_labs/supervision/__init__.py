@@ -1,7 +1,7 @@
 """May the robot move, and who drives it? A stop stays a stop:
 
 1. *A stop is obeyed*, whoever sends it. Only a grant may be ignored (`permission`).
-2. *Old messages allow nothing*. A message is old if it is repeated, late or latched (`events`), or
+2. *Old messages give nothing*. A message is old if it is repeated, late or latched (`events`), or
    if the node has just woken (`timeouts`). An old reset does not declare a frame, either.
 3. *A new grant* after any stop or timeout is a False, then a True, of one sender (`permission`).
 4. *A motion needs sensors*. Without fresh sensors a grant, a goal or a turn is void
