@@ -53,7 +53,7 @@ class Criterion:
 
     @property
     def label(self) -> str:
-        """The name. For a criterion beyond the handout, 'extra_' is put in front of it."""
+        """The name. A criterion beyond the handout has 'extra_' before its name."""
         return 'extra_' + self.name if self.extra else self.name
 
 

@@ -194,8 +194,9 @@ ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMs
 
 class ResetServices:
     """Offers reset services with the names RESET_NAMES, until the end of a ``with`` block. The
-    services accept calls of any type, and answer with success. `calls` has (name, request) for each
-    call. A request of an unknown type is recorded as an Empty.
+    services accept calls of any type. A request of a known type is answered with success. A request
+    of an unknown type gets an error. `calls` has (name, request) for each call, with an Empty in
+    place of a request of an unknown type.
 
     A client's checksum shows the type of its service. The fields of a student's own type are not
     read. If a version of rospy compares the checksums in another way, or does not hand over the
