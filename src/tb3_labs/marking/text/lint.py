@@ -22,8 +22,11 @@ from tb3_labs.marking.text.lint import assigned, faults
 text = sys.stdin.buffer.read()
 print(json.dumps([faults(text), assigned(text)]))
 '''
-#: The limits of the results: variables, lines of a variable, faults, characters of a quotation.
-MOST_NAMES, MOST_LINES, MOST_FAULTS, QUOTED = 200, 6, 4, 60
+#: The limits of the results.
+MOST_NAMES = 200    # variables
+MOST_LINES = 6      # lines of a variable
+MOST_FAULTS = 4
+QUOTED = 60         # characters of a quoted name or line
 #: With these names a program can use a variable without writing the variable's name.
 DYNAMIC_NAMES = {'exec', 'eval', 'globals', 'locals', 'vars', 'getattr', 'setattr', '__dict__'}
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef

@@ -15,9 +15,11 @@ from tb3_labs.report.page.curves import NO_LINE, Figure, Line, kept_samples
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
-#: A page has at most this many figures, this many variables, this many points of each line, and
-#: this many characters of each text.
-MOST_FIGURES, MOST_SHOWN_VARIABLES, MOST_LINE_POINTS, LONGEST_VALUE = 12, 40, 2000, 200
+#: The limits of a page.
+MOST_FIGURES = 12
+MOST_SHOWN_VARIABLES = 40
+MOST_LINE_POINTS = 2000     # of each line
+LONGEST_VALUE = 200         # characters of each text
 #: A variable with more different texts than this has no figure.
 MOST_LEVELS = 8
 #: A line differs from each recorded value by at most this share of the line's range.
