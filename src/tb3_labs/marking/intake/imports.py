@@ -20,7 +20,7 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
     MESSAGES, SERVICES, distance, interface_files, modules_of, own_name)
 from tb3_labs.marking.names import is_name, is_typo_of
-from tb3_labs.marking.text.source_analysis import nodes_of
+from tb3_labs.marking.source_analysis import nodes_of
 
 #: A program that catches one of these errors around an import runs without the module.
 IMPORT_ERRORS = {'ImportError', 'ModuleNotFoundError', 'Exception', 'BaseException'}

@@ -103,7 +103,6 @@ class Observation:
     #: stimulus -> the reason why the node could not get the stimulus
     not_offered: Dict[str, str] = field(default_factory=dict)
     remarks: List[str] = field(default_factory=list)    # sentences for the student
-    faults: List[str] = field(default_factory=list)     # sentences on the text of the node's file
     marker_error: str = ''      # the marker's own error, which ended the trial
     findings: List[str] = field(default_factory=list)   # sentences for the instructor
     #: kind of message -> the number of messages that were not recorded
