@@ -60,8 +60,9 @@ def student_page(marks: Marks, lab: str) -> str:
 
 def _points_and_remarks(marks):
     node = f'Node: {escape(marks.node)}.' if marks.node else ''
-    return [f'<p><b>{marks.points_text.capitalize()}.</b> {node}</p>'] + [
-        f'<p>{escape(text, quote=False)}</p>' for text in [*marks.decision_sentences, *marks.sentences]]
+    sentences = [*marks.decision_sentences, *marks.sentences]
+    return [f'<p><b>{marks.points_text.capitalize()}.</b> {node}</p>',
+            *(f'<p>{escape(sentence, quote=False)}</p>' for sentence in sentences)]
 
 
 def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:

@@ -13,7 +13,6 @@ import os
 import re
 import shutil
 import stat
-import unicodedata
 from collections import Counter
 from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
@@ -100,25 +99,14 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     return students
 
 
-def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
-    """Returns the students with the `wanted` names. If a name fits one student alone, it may differ
-    in upper and lower case, and in the way in which Unicode writes a letter with an accent.
-
-    Raises ``ValueError``, which has similar names, if a name fits no student or several students.
+def check_names(wanted: Iterable[str], students: Sequence[str]) -> None:
+    """Raises ``ValueError``, which has similar names, if a `wanted` name is not a student's name.
     """
-    def folded(text: str) -> str:
-        return unicodedata.normalize('NFC', text).casefold()
-    found = []
     for name in wanted:
-        same = [name] if name in students else [
-            student for student in students if folded(student) == folded(name)]
-        if len(same) != 1:
-            near = [student for student in students if folded(name) in folded(student)]
-            near = near or difflib.get_close_matches(name, students)
+        if name not in students:
+            near = difflib.get_close_matches(name, students)
             raise ValueError('no submission is called {}; {}: {}'.format(
                 name, 'near it' if near else 'these are', shortened(near or students, 10)))
-        found += same
-    return found
 
 
 class Submission(NamedTuple):
