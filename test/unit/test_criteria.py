@@ -9,7 +9,7 @@ import pytest
 from made_run import made
 from test_marking import observation, recording, stimulus
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.labs import gamepad, move2goal
+from tb3_labs.marking.labs import gamepad, stimuli
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, verdicts_of
 from tb3_labs.marking.trial.remarks import remarks_on
 from tb3_labs.marking.marks import LABS
@@ -379,7 +379,7 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(end, place, heading):
     start = Pose2(4.8, -0.3, 2.0)
     local_T_world, there = start.inverse(), start @ end
     seen = observation('move2goal', stimuli=[stimulus('first drive', facts={
-        'moved': True, 'rested': True, 'goal': move2goal.GOAL,
+        'moved': True, 'rested': True, 'goal': stimuli.GOAL,
         'local_T_world': [local_T_world.x, local_T_world.y, local_T_world.yaw]})],
         truth=[[0.0, start.x, start.y, start.yaw], [2.0, there.x, there.y, there.yaw]])
     assert (missed_of('move2goal', 'goal_place', seen) == '') is place

@@ -10,9 +10,7 @@ mark.py makes verdicts, points and sentences from the bags.
 """
 import fcntl
 import hashlib
-import importlib
 import json
-import re
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -238,13 +236,9 @@ def locked(path: Path) -> Iterator[None]:
 # -- the trials
 
 def trial_key(lab: str) -> str:
-    """Returns a hash of the files and constants that act on a trial of a lab. Criteria, points and
-    sentences do not act on a trial, since each run makes verdicts from the bag."""
-    files = trial_files(lab)
-    whole = hashlib.sha256(b''.join(path.read_bytes() for path in files))
-    whole.update(repr(values_in('\n'.join(
-        path.read_text(encoding='utf-8') for path in files if MARKING in path.parents))).encode())
-    return whole.hexdigest()
+    """Returns a hash of the files that act on a trial of a lab. Criteria, points and sentences do
+    not act on a trial, since each run makes verdicts from the bag."""
+    return hashlib.sha256(b''.join(path.read_bytes() for path in trial_files(lab))).hexdigest()
 
 
 def trial_files(lab: str) -> List[Path]:
@@ -252,17 +246,8 @@ def trial_files(lab: str) -> List[Path]:
     scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
                if path.name not in READING_FILES]
     return sorted(path for path in [
-        *scripts, *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT_SCRIPT,
+        *scripts, MARKING / 'labs' / 'stimuli.py', MARKING.parent / 'handout.py',
+        *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT_SCRIPT,
         PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT,     # of an installed package
         PACKAGE / 'launch' / 'fake_robot.launch',
         PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
-
-
-def values_in(scripts: str) -> Dict[str, Any]:
-    """Returns 'module NAME' -> value for the constants of the labs that the text of the scripts
-    names, such as headings and times."""
-    names = sorted(set(re.findall(r'\b[A-Z][A-Z0-9_]+\b', scripts)))
-    labs = [importlib.import_module('tb3_labs.marking.labs.' + path.stem)
-            for path in sorted(MARKING.glob('labs/*.py')) if not path.stem.startswith('ros_')]
-    return {f'{lab.__name__} {name}': getattr(lab, name)
-            for lab in labs for name in names if hasattr(lab, name)}

@@ -15,7 +15,7 @@ import rospy
 import rosservice
 
 from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
-from tb3_labs.marking.labs.criteria import START_TIME
+from tb3_labs.marking.labs.stimuli import START_TIME
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import Program, ResourceWatch
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES, NodeOutput

@@ -15,7 +15,7 @@ import rospy
 
 from tb3_labs.marking.intake.node_start import OWN_PACKAGE, NodeStart
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
-from tb3_labs.marking.labs.criteria import (
+from tb3_labs.marking.labs.stimuli import (
     EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)
 from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 from tb3_labs.marking.source_analysis import text_of
