@@ -236,9 +236,9 @@ def _broken_link(observation: Observation,
     """Returns the first broken link in the parts of the lab that lost points. Returns None if no
     link is broken.
 
-    If the mistake is known without the links, None is returned, too. Such mistakes are an
-    exception, a sensor's topic that nobody publishes, and a command that is not finite. A part is
-    left out if all its criteria are beyond the handout.
+    Returns None also if the mistake is known already. Known mistakes are an exception, a sensor's
+    topic that nobody publishes, and a command that is not finite. A part of the lab is left out if
+    all its criteria are beyond the handout.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))

@@ -5,8 +5,8 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
-A trial is kept until a file or a setting changes that acts on the trial (`trial_key`). Each run of
-mark.py makes verdicts, points and sentences from the bags.
+A trial is kept as long as no file and no setting that acts on the trial changes (`trial_key`). Each
+run of mark.py makes verdicts, points and sentences from the bags.
 """
 import fcntl
 import hashlib
@@ -85,8 +85,8 @@ class MarksFolder:
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
     def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
-        """Returns a student's Marks if the trial can be kept. Returns None if the `submission`,
-        which is a digest, or a setting or a file has changed since the trial."""
+        """Returns a student's Marks if the trial can be kept. Returns None if the digest
+        `submission`, a setting, or a file of the trial has changed since the trial."""
         record = self._records.get(student)
         if record is None:
             return None
@@ -102,8 +102,8 @@ class MarksFolder:
         """Record a tried submission, and write the student's page and results. Returns the Marks
         with points.
 
-        `submission` is the digest of the submission. It is not recorded if the machine delayed the
-        trial, so that the next run tries the submission again.
+        `submission` is the digest of the submission. If the machine delayed the trial, the digest
+        is not recorded, so that the next run tries the submission again.
         """
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
@@ -167,8 +167,8 @@ class MarksFolder:
                 if self.worth.get(name, before) != before:
                     raise ValueError(
                         f'{self._path} was marked with other points ({name}: {before:g}, not '
-                        f'{self.worth[name]:g}): give their file by --points; a file that is given '
-                        'counts for all')
+                        f'{self.worth[name]:g}): give the file of those points by --points, or the '
+                        'file of new points for the whole class')
 
     def _read_table(self):
         path = self._path / TABLE

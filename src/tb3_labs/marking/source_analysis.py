@@ -1,8 +1,8 @@
-"""Finds in the text of a submission what no trial shows.
+"""Finds three properties of a submission in its text, since no trial shows them:
 
-* The sign of y in the submission's own mouse client.
-* A function that assigns an angle to an orientation instead of a quaternion.
-* The lines that assign each variable.
+* the sign of y in the submission's own mouse client,
+* a function that assigns an angle to an orientation instead of a quaternion,
+* the lines that assign each variable.
 
 This module is also a program, since the text is a stranger's. :func:`text_of` starts the program
 with limits, and the program prints the result of :func:`analyse`.

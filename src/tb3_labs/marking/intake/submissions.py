@@ -169,9 +169,9 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path,
 
     Returns (remarks on files that are left out, remarks on archives that are not unpacked).
 
-    ``has_node()`` tries to find the node in the copy. If the node is beside the zip files, they are
-    not unpacked, since they do not belong to the code. GENERATED_FOLDERS are copied only if the
-    node is nowhere else.
+    ``has_node()`` tries to find the node in the copy. Zip files beside the node are not unpacked,
+    since such files do not belong to the code. GENERATED_FOLDERS are copied only if the node is
+    nowhere else.
     """
     remarks = _copy(handed_in, folder, has_node, GENERATED_FOLDERS)
     if not has_node():

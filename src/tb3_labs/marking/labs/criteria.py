@@ -87,7 +87,7 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else \
             f'{self.points:g} of {self.worth:g}'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value.upper()    # a reader finds capitals among many lines
+        outcome = self.outcome.value.upper()    # capitals are easy to find among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
         return f'  {outcome:11}  {points:8}  {text}'
@@ -117,8 +117,8 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: 
 
 
 def _quoted_once(reason: Reason, quoted: Set[str]) -> Reason:
-    """Returns the Reason, and adds its exception to the set `quoted`. If the set had the exception
-    already, the Reason says "the same exception" in its place."""
+    """Returns the Reason, and adds the exception in the Reason to the set `quoted`. If `quoted`
+    already has the exception, the returned Reason has the words "the same exception" instead."""
     before, stopped, error = reason.partition(STOPPED_BY + ', ')
     if not stopped or error not in quoted:
         quoted.add(error)

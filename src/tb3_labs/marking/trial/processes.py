@@ -1,5 +1,5 @@
-"""Runs a program and reads its output. Kills the programs of a submission that use too much memory,
-disk or processes.
+"""Runs a program and reads its output. Kills the programs of a submission if they use too much
+memory or disk, or if they are too many.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
 size of a folder. Therefore this module adds up memory and sizes.

@@ -65,8 +65,9 @@ class StudentNode:
     def start(self, *arguments, listens=()):
         """End the last process of the node, and start a new process.
 
-        Raises ``NotTried`` if the new process is not ready in time. If the first process was not
-        ready, no other process is started. By default the node needs its `sensors`, else `listens`.
+        The node needs the topics `listens`. By default these are its `sensors`. A process that
+        subscribes to the first needed topic is ready. Raises ``NotTried`` if the new process is not
+        ready in time. If the first process was not ready, no other process is started.
         """
         needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
         self.stop()
