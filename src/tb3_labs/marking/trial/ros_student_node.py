@@ -17,8 +17,8 @@ import rosservice
 from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
 from tb3_labs.marking.labs.stimuli import START_TIME
 from tb3_labs.marking.trial.observation import NotTried
-from tb3_labs.marking.trial.processes import Program, ResourceWatch
-from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES, NodeOutput
+from tb3_labs.marking.trial.processes import NodeOutput, Program, ResourceWatch
+from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.node_start import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
