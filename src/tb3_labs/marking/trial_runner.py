@@ -212,7 +212,8 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                ROS_TEST_RESULTS_DIR='results')     # below ROS_HOME, since rostest cuts at a blank
+                # a path below ROS_HOME, since rostest cuts a path at a blank
+                ROS_TEST_RESULTS_DIR='results')
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
