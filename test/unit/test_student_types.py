@@ -35,7 +35,7 @@ TEXTS = {
 def built(tmp_path, texts, remarks):
     """Write these files of a package lab2. Returns the examples of its types."""
     folder = hand_in(tmp_path / 'lab2', texts)
-    return build({'lab2': folder}, tmp_path / 'python', dict(os.environ), remarks, NoSandbox())
+    return build({'lab2': folder}, tmp_path / 'python', dict(os.environ), remarks, NoSandbox(), {})
 
 
 @pytest.fixture(scope='module')

@@ -189,41 +189,22 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
         assert ready.types['msg']['lab2/MouseController']['sum'] == MouseController._md5sum
 
 
-#: By these lines of a package's CMakeLists.txt catkin decides how it starts a node and finds its modules.
-SETUP, INSTALLS = 'catkin_python_setup()\n', 'catkin_install_python(PROGRAMS {} DESTINATION {})\n'
-BIN = '${CATKIN_PACKAGE_BIN_DESTINATION}'
-NAMED = INSTALLS.format('src/turtlebot_controller.py', BIN)
-LISTED = 'file(GLOB nodes src/*.py) # all\nForeach(node ${nodes})\n' + INSTALLS.format('${node}', BIN).upper()
-EACH = INSTALLS.format('"${PROJECT_SOURCE_DIR}/src/${name}.py"', 'lib/lab2')
-BRACKETS = '#[=[\n' + NAMED + ']=] #[[' + NAMED + ']]'
-NOT_NAMED = '# ' + NAMED + INSTALLS.format('src/other.py', BIN) + INSTALLS.format('${others}', BIN)
-#: The modules of that package. The folder of the node hides the messages; a module is beside the node.
-LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
-
-
-@pytest.mark.parametrize('cmake, imports, starts', [
-    # a relay runs the file from another folder
-    *[(SETUP + how, LAWS_IN, True) for how in (NAMED, LISTED, EACH)],
-    (NAMED, 'lab2.msg', True), (NAMED, 'lab2.laws', False), (NAMED, BESIDE, False), (NAMED, 'lab2.msg helper', False),
-    # catkin's module of a package puts the package's src on the path
-    (SETUP + NAMED, 'lab2.msg helper', True), (SETUP + NAMED, 'helper lab2.msg', False),
-    (SETUP + NAMED, TOOLS, True),
-    # without a relay the file itself is started, and its folder comes first
-    *[(how, BESIDE, True) for how in ('', BRACKETS, NOT_NAMED, NAMED.replace('PACKAGE', 'GLOBAL'))],
-    *[(how, 'lab2.msg', False) for how in ('', SETUP, SETUP + NOT_NAMED)], ('', 'lab2.laws', True)])
-def test_a_node_is_started_as_catkin_starts_it(tmp_path, cmake, imports, starts):
-    """The expected results were measured with catkin and rosrun in a workspace of 160 such packages."""
-    node = ''.join(map('import {}\n'.format, imports.split())) + 'print("runs")\n'
-    ready, reading = prepared(tmp_path, {
-        MINE: PYTHON * (not cmake.endswith(NAMED)) + node, 'lab2/src/helper.py': '', 'lab2/src/lab2/__init__.py': '',
+@pytest.mark.parametrize('place', ['src', 'scripts'])
+def test_a_node_finds_modules_and_messages_of_one_package(tmp_path, place):
+    """The folder src of the package has a module of the package's name, also beside the node."""
+    ready, _ = prepared(tmp_path, {
+        'lab2/{}/turtlebot_controller.py'.format(place): PYTHON + 'import lab2.laws, lab2.msg, tools\nprint("runs")\n',
         'lab2/src/lab2/laws.py': '', 'lab2/src/tools/__init__.py': '', 'lab2/package.xml': manifest('lab2'),
-        'lab2/setup.py': 'setup(packages=["lab2", "tools"], package_dir={"": "src"})',
-        'lab2/msg/M.msg': 'int32 x\n', 'lab2/CMakeLists.txt': 'project(lab2)\n' + cmake})
-    done = subprocess.run([ready.program], env=ready.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True)
-    assert done.stdout == 'runs\n' * starts and ('No module named' in done.stderr) is not starts
-    assert 'first line' not in ' '.join(reading.remarks) and (
-        'made so' in ' '.join(reading.remarks)) is (ready.program.startswith(str(tmp_path / 'ws' / 'src')))
+        'lab2/setup.py': 'setup(packages=["lab2", "tools"], package_dir={"": "src"})', 'lab2/msg/M.msg': 'int32 x\n'})
+    assert subprocess.check_output([ready.program], env=ready.environment, text=True) == 'runs\n'
+
+
+def test_catkin_may_start_a_node_without_a_first_line(tmp_path):
+    """The relay of a node that catkin installs has a first line of its own."""
+    installs = 'catkin_install_python(PROGRAMS src/turtlebot_controller.py)'
+    for cmake in (installs, '# ' + installs, '#[=[\n' + installs + ']=]'):
+        _, reading = prepared(tmp_path / str(len(cmake)), course('print(1)', **{'lab2/CMakeLists.txt': cmake}))
+        assert len(reading.findings) == (cmake == installs)
 
 
 @pytest.mark.parametrize('place, packages', [
@@ -507,7 +488,7 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
             return ['false']
     remarks = []
     folder = hand_in(tmp_path / 'lab1', {'msg/M.msg': 'int32 x\n'})
-    built = workspace.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
+    built = workspace.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails(), {})
     assert remarks == ['The messages and services could not be built.'] and built['msg'] == {}
 
 

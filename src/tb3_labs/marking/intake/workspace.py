@@ -15,7 +15,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 from functools import lru_cache
 from pathlib import Path
@@ -25,8 +24,7 @@ import rospkg
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.packages import (
-    ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
-    modules_of)
+    ACTIONS, MANIFEST, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
 from tb3_labs.marking.intake.read_submission import ParsedSubmission
 from tb3_labs.marking.intake.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
 from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
@@ -40,6 +38,8 @@ SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</vers
 '''
 #: A first line that begins in this way names a Python.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
+#: By this command of CMake catkin makes a program that starts a node without the node's first line.
+INSTALLS_PROGRAMS = 'catkin_install_python'
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
@@ -83,18 +83,14 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         while target.exists():
             target = target.with_name(target.stem + '_.py')
         node = node.rename(target)
-    relayed = has_relay(source, node)
-    _repair(node, remarks, reading.findings, relayed)
-    program = workspace / 'devel' / 'lib' / package_name / node.name if relayed else node
-    if relayed:
-        program.parent.mkdir(parents=True)
-        program.write_text(RELAY.format(sys.executable, str(node)), encoding='utf-8')
-        program.chmod(0o755)
+    _repair(node, source, remarks, reading.findings)
     environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
-    types = build(packages, made, environment, remarks, sandbox)
+    types = build(packages, made, environment, remarks, sandbox,
+                  {name: node.parent / name for name in packages
+                   if (node.parent / name / '__init__.py').is_file()})
     for module in reading.unused:
         package = made
         for part in module.split('.'):
@@ -108,7 +104,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
-        sandbox.isolates, str(program), package_name, str(copy), str(node))
+        sandbox.isolates, str(node), package_name, str(copy), str(node))
 
 
 def _stand_in(name, files, folder, remarks):
@@ -135,9 +131,8 @@ def _usable_name(reading, source, packages, remarks):
     return name
 
 
-def _repair(node, remarks, findings, relayed):
-    """Repair a node's file. If the file has a relay, its first line and its exec bit do not matter.
-    """
+def _repair(node, package, remarks, findings):
+    """Repair a node's file in the folder `package`."""
     code, repairs = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
@@ -151,12 +146,15 @@ def _repair(node, remarks, findings, relayed):
         repairs.append('is empty')
     elif b'\0' in code:
         repairs.append('is not text in UTF-8: save it as UTF-8')
-    elif not (relayed or code.startswith(b'#!')):
+    elif not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
-    elif python and not relayed and not shutil.which(os.fsdecode(python.group(1))):
+        if calls_of(INSTALLS_PROGRAMS, package):
+            findings.append(f'{INSTALLS_PROGRAMS} of its CMakeLists.txt may start it without the '
+                            'line #!/usr/bin/env python3.')
+    elif python and not shutil.which(os.fsdecode(python.group(1))):
         findings.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
                         'lacks: on another one it may run.')
-    if not relayed and not os.access(str(node), os.X_OK):
+    if not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
     remarks += [f'{node.name} {each}.' for each in repairs]
     node.write_bytes(code)
@@ -174,19 +172,22 @@ def version_errors(printed: str, copy: Path) -> List[str]:
 # -- messages and services
 
 def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
-          sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
+          sandbox: NoSandbox, beside_node: Mapping[str, Path]) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the examples of their types, see
     message_examples.py, or None if they define no type. `packages` has name -> folder.
 
+    Messages are made in the folder of their package's own modules, if it has one, since Python
+    looks for both there. `beside_node` has name -> folder of the modules that Python finds first.
     The messages are read in `sandbox` with this `environment`. Sentences are added to `remarks`.
     """
-    files: List[List[str]] = []
-    for name, package in packages.items():
-        for own in modules_of(package, name):
-            (folder / own.name).mkdir(parents=True, exist_ok=True)
-            (folder / own.name / '__init__.py').write_text(RELAYED_MODULE.format(
-                str(own.parent), str(own / '__init__.py')), encoding='utf-8')
-        files += _definitions(name, package, remarks)
+    own_modules = {own.name: own for name, package in packages.items()
+                   for own in modules_of(package, name)}
+    own_modules.update(beside_node)
+    folder.mkdir()
+    for name, own in own_modules.items():
+        (folder / name).symlink_to(own)
+    files = [definition for name, package in packages.items()
+             for definition in _definitions(name, package, remarks)]
     if not files:
         return None
     try:
