@@ -45,6 +45,8 @@ EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
+#: So many packages are built, the nearest to the node.
+MOST_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 #: The name of a file that MAKE_MODULES makes.
@@ -56,7 +58,8 @@ LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
 #: Such an error may come from the version of Python or of a module on this machine.
 VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
-    r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
+    r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive'|"""
+    r"""ModuleNotFoundError: .*)$""", re.MULTILINE)
 #: The folder of a workspace with the copy of the submission.
 COPY = 'src'
 
@@ -71,8 +74,9 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     remarks = reading.remarks
     copy, made = workspace / COPY, workspace / 'python'
     source, node = copy / reading.package, copy / reading.node
-    packages = {name: copy / folder for name, folder in reading.packages.items()
-                if name != OWN_PACKAGE}
+    # a copy of geometry_msgs in a repository must not replace the machine's
+    own = [name for name in reading.packages if name not in system_messages()]
+    packages = {name: copy / reading.packages[name] for name in own[-MOST_PACKAGES:]}
     for name, files in reading.substituted.items():
         packages[name] = _stand_in(name, files, workspace / 'substituted' / name, remarks)
     package_name = _usable_name(reading, source, packages, remarks)
@@ -88,9 +92,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
-    types = build(packages, made, environment, remarks, sandbox,
-                  {name: node.parent / name for name in packages
-                   if (node.parent / name / '__init__.py').is_file()})
+    types = build(packages, node, made, environment, remarks, sandbox)
     for module in reading.unused:
         package = made
         for part in module.split('.'):
@@ -164,30 +166,36 @@ def _repair(node, package, remarks, findings):
 def version_errors(printed: str, copy: Path) -> List[str]:
     """Returns sentences for the instructor on printed errors that a node may not have on another
     machine. Errors of the submission's own modules, which are in `copy`, are left out."""
-    return [f'It ended with "{line}". With the versions of another machine, such as Noetic, it may '
-            'run.' for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
+    return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
+            for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
             if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
 
 
 # -- messages and services
 
-def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
-          sandbox: NoSandbox, beside_node: Mapping[str, Path]) -> Optional[Dict[str, Any]]:
+def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
+          remarks: List[str], sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the examples of their types, see
     message_examples.py, or None if they define no type. `packages` has name -> folder.
 
     Messages are made in the folder of their package's own modules, if it has one, since Python
-    looks for both there. `beside_node` has name -> folder of the modules that Python finds first.
-    The messages are read in `sandbox` with this `environment`. Sentences are added to `remarks`.
+    looks for both there. The messages are read in `sandbox` with this `environment`. Sentences on
+    the packages whose names are in the text of `node` are added to `remarks`.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
-    own_modules.update(beside_node)
+    # Python looks beside the node first
+    own_modules.update({name: node.parent / name for name in packages
+                        if (node.parent / name / '__init__.py').is_file()})
     folder.mkdir()
     for name, own in own_modules.items():
         (folder / name).symlink_to(own)
-    files = [definition for name, package in packages.items()
-             for definition in _definitions(name, package, remarks)]
+    text = node.read_text(encoding='utf-8', errors='replace')
+    files: List[List[str]] = []
+    for name, package in packages.items():
+        definitions, problems = _definitions(name, package)
+        files += definitions
+        remarks += problems if name in text else []
     if not files:
         return None
     try:
@@ -207,24 +215,28 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         package_name, _, file = path.split(os.sep)
         # genmsg also names the searched folders, which are on the marking machine
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
-        remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
+        if package_name in text:
+            remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
     return done
 
 
-def _definitions(name, package, remarks):
-    """Yields [package, 'msg' or 'srv', name, text] of each message and service of a package."""
+def _definitions(name, package):
+    """Returns ([package, 'msg' or 'srv', name, text] of each message and service of a package,
+    sentences on the files that are not built)."""
     files = interface_files(package)
+    definitions, problems = [], []
     if files[ACTIONS]:
-        remarks.append(f'{name} has actions: they were not built.')
+        problems.append(f'{name} has actions: they were not built.')
     for kind in (MESSAGES, SERVICES):
         for file in files[kind]:
             stem = file[:-len(kind) - 1]
             if is_name(stem):
                 text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
-                yield [name, kind, stem, text]
+                definitions.append([name, kind, stem, text])
             else:
-                remarks.append(f'{name}/{printable(file)} was not built: ROS allows letters, '
-                               'digits and _ in the name of a type.')
+                problems.append(f'{name}/{printable(file)} was not built: ROS allows letters, '
+                                'digits and _ in the name of a type.')
+    return definitions, problems
 
 
 def _examples_of(definitions, environment, sandbox):
@@ -242,8 +254,8 @@ def _examples_of(definitions, environment, sandbox):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns name -> folders of the messages, for all ROS packages of this machine; cached."""
+    """Returns name -> [the folder of its messages] for all ROS packages of this machine; cached.
+    The folder need not exist."""
     # A RosPack changes during a query, so two threads must not share it.
     ros = rospkg.RosPack()
-    folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
-    return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}
+    return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}
