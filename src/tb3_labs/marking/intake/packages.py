@@ -40,17 +40,17 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
 def name_in(manifest: Path) -> Tuple[str, str]:
     """Returns (the name in a package.xml, ''), or ('', a sentence) if there is no valid name."""
     if not manifest.is_file():
-        return '', 'The package has no package.xml: one was made.'
+        return '', 'The package has no package.xml.'
     try:
         text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
         if '<!ENTITY' in text:      # an entity may expand to millions of others
             raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
     except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
-        return '', f'package.xml cannot be read ({error}): one was made.'
+        return '', f'package.xml cannot be read ({error}).'
     if NAME.fullmatch(name.replace('-', '_')):
         return name, ''
-    return '', f'The package is called {name[:60]!r}: it got another name.'
+    return '', f'The package is called {name[:60]!r}, which is not a name for ROS.'
 
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:

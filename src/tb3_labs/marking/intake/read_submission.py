@@ -43,7 +43,6 @@ class ParsedSubmission(NamedTuple):
     node: str                       # the node's file
     package: str                    # the folder of the node's package
     name: str                       # the name in the package's package.xml; '' if it is not valid
-    bad_name: str                   # a sentence on why the name is not valid
     packages: Dict[str, str]        # the submission's packages, the nearest last: name -> folder
     substituted: Dict[str, List[str]]   # missing package -> files of the course's types for it
     unused: List[str]               # missing modules that the node imports and does not use
@@ -130,8 +129,9 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
         if own_name(place) not in ('', name):
             remarks.append(f'The package {name} was not handed in: the types of '
                            f'{own_name(place)} stand in for its own.')
+    package_name, bad_name = name_in(source / MANIFEST)
+    remarks += why + not_unpacked + ([bad_name] if bad_name else [])
     return ParsedSubmission(
-        digest(copy), remarks + why + not_unpacked, findings, path, str(source.relative_to(copy)),
-        *name_in(source / MANIFEST),
+        digest(copy), remarks, findings, path, str(source.relative_to(copy)), package_name,
         {name: str(place.relative_to(copy)) for name, place in packages.items()},
         missing.substituted, missing.unused)

@@ -1,9 +1,8 @@
 """Makes the copy of a submission a workspace in which its node can run.
 
 A missing exec bit, line endings of Windows and a byte order mark are repaired in the copy, since
-the transfer to the marking machine may cause them. A name that is not valid in a command line
-or for a package is replaced. A missing module that the node imports but never uses is replaced by
-an empty module. A remark names each repair.
+the transfer to the marking machine may cause them. A missing module that the node imports but
+never uses is replaced by an empty module. A remark names each repair.
 
 catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
 that the marking machine lacks. A Python node needs only messages, services, and the modules of a
@@ -24,18 +23,13 @@ import rospkg
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.packages import (
-    ACTIONS, MANIFEST, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
+    ACTIONS, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
 from tb3_labs.marking.intake.read_submission import ParsedSubmission
 from tb3_labs.marking.intake.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
 from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: The package.xml that replaces one without a usable name.
-SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
-<description>-</description><maintainer email="nobody@example.org">-</maintainer>
-<license>-</license></package>
-'''
 #: A first line that begins in this way names a Python.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
 #: By this command of CMake catkin makes a program that starts a node without the node's first line.
@@ -79,14 +73,6 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     packages = {name: copy / reading.packages[name] for name in own[-MOST_PACKAGES:]}
     for name, files in reading.substituted.items():
         packages[name] = _stand_in(name, files, workspace / 'substituted' / name, remarks)
-    package_name = _usable_name(reading, source, packages, remarks)
-    if not NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
-        remarks.append(f'The file {printable(node.name)} got another name, since ROS allows '
-                       'letters, digits and _ in it.')
-        target = node.with_name('node.py')
-        while target.exists():
-            target = target.with_name(target.stem + '_.py')
-        node = node.rename(target)
     _repair(node, source, remarks, reading.findings)
     environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
@@ -106,7 +92,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
-        sandbox.isolates, str(node), package_name, str(copy), str(node))
+        sandbox.isolates, str(node), _shown_name(reading.name, node.name), str(copy))
 
 
 def _stand_in(name, files, folder, remarks):
@@ -121,16 +107,12 @@ def _stand_in(name, files, folder, remarks):
     return folder
 
 
-def _usable_name(reading, source, packages, remarks):
-    """Returns a usable name of the node's package. A new name is written into its package.xml."""
-    if reading.name and reading.name != OWN_PACKAGE:
-        return reading.name
-    remarks.append(reading.bad_name or
-                   f'The package is called {reading.name}, as this one: it got another name.')
-    # the node may import messages by this name
-    name = next((name for name, folder in packages.items() if folder == source), 'submission')
-    (source / MANIFEST).write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
-    return name
+def _shown_name(package, file):
+    """Returns package/file as roslaunch and a page can have it: a name that is not valid becomes
+    submission or node.py."""
+    has_name = NAME.fullmatch(file[:-3] if file.endswith('.py') else file)
+    return '{}/{}'.format(package if package not in ('', OWN_PACKAGE) else 'submission',
+                          file if has_name else 'node.py')
 
 
 def _repair(node, package, remarks, findings):
