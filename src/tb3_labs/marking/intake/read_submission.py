@@ -122,9 +122,10 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
     missing = find_missing(node, source, copy, packages)
     if any(module.split('.')[0] == 'rclpy' for module in missing.used):
         raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')
-    for module, error in sorted(missing.used.items()):
-        raise NotJudged('{} imports {}, which does not work on the marking machine: {}.'.format(
-            path, module, error.split(':')[0]))
+    if missing.used:
+        raise NotJudged('{} needs modules that do not work on the marking machine: {}.'.format(
+            path, ', '.join('{} ({})'.format(module, error.split(':')[0])
+                            for module, error in sorted(missing.used.items()))))
     for name, place in packages.items():
         if own_name(place) not in ('', name):
             remarks.append(f'The package {name} was not handed in: the types of '

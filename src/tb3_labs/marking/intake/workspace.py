@@ -83,8 +83,9 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         package = made
         for part in module.split('.'):
             package /= part
-            package.mkdir(parents=True, exist_ok=True)
-            (package / '__init__.py').write_text(EMPTY_MODULE)
+            package.mkdir(exist_ok=True)
+            if not (package / '__init__.py').exists():      # not one of its own modules
+                (package / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
         remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
@@ -166,7 +167,7 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
-    # Python looks beside the node first
+    # Python first looks beside the node
     own_modules.update({name: node.parent / name for name in packages
                         if (node.parent / name / '__init__.py').is_file()})
     folder.mkdir()
