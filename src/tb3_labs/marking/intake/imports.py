@@ -135,29 +135,35 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     programs import messages are added to `packages`."""
     programs = programs_of(node, package).values()
     used_names = {'*'}.union(*(program.used for program in programs))
-    own = {name for path in files_in(folder) if path.suffix == '.py'
-           for name in (path.stem, path.parent.name)}
-    others = [(item, program.text) for program in programs for item in program.imports
-              if not (item.is_relative or item.may_fail or _has_types(item.package, packages)
-                      or item.package in own and not item.kinds)]
-    errors = _import_errors(sorted({item.package for item, _ in others}))
-    failing = [(item, text) for item, text in others if item.package in errors]
+    own_modules = {name for path in files_in(folder) if path.suffix == '.py'
+                   for name in (path.stem, path.parent.name)}
+    # with the text of its program
+    imports = [(item, program.text) for program in programs for item in program.imports
+               if not (item.is_relative or item.may_fail)
+               and not _is_handed_in(item, own_modules, packages)]
+    errors = _import_errors(sorted({item.package for item, _ in imports}))
     substituted: Dict[str, List[str]] = {}
-    for item, text in failing:
-        _add_second_name(item, packages)
-        files = _course_files(item, text) if item.package not in packages else []
-        if files:
-            substituted[item.package] = sorted({*files, *substituted.get(item.package, [])})
-    left = [item for item, _ in failing
-            if not (item.package in substituted or _has_types(item.package, packages))]
+    failing = []
+    for item, text in imports:
+        if item.package in errors:
+            _add_second_name(item, packages)
+            files = [] if item.package in packages else _course_files(item, text)
+            if files:
+                substituted[item.package] = sorted({*files, *substituted.get(item.package, [])})
+            failing.append(item)
+    left = [item for item in failing if item.package not in substituted
+            and not _is_handed_in(item, own_modules, packages)]
     used = {item.package: item.module for item in left if used_names.intersection(item.bound)}
     return MissingModules(
         substituted, sorted({item.module for item in left if item.package not in used}),
         {module: errors[name] for name, module in used.items()})
 
 
-def _has_types(name, packages):
-    return name in packages and any(interface_files(packages[name]).values())
+def _is_handed_in(item, own_modules, packages):
+    """Does the submission have the imported types, or the imported module?"""
+    if item.package in packages and any(interface_files(packages[item.package]).values()):
+        return True
+    return item.package in own_modules and not item.kinds
 
 
 def _add_second_name(item, packages):
