@@ -193,8 +193,9 @@ def test_a_node_finds_modules_and_messages_of_one_package(tmp_path, place):
     ready, _ = prepared(tmp_path, {
         'lab2/{}/turtlebot_controller.py'.format(place):
             PYTHON + 'import lab2.laws, lab2.msg, tools\nimport tools.msg as unused\nprint(tools.word)\n',
-        'lab2/src/lab2/laws.py': '', 'lab2/src/tools/__init__.py': 'word = "runs"\n', 'lab2/package.xml': manifest('lab2'),
-        'lab2/setup.py': 'setup(packages=["lab2", "tools"], package_dir={"": "src"})', 'lab2/msg/M.msg': 'int32 x\n'})
+        'lab2/src/lab2/laws.py': '', 'lab2/src/tools/__init__.py': 'word = "runs"\n',
+        'lab2/package.xml': manifest('lab2'), 'lab2/msg/M.msg': 'int32 x\n',
+        'lab2/setup.py': 'setup(packages=["lab2", "tools"], package_dir={"": "src"})'})
     assert subprocess.check_output([ready.program], env=ready.environment, text=True) == 'runs\n'
 
 
