@@ -83,9 +83,9 @@ class Trial:
         """Record the lines of the node's file that assign each variable. If the package has several
         files of this name, no file is read."""
         package, name = self._name.split('/')
-        node_file = NodeStart.from_environment().node_file
-        if node_file:
-            files = {node_file}
+        program = NodeStart.from_environment().program
+        if program:
+            files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(package))
             files = {str(path.resolve()) for depth in range(DEEPEST + 1)
