@@ -266,16 +266,6 @@ def test_a_right_node_with_a_queue_or_with_sides_is_not_accused(kind):
     assert told(untyped(run)) == ''
 
 
-@pytest.mark.parametrize('runs, accused', [(True, True), (False, False)])
-def test_the_mouse_is_not_answered_by_a_node_that_does_not_run(runs, accused):
-    run, at = played(HandoutNode()), np.arange(0.02, 0.7, 0.06)
-    rows = run.variables
-    seen = told(replace(
-        untyped(run), variables=rows if runs else rows.take(rows.arrival > 0.9),
-        mouse=MouseSamples(at, at, 0.0 * at, 0.8 + 0.0 * at, 1.0 + 0.0 * at)))
-    assert ('nothing came on cmd_vel' in seen) is accused and bool(seen) is accused
-
-
 # -- what a variable follows
 
 TIMES = np.arange(0.0, 12.0, 0.01)

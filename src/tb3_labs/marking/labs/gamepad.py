@@ -16,23 +16,19 @@ from tb3_labs.marking.labs.criteria import (
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
-from tb3_labs.watch.input_links import FORWARD_STICK, TURNING_STICK
 
 #: The parts of the lab.
 STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
 #: The stimuli of the sticks.
-LEFT_STICK_UP, LEFT_STICK_DOWN = FORWARD_STICK, 'left stick down'
+LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
 BOTH_STICKS = 'left stick half up, right stick half right'
-RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = TURNING_STICK, 'right stick right'
+RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
 STICKS_LET_GO = 'sticks let go'
 #: stimulus -> (left stick, up is positive; right stick, left is positive), each from -1 to 1
 STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
     BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
-#: The stimulus by the axes that have no function. No criterion judges it. In the recording one sees
-#: whether a wrong node follows such an axis.
-OTHER_AXES = 'other axes'
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
     'A', 'left stick up after A', 'B', 'left stick up after B')

@@ -16,7 +16,6 @@ from tb3_labs.marking.labs.criteria import (
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
-from tb3_labs.watch.input_links import TURN_BESIDE_MOUSE
 
 #: The parts of the lab.
 TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
@@ -72,7 +71,7 @@ MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVAT
     'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
     'mouse half right and half down', 'mouse deactivated')
 BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
-    TURN_BESIDE_MOUSE, 'mouse after a turn', 'mouse in a turn')
+    'l beside the mouse', 'mouse after a turn', 'mouse in a turn')
 #: stimulus -> the place (x, y) of the active mouse. x is positive to the right, y upward, both from
 #: -1 to 1.
 MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
