@@ -28,13 +28,11 @@ FEWEST_READINGS = 10
 
 class BrokenLink(NamedTuple):
     """A mistake of a node. `message` describes the mistake in a sentence without its full stop. The
-    mistake shows at the time `moment` [s]. The mistake `is_weak` if the node may turn and drive
-    well in spite of it."""
+    mistake shows at the time `moment` [s]."""
 
     message: str
     moment: float
     variable: str = ''
-    is_weak: bool = False
 
 
 #: A function that yields the BrokenLinks of one link. Only the first BrokenLink is reported.

@@ -61,9 +61,7 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
              TURN_STEP, TURNS),
         *(Link('At which error does a turn end, and by which command?', check, TURN_STEP, TURNS)
-          for check in (turn_links.wrong_stop, turn_links.turning_stayed_true)),
-        Link('How large is the command for an error of 90?', turn_links.low_gain, TURN_STEP,
-             TURNS)),
+          for check in (turn_links.wrong_stop, turn_links.turning_stayed_true))),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
              drive_links.wrong_control, CONTROL_STEP, CONTROL),
@@ -77,20 +75,20 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.wrong_law, DRIVE_STEP, DRIVES),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
              drive_links.not_silent, CONTROL_STEP, CONTROL),
-        Link('How large is each command?', drive_links.other_gain, DRIVE_STEP, DRIVES))}
+        Link('rostopic hz /cmd_vel: how often does a command come?', drive_links.too_seldom,
+             DRIVE_STEP, DRIVES))}
 #: A node with these variables belongs to the lab. The handout gives the variables' names.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
-def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
-                 weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
+def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None
+                 ) -> Optional[Tuple[Link, BrokenLink]]:
     """Returns the first broken link, with its Link, or None. Only links of these `parts` of the lab
-    are checked, by default all links. If `weak` is False, a weak BrokenLink does not count."""
+    are checked, by default all links."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
-            counted = (each for each in link.check(node_run) if weak or not each.is_weak)
-            broken = next(counted, None)
+            broken = next(link.check(node_run), None)
             if broken is not None:
                 return link, broken
     return None
@@ -103,14 +101,13 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) of each node whose lab is known and whose chain is broken. A
-    node with only weak BrokenLinks is left out, because it may be right."""
+    """Returns (node, Link, BrokenLink) of each node of a known lab whose chain is broken."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
         names = {bare_name(name) for name in node_run.variables}
         labs = [lab for lab, known in VARIABLES_OF_LAB.items() if known <= names]
-        broken = first_broken(node_run, CHAINS[labs[0]], weak=False) if labs else None
+        broken = first_broken(node_run, CHAINS[labs[0]]) if labs else None
         if broken:
             found.append((node, *broken))
     return found

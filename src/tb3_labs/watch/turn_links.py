@@ -4,7 +4,7 @@ from typing import Iterator, List, Optional
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
+from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
 from tb3_labs.watch.typed_turns import (
@@ -249,17 +249,3 @@ def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and (before is turn or not before.is_cut):
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)
-
-
-def low_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that are slower than the handout's gain gives. The BrokenLinks are weak."""
-    for turn in node_run.cached(letter_turns):
-        is_correct = turn.command * turn.error > 0.0
-        clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & is_correct)
-        if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:
-            k = clear[0]
-            yield BrokenLink('{}, by the handout it is {:+.2f}{}{}'.format(
-                turn.command_text(k), np.copysign(MAX_ANG_Z, turn.error[k]),
-                node_run.constant_text('K_HDG', K_HDG),
-                node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z)),
-                turn.time[k], 'angular.z', is_weak=True)
