@@ -229,38 +229,8 @@ class Queue(HandoutNode):
         return command
 
 
-class Renewed(HandoutNode):
-    """Each letter is typed again, and then the other one, while it turns."""
-
-    ticks, last = 0, 'l'
-
-    def letter(self, letter):
-        self.ticks, self.last = 0, letter
-        super().letter(letter)
-
-    def control(self):
-        self.ticks += 1
-        if self.turning and self.ticks in (3, 6):
-            super().letter({3: self.last, 6: 'l' if self.last == 'r' else 'r'}[self.ticks])
-        return super().control()
-
-
-class Sided(HandoutNode):
-    """`turning` is the side of the turn: 1 or -1, 0 at its end."""
-
-    def letter(self, letter):
-        super().letter(letter)
-        self.turning = 1 if letter == 'l' else -1
-
-    def control(self):
-        side, command = self.turning, super().control()
-        self.turning = side if self.turning else 0
-        return command
-
-
-@pytest.mark.parametrize('kind', [Queue, Renewed, Sided])
-def test_a_right_node_with_a_queue_or_with_sides_is_not_accused(kind):
-    run = played(kind())
+def test_a_right_node_with_a_queue_is_not_accused():
+    run = played(Queue())
     assert len(set(run.commands.angular)) > 5
     assert told(untyped(run)) == ''
 
