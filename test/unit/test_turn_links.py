@@ -154,14 +154,14 @@ WRONG = {
         (lambda self, letter: self.curr_yaw + math.pi / 2.0, 'goal_yaw became 41.57; it should be 130')],
     'error': [
         (lambda self: self.goal_yaw - self.curr_yaw, 'by the short way'),
-        (lambda self: abs(self.goal_yaw - self.curr_yaw) % 360.0, 'the command was +1.50 rad/s; for errors to '
-         'the left it was right'),
+        (lambda self: abs(self.goal_yaw - self.curr_yaw) % 360.0,
+         'for an error of -90 degrees the command was +1.50 rad/s'),
         (lambda self: self.curr_yaw - self.goal_yaw, 'For an error of +90 degrees the command was -1.50')],
     'command': [
         (lambda self, error: 0.1 * error, 'the command was +9.00 rad/s, at most 1.5'),
         (lambda self, error: 0.0, 'after l, for an error of 90 degrees, angular.z stayed 0'),
         (lambda self, error: 1.5 if error < -15.0 else min(1.5, 0.1 * error),
-         'for errors to the left it was right')],
+         'for an error of -90 degrees the command was +1.50 rad/s')],
     'is_over': [
         (lambda self, error: error < 10.0, 'After r, at an error of -90 degrees, turning stayed False'),
         (lambda self, error: abs(error) < 45.0, 'ended at an error of +38'),
