@@ -58,16 +58,17 @@ def yaw_readings(node_run: NodeRun, frame: Frame, sensor: str,
         run.odometry, frame.odometry_yaw, 'the yaw of the odometry')
     samples = samples.take(in_window(samples.arrival, window))
     yield Quantity('the yaw of the ' + sensor, samples.arrival, samples.yaw, SCALE), at_start
-    for each in node_run.imu_quantities + node_run.odometry_quantities:
-        # on the unit circle, a heading in any range equals the heading from -180 to 180
-        if each.per_degree and 'from -180' not in each.name:
-            continue
-        name = re.sub(',? in radians|, from -180 to 180', '', each.name)
-        if name == same:
-            continue
-        first = min(int(np.searchsorted(each.time, frame.begin)), len(each.time) - 1)
-        part = in_window(each.time, window)
-        yield Quantity(name, each.time[part], each.value[part], SCALE), each.value[first]
+    for quantities in (node_run.imu_quantities, node_run.odometry_quantities):
+        times = quantities[0].time
+        part = in_window(times, window)
+        first = min(int(np.searchsorted(times, frame.begin)), len(times) - 1)
+        # matching_quantities is faster if quantities share one array of times
+        times = times[part]
+        for each in quantities:
+            name = re.sub(',? in radians|, from -180 to 180', '', each.name)
+            # on the unit circle, a heading in any range equals the heading from -180 to 180
+            if name != same and ('from -180' in each.name or not each.per_degree):
+                yield Quantity(name, times, each.value[part], SCALE), each.value[first]
 
 
 def in_window(times: np.ndarray, window: Tuple[float, float]) -> slice:
