@@ -69,15 +69,14 @@ class NodeRun:
         return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
     @cached_property
-    def heading(self) -> Quantity:
-        """The correct heading by the IMU, the first of the `imu_quantities`. To compute all of them
-        takes much longer."""
-        return next(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
-
-    @cached_property
     def imu_quantities(self) -> List[Quantity]:
         """The quantities of the IMU that a node may take for the heading. The first is correct."""
         return list(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
+
+    @property
+    def heading(self) -> Quantity:
+        """The correct heading by the IMU."""
+        return self.imu_quantities[0]
 
     @cached_property
     def odometry_quantities(self) -> List[Quantity]:

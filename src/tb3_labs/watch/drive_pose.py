@@ -98,6 +98,7 @@ def reference_quantities(node_run: NodeRun, frame: Frame, name: str,
                          window: Tuple[float, float]) -> Iterator[Quantity]:
     """Yields the quantities that the reference `name` may follow. The first two are correct: a node
     may subtract the declared pose from its reference."""
+    readings: Iterator[Tuple[Quantity, complex]]
     if 'yaw' in name:
         sensor = 'IMU' if name == 'initial_global_yaw' else 'odometry'
         readings = yaw_readings(node_run, frame, sensor, window)

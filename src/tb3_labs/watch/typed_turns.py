@@ -101,8 +101,6 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
     series = node_run.variable('curr_yaw')
     if series is None:
         series = renamed_heading(node_run)
-    elif matching_quantities(series, [node_run.heading]):
-        return OwnHeading(series, node_run.heading)
     if series is None:
         return OwnHeading()
     quantity, broken = followed_heading(series, node_run.imu_quantities)
@@ -158,7 +156,7 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
-    for time in goal.changes if goal is not None else ():
+    for time in np.empty(0) if goal is None else goal.changes:
         if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
             return np.empty(0)
     becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
