@@ -102,10 +102,6 @@ class NodeRun:
         is_last = np.diff(later, append=np.inf) > LONGEST_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
 
-    def may_run(self, begin: float, end: float) -> bool:
-        """Does the node run from `begin` to `end`? If no variable was recorded, returns True."""
-        return not len(self.reading_times) or self.runs_at(begin) and self.end_after(begin) >= end
-
     def constant_text(self, name: str, value: float) -> str:
         """Returns a clause on the node's constant `name` if its value is not the handout's
         `value`; else ''."""
