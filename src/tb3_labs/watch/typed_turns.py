@@ -156,7 +156,8 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
-    for time in np.empty(0) if goal is None else goal.changes:
+    goal_changes = np.empty(0) if goal is None else goal.changes
+    for time in goal_changes:
         if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
             return np.empty(0)
     becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
