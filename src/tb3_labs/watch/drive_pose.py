@@ -27,7 +27,8 @@ SCALE = POSE_TOLERANCE / SAME_SHARE
 
 def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
     """Yields the quantities that a node may take for its local place in `frame`. The first two are
-    correct, since the handout does not ask for a declared pose. Each later one has one mistake."""
+    correct, since the handout does not ask for a declared pose. Each later one has one mistake; the
+    last one is not local at all."""
     here, declared = samples.x + 1j * samples.y, frame.declared_place
     moved, turned = here - frame.place, frame.odometry_yaw - frame.declared_yaw
     displacement = 'the displacement since the reset, '
@@ -54,7 +55,8 @@ def yaw_readings(node_run: NodeRun, frame: Frame, sensor: str,
     `window` of the frame [s]. Each has its value at the start of the frame. The first is correct.
     """
     run = node_run.run
-    samples, at_start, same = (run.imu, frame.imu_yaw, 'the yaw') if sensor == 'IMU' else (
+    # the quantities below have the correct yaw again, under this name
+    samples, at_start, correct = (run.imu, frame.imu_yaw, 'the yaw') if sensor == 'IMU' else (
         run.odometry, frame.odometry_yaw, 'the yaw of the odometry')
     samples = samples.take(in_window(samples.arrival, window))
     yield Quantity('the yaw of the ' + sensor, samples.arrival, samples.yaw, SCALE), at_start
@@ -67,7 +69,7 @@ def yaw_readings(node_run: NodeRun, frame: Frame, sensor: str,
         for each in quantities:
             name = re.sub(',? in radians|, from -180 to 180', '', each.name)
             # on the unit circle, a heading in any range equals the heading from -180 to 180
-            if name != same and ('from -180' in each.name or not each.per_degree):
+            if name != correct and ('from -180' in each.name or not each.per_degree):
                 yield Quantity(name, times, each.value[part], SCALE), each.value[first]
 
 
