@@ -255,7 +255,7 @@ class StopsTest(WithThumb, DriveCase):
         second.wait_for('/move_to_goal drives the robot, too: stop one of the two')
         second.end()
         sender = self.start('send_goal.py', '90', '0', '0')
-        sender.wait_for('MOVE_FORWARD: ')      # a line of its progress
+        sender.wait_for('MOVE_FORWARD')
         first.kill()
         self.assertEqual(sender.wait(STARTING), 1)
         self.assertIn('move_to_goal is gone, and the goal with it', sender.lines[-1])
@@ -298,7 +298,7 @@ class StopsTest(WithThumb, DriveCase):
         self.let_it_drive(self.give_control)
         terminal, process = run_in_terminal('send_goal.py', '90', '0', '0')
         self.addCleanup(process.kill)
-        self.assertTrue(select.select([terminal], [], [], STARTING)[0], 'it tells no progress')
+        self.assertTrue(select.select([terminal], [], [], STARTING)[0], 'no state is printed')
         closed = rospy.get_time()
         os.close(terminal)
         self.assertEqual(process.wait(STARTING), 1)
