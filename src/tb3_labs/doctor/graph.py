@@ -35,8 +35,6 @@ LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 POSSIBLE_LIKENESS = 0.65
 #: A name that is at least so like a right name is certainly a mistake.
 SURE_LIKENESS = 0.8
-#: A line names at most this number of nodes.
-MOST_NAMED_NODES = 3
 TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
@@ -232,8 +230,8 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                     partner = min(partners[right], key=lambda each: each not in graph.robot_nodes)
                     findings.append(text.format(node, topic, right, partner))
         if findings:
-            yield warning(subject, '; '.join(findings[:MOST_NAMED_NODES]),
-                          'mend the name in its code, or by <remap> in its launch file')
+            yield warning(subject, '; '.join(findings),
+                          'mend the name in the code, or by <remap> in the launch file')
 
 
 # The connections from this computer -------------------------------------------------------------

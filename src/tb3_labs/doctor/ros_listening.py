@@ -14,7 +14,7 @@ from tb3_labs.doctor import fault
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
     LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
-    judge_stream, judge_wheels)
+    judge_stream)
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.localization.odometry_jumps import EncoderWatch
@@ -58,9 +58,6 @@ def examine_messages(graph, address, round_trip, is_wall_time):
                             next(iter(graph.sensors[name]), ''))
         yield judge_refused(line, refused[name], len(arrivals))
     wheels = [sample for sample in samples if isinstance(sample, WheelSample)]
-    joints = [each.sender for each in received if each.topic == 'joint_states']
-    if joints and not wheels and not refused['joint_states']:
-        yield judge_wheels(graph.namespace + 'joint_states', joints[0])
     if encoders.problem():
         yield fault('Wheels', *encoders.problem().split('; '))
     delays = [each.at - each.message.header.stamp.to_sec() for each in received

@@ -7,7 +7,6 @@ from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.doctor import Line, fault, ok, warning
-from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: The doctor listens for this long [s].
@@ -16,8 +15,6 @@ LISTENING_TIME = 5.0
 CLOCK_WARNING_OFFSET = 0.1
 #: With a larger offset no node that uses stamps works [s].
 CLOCK_FAULT_OFFSET = 1.0
-#: While the robot's computer is busy, the clock of the board is ahead by up to this [s].
-MOST_BOARD_AHEAD = 0.25
 #: A larger drift disturbs a lab [deg/min].
 MOST_DRIFT = 2.0
 #: A node still works if it refuses this share of a sensor's messages.
@@ -81,10 +78,6 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
     offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
     if abs(offset) <= max(CLOCK_WARNING_OFFSET, exact):
         return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
-    if 0.0 < offset <= MOST_BOARD_AHEAD:
-        return warning('Clock', 'the stamps are {:.2f} s ahead, as a loaded computer of the robot '
-                       'sets the clock of its board: tf may refuse its transforms'.format(offset),
-                       'close other programs on the robot, wait 5 s, and call the doctor again')
     text = "the robot's clock is {:.1f} s {} (to {:.3g} s)".format(
         abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
@@ -96,14 +89,7 @@ def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
                    'close other programs here and on the robot, wait 5 s; if it stays: ' + remedy)
 
 
-# Gyro and wheels --------------------------------------------------------------------------------
-
-def judge_wheels(topic: str, sender: str) -> Line:
-    """Returns the line on a `topic` of joint states that has no wheels."""
-    return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be '
-                 'checked'.format(topic, sender, *WHEEL_JOINTS),
-                 "let the robot's bringup publish it, and no other node")
-
+# Gyro -------------------------------------------------------------------------------------------
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
     """Does the gyro agree with the wheels? A GyroWatch found the `problem`, or ''."""
