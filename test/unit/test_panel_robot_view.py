@@ -35,7 +35,7 @@ def test_of_a_robot_that_was_never_heard_nothing_is_known(view):
     assert picture(view) == {
         **dict.fromkeys(['odom', 'local', 'frame', 'truth', 'goal', 'distance',
                          'angle', 'has_control', 'command', 'heading_deg']),
-        'is_own': False, 'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
+        'state': '', 'phase': '', 'holder': 'nobody', 'driver': '',
         'ages': {'imu': None, 'odom': None}, 'inside': []}
     assert not view.is_driving
 
@@ -50,7 +50,7 @@ def test_each_kind_that_was_heard_stands_where_it_belongs(view):
     view.on_command('/move_to_goal', 0.12345, -0.5, 99.75)
     assert picture(view) == {
         'odom': [1.0, 2.0, 3.0], 'local': [-1.0, -2.0, 0.0], 'frame': [0.5, -0.25, QUARTER],
-        'is_own': True, 'truth': None, 'goal': [2.0, 2.0, 0.0], 'distance': 5.0, 'angle': 0.0,
+        'truth': None, 'goal': [2.0, 2.0, 0.0], 'distance': 5.0, 'angle': 0.0,
         'state': 'MOVE_FORWARD', 'phase': 'driving', 'has_control': True,
         'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
         'command': [0.123, -0.5], 'heading_deg': 90.0,
@@ -157,13 +157,13 @@ def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(vi
     view.on_log_line(LINE)
     view.on_odometry(sample(2.15, 3.0, 0.5), 99.1)
     seen = picture(view)
-    assert seen['local'] == [0.5, 0.15, round(HALF_PI + 0.5, 5)] and not seen['is_own']
+    assert seen['local'] == [0.5, 0.15, round(HALF_PI + 0.5, 5)]
     assert seen['frame'] == [2.0, 3.5, -QUARTER] and seen['distance'] is None
     view.on_message('goal', Pose2(0.5, 1.0, HALF_PI), 99.1)
     seen = picture(view)
     assert (seen['distance'], seen['angle']) == (0.85, round(-math.degrees(0.5), 4))
     view.on_message('local', Pose2(7.0), 99.2)    # the node's own counts
-    assert picture(view)['local'] == [7.0, 0.0, 0.0] and picture(view)['is_own']
+    assert picture(view)['local'] == [7.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize('line', [

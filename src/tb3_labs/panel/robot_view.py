@@ -2,10 +2,10 @@
 
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
-    "odom", "local"      pose of the robot in odom, and in local
+    "odom", "local"      pose of the robot in odom, and in local. If the node does not publish
+                         local, by local_pose and tf, the panel computes local from the odometry
+                         since the line "Local pose set to"
     "frame"              pose of the frame local, in odom
-    "is_own"             does the node publish local, by local_pose and tf? Otherwise the panel
-                         computes local from the odometry since the line "Local pose set to"
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
     "distance", "angle"  distance to the goal [m], and goal's heading minus the robot's [deg]
@@ -161,8 +161,7 @@ class RobotView:
         """Returns the picture without "page", "stops", "can" and "pad"."""
         driver, heading, odom = self.driver(now), self.latest('imu'), self.latest('odom')
         local, frame = self.latest('local'), self.latest('frame')
-        is_own = bool(local or frame)
-        if not is_own and odom and self._computed_frame:
+        if not (local or frame) and odom and self._computed_frame:
             frame, local = self._computed_frame, self._computed_frame.inverse() @ odom.pose
         goal, distance, angle = self.latest('goal'), None, None
         if goal and local:
@@ -170,8 +169,8 @@ class RobotView:
             angle = math.degrees(difference(goal.yaw, local.yaw))
         return {
             'odom': _pose_numbers(odom and odom.pose), 'local': _pose_numbers(local),
-            'frame': _pose_numbers(frame), 'is_own': is_own,
-            'truth': _pose_numbers(self._truth_in_odom()), 'goal': _pose_numbers(goal),
+            'frame': _pose_numbers(frame), 'truth': _pose_numbers(self._truth_in_odom()),
+            'goal': _pose_numbers(goal),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),

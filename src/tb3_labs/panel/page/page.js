@@ -103,19 +103,8 @@ export function showStatus(p) {
     ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
   setText($('holder'), p.holder);
   setText($('driver'), p.driver || 'nobody');
-  setText($('unpublished'), unpublished(p));
   showAges(p.ages);
   showInside(p.inside);
-}
-
-/** The topics that a student's node could publish, so that the page shows more of the node. */
-function unpublished(p) {
-  const texts = [];
-  if (!p.local) texts.push('in local: after a line "Local pose set to", or by local_pose');
-  else if (!p.is_own) texts.push('in local: by odom, since the last "Local pose set to"');
-  if (!p.goal) texts.push('goal, to go: by current_goal (PoseStamped in local)');
-  if (!p.state) texts.push('state: by goal_state (String)');
-  return p.odom ? texts.join(' \u00b7 ') : '';
 }
 
 function poseText(pose) {
