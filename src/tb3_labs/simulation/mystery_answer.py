@@ -90,20 +90,13 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
         return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
                        f'{meaning.value}.')
     error = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
-    answered, error_text = _rounded(hidden, value), _rounded(hidden, error)
     if error <= meaning.tolerance + ROUNDING:
-        return True, (f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}. '
-                      f'Your {answered} is off by {error_text}.')
-    return False, (f'The fault is right, its value is not: {answered} is off by {error_text}; '
-                   'right is within '
-                   f'{_rounded(hidden, meaning.tolerance)}. The value is {meaning.value}.')
+        return True, f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}.'
+    return False, ('The fault is right, its value is not: it may be off by '
+                   f'{meaning.tolerance:g} {meaning.unit}. The value is {meaning.value}.')
 
 
 def with_unit(fault: Fault, value: float) -> str:
     """Returns a value and its unit as text. A fault with signed values shows the sign +, too."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'
-
-
-def _rounded(fault: Fault, value: float) -> str:
-    return f'{round(value, fault.digits + 1):g} {MEANINGS[fault.name].unit}'
