@@ -167,12 +167,10 @@ JUDGEMENTS = [
     (judge_refused(ok('imu', '200/s'), [], 500), OK, '200/s'),
     (judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint'),
     # the clock
-    (judge_clock(0.004, 0.008), OK, 'right within 0.004 s'), (judge_clock(0.05, 0.02), OK, 'right within 0.04 s'),
-    (judge_clock(0.3, 0.002), WARNING, "robot's clock is 0.3 s behind (to 0.001 s), or all its messages", 'date'),
-    (judge_clock(-0.3, 0.002), WARNING, "robot's clock is 0.3 s ahead", 'date'),
-    (judge_clock(-0.3, 1.0), WARNING, '0.8 s ahead (to 0.5 s)'),
-    (judge_clock(-0.11), WARNING, "robot's clock is 0.1 s ahead", 'other programs'),
-    (judge_clock(-7200.0, 0.004), FAULT, '7200.0 s ahead', 'date'), (judge_clock(40.0, 0.004), FAULT, '40.0 s behind'),
+    (judge_clock(0.09), OK, 'right within 0.1 s'), (judge_clock(-0.09), OK, 'right within 0.1 s'),
+    (judge_clock(0.3), WARNING, "robot's clock is 0.3 s behind, or all its messages come so late", 'date'),
+    (judge_clock(-0.3), WARNING, "robot's clock is 0.3 s ahead: tf may", 'other programs', 'date'),
+    (judge_clock(-7200.0), FAULT, '7200.0 s ahead', 'date'), (judge_clock(40.0), FAULT, '40.0 s behind'),
     # gyro and wheels
     (judge_gyro('it lies', 'let it rest', True), FAULT, 'it lies', 'let it rest'),
     (judge_gyro('', '', False), WARNING, 'cannot be compared'),

@@ -42,10 +42,9 @@ class ReceivedMessage(NamedTuple):
     kind: str = ''    # the type that the sender states, or ''
 
 
-def examine_messages(graph, address, round_trip, is_wall_time):
-    """Yields the lines on the messages of a RobotGraph's robot. `round_trip` is the least time from
-    a call of a robot's node to the answer [s]. `is_wall_time` is true if the stamps come from a
-    real clock. For `address` see :func:`listen`."""
+def examine_messages(graph, address, is_wall_time):
+    """Yields the lines on the messages of a RobotGraph's robot. `is_wall_time` is true if stamps come
+    from a real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
     # checks.py judges commands of other types
     commands = [each for each in received
@@ -63,7 +62,7 @@ def examine_messages(graph, address, round_trip, is_wall_time):
     delays = [each.at - each.message.header.stamp.to_sec() for each in received
               if each.topic in SENSORS and each.message.header.stamp]
     if delays and is_wall_time:
-        yield judge_clock(min(delays), round_trip)
+        yield judge_clock(min(delays))
     cause, _, remedy = watch.problem().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
     drift = drift_of([sample[:2] for sample in samples if isinstance(sample, ImuSample)],

@@ -71,20 +71,18 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
                  'on; if it stays, the sensor is broken')
 
 
-def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
+def judge_clock(least_delay: float) -> Line:
     """Does the robot's clock agree with this computer's clock? `least_delay` is the least time
-    from a stamp (the robot's clock) to the arrival (this computer's clock) [s]. `round_trip` is the
-    time from a call of a robot's node to the answer, and the fastest message took less [s]."""
-    offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
-    if abs(offset) <= max(CLOCK_WARNING_OFFSET, exact):
-        return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
-    text = "the robot's clock is {:.1f} s {} (to {:.3g} s)".format(
-        abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
+    from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
+    if abs(least_delay) <= CLOCK_WARNING_OFFSET:
+        return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
+    is_ahead = least_delay < 0.0
+    text = f"the robot's clock is {abs(least_delay):.1f} s {'ahead' if is_ahead else 'behind'}"
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
-    if abs(offset) > CLOCK_FAULT_OFFSET:
+    if abs(least_delay) > CLOCK_FAULT_OFFSET:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
+    return warning('Clock', text + (': tf may refuse its transforms' if is_ahead else
                                     ', or all its messages come so late'),
                    'close other programs here and on the robot, wait 5 s; if it stays: ' + remedy)
 
