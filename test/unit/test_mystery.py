@@ -144,7 +144,7 @@ def test_a_fault_comes_and_goes_or_is_always_there():
 
 @pytest.mark.parametrize('given', [
     {'slip': 0.1}, {'imu_offset_deg': 5.0}, {'seed': 3}, {'network_cut': True},
-    {'stalls_per_min': 1.0}, {'dropouts_per_min': 1.0}])
+    {'stalls_per_min': 1.0}])
 def test_no_fault_is_given_beside_the_hidden_one(given):
     with pytest.raises(ValueError, match=list(given)[0]) as problem:
         HiddenFault(3, SimulatorConfig(**given))

@@ -101,19 +101,12 @@ def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
         assert other[1:] != frozen[0][1:]
 
 
-def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
-    plain = Simulator(SimulatorConfig(dropouts_per_min=6.0, imu_rate=60.0, imu_frozen=True))
-    tuned, stamps = Simulator(plain.config), []
-    samples = plain.step(120.0)
-    for k in range(120):
-        switch(tuned, motor_lag=0.001 * k)
-        stamps += [sample.stamp for sample in tuned.step(1.0)]
-    assert stamps == [sample.stamp for sample in samples]
-    lengths = [gap for gap in (b - a for a, b in zip(stamps, stamps[1:])) if gap > 0.02]
-    # 10 s to the next, 2.3 s long on average: 10 in two minutes, give or take 3
-    assert 4 < len(lengths) < 20
-    assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.02
-    assert len({sample.yaw for sample in imu_of(samples)}) == 1
+def test_a_change_of_what_is_no_fault_leaves_a_frozen_sensor_alone():
+    robot, yaws = Simulator(SimulatorConfig(imu_rate=60.0, imu_frozen=True)), set()
+    for k in range(20):
+        switch(robot, motor_lag=0.001 * k)
+        yaws.update(sample.yaw for sample in imu_of(robot.step(0.1)))
+    assert len(yaws) == 1
 
 
 def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand():

@@ -38,7 +38,7 @@ def same(samples, others):
        st.sampled_from([{'sensor_latency': 0.02}, NETWORKS['good'], NETWORKS['bad'],
                         {'stalls_per_min': 120.0}]))
 def test_how_time_is_cut_changes_nothing(cuts, seed, network):
-    config = SimulatorConfig(seed=seed, dropouts_per_min=30.0, **network)
+    config = SimulatorConfig(seed=seed, **network)
     fine, coarse = Simulator(config), Simulator(config)
     for robot in fine, coarse:
         robot.command(0.15, 1.0)

@@ -1,6 +1,6 @@
 """The samples of IMU and odometry, with the stamps of the board's clock and the faults of sensors.
 
-Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
+Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (silences of 0.3 to 4.3 s;
 a driver that sent one sample with new stamps for half a minute).
 """
 import random
@@ -13,11 +13,9 @@ from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.drivetrain import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
-from tb3_labs.simulation.network import Arrival, Interruptions
+from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, SimulatorConfig
 
-#: Shortest and longest dropout [s].
-DROPOUT_LENGTHS = (0.3, 4.3)
 #: After a stall at most this number of samples of a sensor is sent, as real buffers are finite. An
 #: IMU at 200 Hz makes this many samples in the longest stall.
 MOST_SAMPLES = 2000
@@ -62,23 +60,20 @@ class Rhythm:
 
 class SensorFaults:
     """The faults of one sensor. A `silent` sensor sends no sample. A `frozen` sensor repeats one
-    sample with new stamps. During `dropouts` both sensors are silent."""
+    sample with new stamps."""
 
-    def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
-        self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
+    def __init__(self, silent: bool, frozen: bool) -> None:
+        self._silent, self._frozen = silent, frozen
         self._frozen_sample: Optional[Sample] = None
 
     def apply(self, samples: Sequence[Sample]) -> Sequence[Sample]:
         """Returns the samples that a sensor with these faults sends in place of `samples`."""
-        if self._silent:
+        if self._silent or not samples:
             return []
-        if self._frozen and samples:
-            self._frozen_sample = self._frozen_sample or samples[0]
-            samples = [self._frozen_sample._replace(stamp=sample.stamp) for sample in samples]
-        if self._dropouts:
-            samples = [sample for sample in samples
-                       if self._dropouts.release(sample.stamp) == sample.stamp]
-        return samples
+        if not self._frozen:
+            return samples
+        self._frozen_sample = self._frozen_sample or samples[0]
+        return [self._frozen_sample._replace(stamp=sample.stamp) for sample in samples]
 
 
 class BoardClock:
@@ -122,7 +117,7 @@ class Sensors:
         self.origin = Pose2()
         #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, sent or not.
         self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
-        self._plan_faults(0.0)
+        self._begin_faults()
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
         before, self._config = self._config, config
@@ -131,16 +126,12 @@ class Sensors:
         #: The board's clock.
         self.clock = BoardClock(config.stamp_step, config.seed)
         if any(getattr(config, name) != getattr(before, name) for name in SENSOR_FAULT_SETTINGS):
-            self._plan_faults(now)
+            self._begin_faults()
 
-    def _plan_faults(self, now: float) -> None:
+    def _begin_faults(self) -> None:
         config = self._config
-        dropouts = Interruptions(config.dropouts_per_min / 60.0, DROPOUT_LENGTHS, now,
-                                 config.seed) if config.dropouts_per_min else None
-        self._imu_faults = SensorFaults(
-            silent=config.imu_silent, frozen=config.imu_frozen, dropouts=dropouts)
-        self._odom_faults = SensorFaults(
-            silent=config.odom_silent, frozen=config.odom_frozen, dropouts=dropouts)
+        self._imu_faults = SensorFaults(silent=config.imu_silent, frozen=config.imu_frozen)
+        self._odom_faults = SensorFaults(silent=config.odom_silent, frozen=config.odom_frozen)
 
     def measure_imu(self, stamps: List[float]) -> None:
         self._samples.extend(self._imu_faults.apply(self._body.imu.measure(stamps)))

@@ -20,7 +20,7 @@ class SimulatorConfig(Config):
         0.0, 'heading at the start, true and by odometry', 'deg', -360.0, 360.0)
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
-    seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
+    seed: int = setting(1, 'seed of noise and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
     odom_rate: float = setting(30.0, 'samples of the odometry', '1/s', 1.0, 200.0)
@@ -75,8 +75,6 @@ class SimulatorConfig(Config):
     imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
     odom_frozen: bool = setting(False, 'fault: the same odometry repeated, with new stamps')
-    dropouts_per_min: float = setting(
-        0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
     network_cut: bool = setting(
         False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
 
@@ -84,8 +82,7 @@ class SimulatorConfig(Config):
 #: The fields that cannot change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
 #: The fields for faults of sensors. If one changes, all faults of sensors begin again.
-SENSOR_FAULT_SETTINGS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
-                         'dropouts_per_min')
+SENSOR_FAULT_SETTINGS = 'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen'
 
 #: {computer to which the robot's board is connected: {field: value}}. The values were measured with
 #: the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
