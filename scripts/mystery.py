@@ -66,7 +66,7 @@ def _answer(values):
 
 
 def _description(name, fault):
-    value = f'  value [{fault.unit}], right within {fault.tolerance:g}: {fault.value}.'
+    value = f'  value [{fault.unit}], right within {fault.tolerance:g}: {fault.quantity}.'
     lines = [name]
     for text in (value, '  ' + fault.symptom):
         lines += textwrap.wrap(text, 100, subsequent_indent='  ')

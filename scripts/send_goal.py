@@ -35,7 +35,7 @@ HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with 
 #: Longest wait for an answer of move_to_goal [s].
 SERVER_TIMEOUT = 2.0
 #: Time between two checks whether move_to_goal still runs [s].
-CHECK_PERIOD = 2.0
+SERVER_PERIOD = 2.0
 
 
 class StatePrinter:
@@ -76,7 +76,7 @@ def drive(goal):
         StatePrinter()
         while not ended.is_set():
             pause(0.0)    # raises Interrupted again, if rospy caught it
-            has_ended = ended.wait(CHECK_PERIOD)
+            has_ended = ended.wait(SERVER_PERIOD)
             if rospy.is_shutdown():
                 return 1
             if not has_ended and not client.status_sub.get_num_connections():

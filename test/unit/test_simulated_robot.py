@@ -36,21 +36,21 @@ def test_pose_while_the_speed_changes():
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
                               reset_pause=0.31))
-    assert robot.sensors.origin == Pose2()          # the odometry starts at the true pose
+    assert robot.sensors.world_T_odom == Pose2()          # the odometry starts at the true pose
     for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
         drive(robot, 1.0, linear, angular)
         robot.step(0.6)                 # the command has timed out: it stands
         robot.reset()
         sample = odom_of(robot.step(0.4))[-1]
-        assert close(robot.sensors.origin @ sample.pose, robot.truth)
+        assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth)
     drive(robot, 1.0, 0.1, 0.4)
     sample = odom_of(robot.step(0.1))[-1]
-    here = robot.sensors.origin @ sample.pose
+    here = robot.sensors.world_T_odom @ sample.pose
     assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
     drive(robot, 0.5, 0.1, 0.0)
     robot.reset()                       # in motion
     sample = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1]
-    assert close(robot.sensors.origin @ sample.pose, robot.truth, metres=3 * TICK)
+    assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth, metres=3 * TICK)
 
 
 def test_the_wheels_are_as_old_as_their_lag_says():

@@ -90,7 +90,7 @@ class PageRequest(NamedTuple):
         return max(0.0, now - self.sent_at)
 
 
-class Viewer:
+class OpenPage:
     """One open page. `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:

@@ -18,7 +18,7 @@ class Meaning(NamedTuple):
 
     unit: str           # of the value
     tolerance: float    # largest error of a right value, in the unit
-    value: str          # the meaning of the value
+    quantity: str       # the meaning of the value
     symptom: str        # how a student finds the fault by the sensors alone
 
 
@@ -79,21 +79,22 @@ def fault_called(name: str) -> Fault:
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
     """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the number
     of the robot, the name of the fault, or its value is not valid."""
-    hidden, truth, _ = draw(number)
-    meaning, named = MEANINGS[hidden.name], fault_called(name)
+    hidden, right, _ = draw(number)
+    meaning, answered = MEANINGS[hidden.name], fault_called(name)
     if value is not None and not math.isfinite(value):
-        raise ValueError(f'value = {value} is not valid: a number in {MEANINGS[named.name].unit}')
-    if named is not hidden:
-        return False, (f'Wrong: mystery {number} has another fault. If it were {named.name!r}: '
-                       + MEANINGS[named.name].symptom)
+        unit = MEANINGS[answered.name].unit
+        raise ValueError(f'value = {value} is not valid: a number in {unit}')
+    if answered is not hidden:
+        return False, (f'Wrong: mystery {number} has another fault. If it were {answered.name!r}: '
+                       + MEANINGS[answered.name].symptom)
     if value is None:
         return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
-                       f'{meaning.value}.')
-    error = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
+                       f'{meaning.quantity}.')
+    error = abs(difference_degrees(value, right) if meaning.unit == 'deg' else value - right)
     if error <= meaning.tolerance + ROUNDING:
-        return True, f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}.'
+        return True, f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, right)}.'
     return False, ('The fault is right, its value is not: it may be off by '
-                   f'{meaning.tolerance:g} {meaning.unit}. The value is {meaning.value}.')
+                   f'{meaning.tolerance:g} {meaning.unit}. The value is {meaning.quantity}.')
 
 
 def with_unit(fault: Fault, value: float) -> str:

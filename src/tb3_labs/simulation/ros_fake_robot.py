@@ -67,7 +67,7 @@ class FakeRobot:
         self._pipe = TruthPipe(pipe) if pipe else None
         self._truth = None if hidden or pipe else publisher('ground_truth', PoseStamped)
         self._static_tf = None if hidden else publisher('/tf_static', TFMessage, latch=True)
-        self._origin = None
+        self._world_T_odom = None
         for topic, kind, callback in (('cmd_vel', Twist, self._on_command),
                                       ('reset', Empty, self._on_reset)):
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
@@ -88,12 +88,12 @@ class FakeRobot:
                 self._robot.configure(self._hidden.settings_at(self._robot.now))
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)
             now = epoch + self._robot.now
-            origin = self._robot.sensors.origin
+            world_T_odom = self._robot.sensors.world_T_odom
             truth = self._robot.truth if truth_is_due else None
-        if self._static_tf and self._origin != origin:
-            self._origin = origin
+        if self._static_tf and self._world_T_odom != world_T_odom:
+            self._world_T_odom = world_T_odom
             self._static_tf.publish(TFMessage([
-                to_transform(origin, 'world', self._sensors.frames['odom'], now)]))
+                to_transform(world_T_odom, 'world', self._sensors.frames['odom'], now)]))
         for burst in bursts:
             self._sensors.send(burst, epoch, self._robot.sensors.wheels)
         if truth is not None and self._pipe:

@@ -113,8 +113,8 @@ class Sensors:
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry sample set the pose to zero?
         self.resetting = False
-        #: world_T_odom. The last reset set it, from the true pose.
-        self.origin = Pose2()
+        #: The frame odom in the world. A reset sets it by the true pose.
+        self.world_T_odom = Pose2()
         #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, sent or not.
         self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
         self._begin_faults()
@@ -146,7 +146,7 @@ class Sensors:
         sample = self.odometer.update(stamp, ticks, observed.yaw)
         if self.resetting:
             self.resetting = False
-            self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
+            self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
         self.wheels.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
                             self.odometer.wheel_speeds))
         self._samples.extend(self._odom_faults.apply([sample]))
