@@ -75,7 +75,7 @@ def drive(goal):
     try:
         StatePrinter()
         while not ended.is_set():
-            pause(0.0)    # raises Interrupted again, if rospy caught it
+            pause(0.0)    # raises Interrupted again if rospy caught the first one
             has_ended = ended.wait(SERVER_PERIOD)
             if rospy.is_shutdown():
                 return 1

@@ -135,9 +135,9 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns the right topic that is most like the `topic` of a node, and their likeness. The
-        right topics are this robot's topics with one of `names`. Returns ('', 0.0) if `topic` is
-        right, or belongs to another robot."""
+        """Returns (right topic, likeness): the right topic that is most like the `topic` of a node.
+        The right topics are this robot's topics with one of `names`. Returns ('', 0.0) if `topic`
+        is right, or belongs to another robot."""
         place, _, word = topic.rpartition('/')
         if topic in [self.namespace + name for name in LAB_TOPICS] or (
                 self._is_of_another_robot(place + '/', topic, node)):
@@ -231,7 +231,7 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                     findings.append(text.format(node, topic, right, partner))
         if findings:
             yield warning(subject, '; '.join(findings),
-                          'mend the name in the code, or by <remap> in the launch file')
+                          'correct the name in the code, or by <remap> in the launch file')
 
 
 # The connections from this computer -------------------------------------------------------------
@@ -287,9 +287,9 @@ def judge_return_path(drivers: Mapping[str, str], received: Collection[str], rob
         return ok('Way back', 'the robot is on this computer')
     if here.resolved != here.outgoing_address:
         return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
-            here.advertised, here.outgoing_address or 'nowhere'), here.advice)
+            here.advertised, here.outgoing_address or 'of this computer'), here.advice)
     if here.advertised != here.outgoing_address:
         return warning('Way back', 'the robot must resolve the name {}; start a lab, then this '
-                       'line shows it'.format(here.advertised), here.advice)
+                       'line shows whether it does'.format(here.advertised), here.advice)
     return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
               'a firewall'.format(here.advertised))

@@ -55,7 +55,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
             judge, effect = fault, 'a drive is given up'
         return judge(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
                      'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
-                     'a cable) or a busy computer holds messages; else the robot'.format(topic))
+                     'a cable) or a busy computer delays messages; otherwise the robot is '
+                     'silent'.format(topic))
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
 
 
@@ -68,7 +69,7 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
     judge = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
     return judge(line.subject, 'every node refuses {} of {} messages: {}'.format(
         len(reasons), count, reasons[0]), "stand the robot on its wheels; switch its board off and "
-                 'on; if it stays, the sensor is broken')
+                 'on; if this line stays, the sensor is broken')
 
 
 def judge_clock(least_delay: float) -> Line:
@@ -84,7 +85,8 @@ def judge_clock(least_delay: float) -> Line:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
     return warning('Clock', text + (': tf may refuse its transforms' if is_ahead else
                                     ', or all its messages come so late'),
-                   'close other programs here and on the robot, wait 5 s; if it stays: ' + remedy)
+                   'close other programs here and on the robot, wait 5 s; if this line stays: '
+                   + remedy)
 
 
 # Gyro -------------------------------------------------------------------------------------------

@@ -8,7 +8,8 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "frame"              pose of the frame local, in odom
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
-    "distance", "angle"  distance to the goal [m], and goal's heading minus the robot's [deg]
+    "distance", "angle"  distance to the goal [m], and heading of the goal minus heading of the
+                         robot [deg]
     "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?

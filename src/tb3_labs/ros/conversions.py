@@ -13,7 +13,7 @@ from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
 
 #: The environment variable with the path of a named pipe. For each true pose the simulated robot
-#: writes a line with x, y [m], yaw [rad] into the pipe. A student's node could read a topic.
+#: writes a line with x, y [m], yaw [rad] into the pipe, since a student's node could read a topic.
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 

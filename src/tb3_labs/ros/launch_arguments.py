@@ -37,7 +37,7 @@ def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are right. `argv` has the words after `roslaunch`.
 
-    If `argv` does not name `path`, another launch file includes it. Then it is not checked.
+    If `argv` does not name `path`, another launch file includes `path`. Then nothing is checked.
     """
     if not any(_is_file(path, *pair) for pair in zip(['', *argv], argv)):
         return ''

@@ -1,9 +1,9 @@
 """The IMU that measures the turning of the robot, with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-The rate of turn of the IMU is the true rate plus the drift's rate, the bias that the last
-calibration of the gyro left, and another white noise. The gyro has a dead zone. Yaw and rate were
-measured earlier than their stamp, by the `lag`.
+The rate of turn of the IMU is the true rate plus the rate of the drift, the bias of the last
+calibration, and another white noise. The gyro has a dead zone. The stamp of yaw and rate is later
+than their measurement by the `lag`.
 
 Units: SI. Source of the noise: the yaw of a Burger at rest changes by a few 0.001 deg from one
 sample to the next.
@@ -47,8 +47,8 @@ class ImuModel:
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
-        #: (start [s], turn of the IMU from then on), for motions that are not measured to their
-        #: end yet, oldest first.
+        #: (start [s], turn of the IMU from the start on) of each motion that is not measured to
+        #: its end yet, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.follow(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 

@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, Fault, draw
 
-#: A value may be off by this more than the tolerance, because of rounding.
+#: Because of rounding, the error of a right value may exceed the tolerance by this.
 ROUNDING = 1e-9
 
 
@@ -31,7 +31,7 @@ MEANINGS = {
         'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left",
         'The heading changes steadily while the robot stands, and the gyro shows a small rate.'),
     'wheel mismatch': Meaning(
-        '%', 0.5, 'by how much the right wheel is smaller than the left one; negative: larger',
+        '%', 0.5, 'share by which the right wheel is smaller than the left one; negative if larger',
         'The heading is steady at rest, but changes with each metre of a drive that is '
         'commanded straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: '
         '0.16 m).'),
@@ -48,21 +48,21 @@ MEANINGS = {
         'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.'),
     'silent imu': Meaning(
         's', 0.3, 'duration of one silence',
-        'rostopic hz /imu: a large max_delta, and a lower rate. Meanwhile /odom goes on.'),
+        'rostopic hz /imu shows a large max_delta and a lower rate. Meanwhile /odom goes on.'),
     'silent odometry': Meaning(
         's', 0.3, 'duration of one silence',
-        'rostopic hz /odom: a large max_delta, and a lower rate. Meanwhile /imu goes on.'),
+        'rostopic hz /odom shows a large max_delta and a lower rate. Meanwhile /imu goes on.'),
     'sensor latency': Meaning(
         's', 0.03, 'delay of each sample, from its stamp to its arrival',
-        'Each sample is older than it should be at its arrival: rostopic delay /imu.'),
+        'rostopic delay /imu shows that each sample is old at its arrival.'),
     'command latency': Meaning(
         's', 0.1, 'delay of each command, from its sending to its arrival',
         'The samples are fresh at their arrival, but at the end of a drive the measured speed '
         'drops later than the commanded one.'),
     'network stalls': Meaning(
         's', 0.15, 'the longest time for which nothing arrives',
-        'rostopic hz /imu /odom: a large max_delta of both, but the rates stay: messages of '
-        'both are held up together, and come all at once.'),
+        'rostopic hz /imu /odom shows a large max_delta of both, but the usual rates. The '
+        'messages of both are held up together, and come all at once.'),
 }
 
 

@@ -54,9 +54,12 @@ ACCELERATION_AT_REST = (
 
 
 class FakeRobot:
-    """One Simulator and its topics. A `hidden` fault (mystery_robot.HiddenFault) has the settings.
-    Then /tf_static and ground truth are not published, since both would show the fault. If the
-    environment variable TRUTH_PIPE is set, the true poses go into this pipe, and not on a topic."""
+    """One Simulator and its topics.
+
+    If a fault is `hidden` (mystery_robot.HiddenFault), its settings are used. Then /tf_static and
+    ground truth are not published, since both would show the fault. If the environment variable
+    TRUTH_PIPE is set, the true poses go into this pipe, and not on a topic.
+    """
 
     def __init__(self, settings, hidden=None):
         self._lock = threading.Lock()    # guards the simulator
@@ -167,7 +170,8 @@ class SensorTopics:
 
     def send(self, burst, epoch, wheels):
         """Publish the samples of a `burst`, which arrive at one moment, in one write per topic.
-        `epoch` is as in FakeRobot.tick. Earlier rows are removed from `wheels` (Sensors.wheels).
+        `epoch` is as in FakeRobot.tick. `wheels` is Sensors.wheels; rows that are older than the
+        burst are removed.
         """
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]

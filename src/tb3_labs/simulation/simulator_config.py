@@ -32,7 +32,7 @@ class SimulatorConfig(Config):
     imu_drift_deg_per_min: float = setting(
         0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
     gyro_bias_deg: float = setting(
-        0.0, 'rate that a calibration in motion left in gyro and yaw, until the next `reset`',
+        0.0, 'bias of the gyro after a calibration in motion, until the next `reset`',
         'deg/s', -180.0, 180.0)
     # The next three defaults were measured with the real firmware on a fast computer.
     yaw_lag: float = setting(
@@ -40,7 +40,7 @@ class SimulatorConfig(Config):
     wheel_lag: float = setting(
         0.0085, "age of the encoders' reading at the odometry's stamp", 's', 0.0, 1.0)
     stamp_step: float = setting(
-        0.0, 'largest error of all stamps, early or late; it changes at each time sync, every 5 s',
+        0.0, 'largest error of the stamps; the error changes at each time sync, every 5 s',
         's', 0.0, 0.25)
     wheel_mismatch: float = setting(
         0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
@@ -61,10 +61,10 @@ class SimulatorConfig(Config):
         0.0, 120.0)
     # The default is the longest stall in the recordings.
     longest_stall: float = setting(
-        0.4, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
+        0.4, 'longest stall; the length of a stall is random', 's', 0.0, 10.0)
     # The firmware calibrates with 512 readings at 200 Hz, and gives up after 5 s.
     reset_pause: float = setting(
-        2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',
+        2.56, 'time of a `reset`: the board only calibrates its gyro, and the motors run on',
         's', 0.0, 10.0)
 
     motors_off: bool = setting(
@@ -76,7 +76,7 @@ class SimulatorConfig(Config):
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
     odom_frozen: bool = setting(False, 'fault: the same odometry repeated, with new stamps')
     network_cut: bool = setting(
-        False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
+        False, 'fault: nothing arrives in either direction; at the end all arrives at once')
 
 
 #: The fields that cannot change while the robot runs.
