@@ -244,7 +244,7 @@ class StopsTest(WithThumb, DriveCase):
         self.is_stopped(asked)
 
     def test_two_nodes_that_obey_one_word_are_named_and_a_dead_one_is_missed(self):
-        """Two move_to_goal drive to one goal. Then the node is killed to which send_goal.py sent a goal."""
+        """Two move_to_goal drive to one goal. Then the node with the goal of send_goal.py is killed."""
         first = self.move_to_goal()
         second = self.start('move2goal_tf.py', '_goal_x:=90', '__name:=second')
         self.observer.wait_until(lambda: self.control.get_num_connections() == 2, STARTING, 'both')

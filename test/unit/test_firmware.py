@@ -22,7 +22,7 @@ STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
     (0.1, 0.0, 126, 126), (-0.1, 0.0, -126, -126),     # 0.1 m/s is 126.4 steps
     (0.0, 1.0, -101, 101), (0.0, -1.0, 101, -101),     # 0.08 m/s is 101.1 steps
     (0.1, 1.0, 25, 227), (9.0, 0.0, 265, 265), (0.0, -9.0, 265, -265),
-    # rosserial's floats, as they ran: full speed, 1.494, 0.999 rad/s
+    # after rosserial, on a real board: full speed, 1.494, 0.999 rad/s
     (math.nan, 0.0, 265, 265), (-math.inf, 0.0, -265, -265), (-math.nan, 0.0, -265, -265),
     (0.0, math.nan, -151, 151), (0.0, math.inf, -101, 101), (0.0, -math.inf, 101, -101)])
 def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):

@@ -55,7 +55,7 @@ def test_each_kind_that_was_heard_stands_where_it_belongs(view):
         'holder': 'move_to_goal (it has control)', 'driver': '/move_to_goal',
         'command': [0.123, -0.5], 'heading_deg': 90.0,
         'ages': {'imu': 0.5, 'odom': 0.5}, 'inside': []}
-    assert str(view.picture(100.0)['angle']) == '0.0'    # the sign of nothing would be shown
+    assert str(view.picture(100.0)['angle']) == '0.0'    # -0.0 would be shown with its sign
 
 
 # -- words
@@ -119,7 +119,7 @@ def test_the_true_pose_is_shown_in_odom(view):
     """The axis x of odom points along y of the world. So (1, 5) is 3 m along x from the origin (1, 2), and a robot that
     faces -x of the world faces +y of odom."""
     view.on_message('truth', (Pose2(1.0, 5.0, math.pi), 50.0), 99.0)
-    assert picture(view)['truth'] is None        # where odom lies is not known
+    assert picture(view)['truth'] is None        # the place of odom is not known
     view.on_message('origin', Pose2(1.0, 2.0, HALF_PI), 99.0)
     assert picture(view)['truth'] == [3.0, 0.0, QUARTER]
 
@@ -153,7 +153,7 @@ def test_local_is_computed_from_the_odometry_since_the_line_of_the_last_reset(vi
     """The robot is at (0.5, 0), 90 deg in local. Then it drives 0.15 m, and turns left by 0.5 rad."""
     view.on_log_line(LINE)
     view.on_odometry(sample(2.0, 3.0, 0.0), 99.0)
-    assert picture(view)['local'] is None       # it came before the odometry
+    assert picture(view)['local'] is None       # the line came before the odometry
     view.on_log_line(LINE)
     view.on_odometry(sample(2.15, 3.0, 0.5), 99.1)
     seen = picture(view)

@@ -39,7 +39,7 @@ def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     assert robot.sensors.world_T_odom == Pose2()          # the odometry starts at the true pose
     for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
         drive(robot, 1.0, linear, angular)
-        robot.step(0.6)                 # the command has timed out: it stands
+        robot.step(0.6)                 # the command has timed out, so the robot stands
         robot.reset()
         sample = odom_of(robot.step(0.4))[-1]
         assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth)
@@ -72,7 +72,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot = Simulator(STIFF)
     drive(robot, 0.1, 0.1, 0.0)
     switch(robot, network_cut=True)
-    drive(robot, 0.4, -0.05, 0.0)    # delayed, and no command for the timeout
+    drive(robot, 0.4, -0.05, 0.0)    # these commands do not arrive during the cut
     assert robot.true_velocity[0] > 0.09
     robot.command(0.2, 0.0)
     for seconds in (0.1, 5.0):

@@ -45,7 +45,7 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
     samples = [sample for cut in cuts for sample in fine.step(cut)]
     assert same(samples, coarse.step(sum(cuts)))
     assert close(fine.truth, coarse.truth)
-    # and goes on with it on another network
+    # the same is true after a change of the network
     other = replace(config, network_cut=False, **NETWORKS['busy'])
     samples = []
     for robot in fine, coarse:
