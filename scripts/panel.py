@@ -23,18 +23,12 @@ Parameters
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
-import sys
-
 import rospy
 
 from tb3_labs.panel.access import PanelConfig
+from tb3_labs.panel.ros_pages import Pages
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
-
-try:
-    from tb3_labs.panel.ros_pages import Pages
-except ModuleNotFoundError as missing:
-    sys.exit(f'panel: {missing}: sudo apt install python3-tornado')
 
 
 class Panel:

@@ -56,10 +56,10 @@ def to_odometry_sample(message):
         bounded('rate of turn', twist.angular.z, FASTEST_SPIKE, 'rad/s'))
 
 
-def to_pose_stamped(pose, frame, stamp):
+def to_pose_stamped(pose, frame_id, stamp):
     """Returns the geometry_msgs/PoseStamped of a Pose2. `stamp` is in [s]."""
     message = PoseStamped()
-    message.header.frame_id = frame
+    message.header.frame_id = frame_id
     message.header.stamp = rospy.Time.from_sec(stamp)
     message.pose.position.x = pose.x
     message.pose.position.y = pose.y

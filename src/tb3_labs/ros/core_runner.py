@@ -61,7 +61,7 @@ class CoreRunner:
         with self._lock:
             method(*arguments)
             output = self._decide()
-        self._watchdog.feed()
+        self._watchdog.note_message()
         return output
 
     def check(self):
@@ -185,7 +185,7 @@ class Watchdog:
         else:
             self._awake.clear()
 
-    def feed(self):
+    def note_message(self):
         """Note that a message has arrived and was processed."""
         self._messages.received(steady_time())
 

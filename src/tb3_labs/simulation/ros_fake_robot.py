@@ -205,16 +205,16 @@ def publisher(topic, kind, **options):
     return result
 
 
-def imu_message(sample, stamp, frame):
+def imu_message(sample, stamp, frame_id):
     """Returns the sensor_msgs/Imu of a robot on a level floor."""
-    return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
+    return Imu(_header(stamp, frame_id), to_quaternion(sample.yaw, ROLL, PITCH),
                ORIENTATION_COVARIANCE,
                Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
                Vector3(*ACCELERATION_AT_REST), LINEAR_ACCELERATION_COVARIANCE)
 
 
-def odometry_message(sample, stamp, frame, child_frame):
-    message = Odometry(header=_header(stamp, frame), child_frame_id=child_frame)
+def odometry_message(sample, stamp, frame_id, child_frame_id):
+    message = Odometry(header=_header(stamp, frame_id), child_frame_id=child_frame_id)
     message.pose.pose.position.x = sample.pose.x
     message.pose.pose.position.y = sample.pose.y
     message.pose.pose.orientation = to_quaternion(sample.pose.yaw)
@@ -223,10 +223,10 @@ def odometry_message(sample, stamp, frame, child_frame):
     return message
 
 
-def joint_message(angles, speeds, stamp, frame):
+def joint_message(angles, speeds, stamp, frame_id):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(_header(stamp, frame), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
+    return JointState(_header(stamp, frame_id), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
 
 
-def _header(stamp, frame):
-    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame)
+def _header(stamp, frame_id):
+    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame_id)
