@@ -156,8 +156,8 @@ def judge_address(here: Address) -> Line:
         if here.master_here:
             return ok('Address', source + ' is right for this computer alone; for a real robot set '
                       'ROS_IP')
-        return fault('Address', source + ' is on the robot the robot itself, so the robot cannot '
-                     'reach this computer', here.advice)
+        return fault('Address', source + ': on the robot this address is the robot itself, so the '
+                     'robot cannot reach this computer', here.advice)
     if here.resolved not in here.own:
         return fault('Address', '{} is not an address of this computer (it has {})'.format(
             source, ', '.join(here.own) or 'none'), here.advice)
