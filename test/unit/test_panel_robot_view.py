@@ -190,9 +190,9 @@ def test_what_was_computed_ends_when_the_odometry_is_zeroed(view, at):
 def test_the_age_is_the_time_since_the_last_message(view, kind):
     for at in (10.0, 90.0):
         view.on_message(kind, {'imu': 0.0, 'odom': sample()}.get(kind), at)
-    for now, age in ((90.0, 0.0), (90.25, 0.0), (90.32, 0.32), (3690.0, 3600.0)):
+    for now, age in ((90.0, 0.0), (90.25, 0.25), (3690.0, 3600.0)):
         ages = picture(view, now)['ages']
-        assert ages.pop(kind) == age        # a stream is read a few times a second
+        assert ages.pop(kind) == age
         assert set(ages.values()) == {None}
 
 

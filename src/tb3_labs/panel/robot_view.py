@@ -16,7 +16,7 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "holder"             the node that may drive, in words
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        heading by the IMU, 0 to 360
-    "ages"               {sensor: time since the last message [s], 0 if it is short}
+    "ages"               {sensor: time since the last message [s]}
     "inside"             a list of {"node", "values": [[name, text]]}: the variables that watch.py
                          publishes
     "page"               the page that drives the robot: "", "this" or "other"
@@ -49,8 +49,6 @@ POSE_SET_LINE = re.compile(
     PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
 MOST_TIME_APART = 0.3
-#: A smaller age is shown as 0 [s], since the panel reads a topic only a few times a second.
-LEAST_SHOWN_AGE = 0.3
 #: A robot whose odometry is slower than this is at rest [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
 
@@ -178,16 +176,11 @@ class RobotView:
             'driver': driver,
             'command': list(map(_rounded, self._commands[driver][1:])) if driver else None,
             'heading_deg': _heading_deg(heading),
-            'ages': {source: self._silence(source, now) for source in ('imu', 'odom')},
+            'ages': {sensor: _rounded(now - self._arrivals.get(sensor, math.nan))
+                     for sensor in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}
                        for node, (at, values) in sorted(self._variables.items())
                        if now - at <= VARIABLES_TIMEOUT]}
-
-    def _silence(self, kind: str, now: float) -> Optional[float]:
-        if kind not in self._arrivals:
-            return None
-        age = now - self._arrivals[kind]
-        return 0.0 if age <= LEAST_SHOWN_AGE else _rounded(age)
 
     def _truth_in_odom(self) -> Optional[Pose2]:
         """Returns the true pose in odom at the stamp of the odometry. So the page can compare both

@@ -4,7 +4,7 @@ import {degrees, wrap} from './drawing.js';
 
 const MESSAGE_TIME = 9000;    // [ms] a message stays for this time
 const MOST_LINES = 300;    // most lines of the log
-const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is marked
+const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is silent
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
 const SHAPES = {
   driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716',
@@ -158,7 +158,7 @@ function showAges(ages) {
     const chip = box.children[i];
     const late = age !== null && age > LATE_AGE;
     chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
-    const silent = `${late ? '\u25b2 ' : ''}silent for ${(age || 0).toFixed(age < 10 ? 1 : 0)} s`;
-    setText(chip, name + ' ' + (age === null ? 'never heard' : age ? silent : 'fresh'));
+    const heard = late ? `\u25b2 silent for ${age.toFixed(age < 10 ? 1 : 0)} s` : 'fresh';
+    setText(chip, name + ' ' + (age === null ? 'never heard' : heard));
   }
 }
