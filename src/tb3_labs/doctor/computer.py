@@ -113,8 +113,8 @@ class Address:
 
     @property
     def lan_address(self) -> str:
-        """The address on the way to the master. If the master is on this computer, the first own
-        address."""
+        """The address on the way to the master, or the first own address if the master is on this
+        computer."""
         for address in (self.outgoing_address, *self.own):
             if address and not is_loopback(address):
                 return address

@@ -31,9 +31,9 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A name that is at least so like a right name may be a mistake.
+#: A name with at least this likeness to a right name may be a mistake.
 POSSIBLE_LIKENESS = 0.65
-#: A name that is at least so like a right name is certainly a mistake.
+#: A name with at least this likeness to a right name is certainly a mistake.
 SURE_LIKENESS = 0.8
 TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
@@ -208,8 +208,8 @@ def judge_robot(graph: RobotGraph) -> Line:
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
-    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if a node
-    publishes the right name, the wrong name of another node must have SURE_LIKENESS."""
+    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if one
+    node publishes the right name, a wrong name of another node needs SURE_LIKENESS."""
     for subject, text, users, partners, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, LAB_TOPICS),

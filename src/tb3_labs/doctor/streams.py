@@ -122,6 +122,6 @@ def drift_of(imu: Sequence[Tuple[float, float]],
         return None
     middle = mean(stamp for stamp, _ in imu)
     turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
-    # the samples of less than 2 s are divided by the spread of 2 s, so that noise is not drift
+    # a short recording is divided by the spread of 2 s, so that its noise does not look like drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

@@ -58,7 +58,7 @@ MOST_NODES = 4
 MOST_VARIABLES = 40
 #: A name or text of a variable is cut after this number of characters.
 LONGEST_TEXT = 200
-#: If a node has not sent its variables for this long, a page shows the variables no more [s].
+#: A page no longer shows a node's variables after a silence of this length [s].
 VARIABLES_TIMEOUT = 2.0
 
 

@@ -1,4 +1,4 @@
-"""The private parts of rospy that the nodes read or change. One function uses each part.
+"""The private parts of rospy that the nodes read or change. Each part has one function here.
 
 The parts exist in rospy 1.15.15 (Debian 12). A docstring describes the harm without the function,
 and names the private parts and the test that fails if they change. If a part without a test

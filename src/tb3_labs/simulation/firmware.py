@@ -34,7 +34,7 @@ from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
 TICK_ANGLE = 2.0 * math.pi / TICKS_PER_TURN
-#: The message of a reset on a link. The message of a command is (forward speed, rate of turn).
+#: On a link this message is a reset. The message of a command is (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 
 

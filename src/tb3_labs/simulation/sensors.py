@@ -16,7 +16,7 @@ from tb3_labs.simulation.firmware import Odometer, encoder
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, SimulatorConfig
 
-#: After a stall at most this number of samples of a sensor is sent, as real buffers are finite. An
+#: After a stall at most this number of samples of a sensor is sent, since buffers are finite. An
 #: IMU at 200 Hz makes this many samples in the longest stall.
 MOST_SAMPLES = 2000
 #: Values of the left and the right wheel.
@@ -77,7 +77,7 @@ class SensorFaults:
 
 
 class BoardClock:
-    """The clock of the board. Each time sync gives the clock another error, from -`largest` to
+    """The clock of the board. After each time sync its error is another one, from -`largest` to
     `largest` [s]."""
 
     def __init__(self, largest: float, seed: int) -> None:
