@@ -81,8 +81,6 @@ class SimulatorConfig(Config):
 
 #: The fields that cannot change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
-#: The fields for faults of sensors. If one changes, all faults of sensors begin again.
-SENSOR_FAULT_SETTINGS = 'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen'
 
 #: {computer to which the robot's board is connected: {field: value}}. The values were measured with
 #: the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
