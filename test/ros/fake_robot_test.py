@@ -22,7 +22,7 @@ WHEEL_RADIUS = 0.033    # of a Burger [m]
 
 
 def is_the_robots(message):
-    """Is a message from the robot? robot_state_publisher sends empty messages on /tf, as no joint of the shape moves."""
+    """Is a message from the robot? robot_state_publisher sends empty messages on /tf, as no joint moves."""
     return not isinstance(message, TFMessage) or bool(message.transforms)
 
 
