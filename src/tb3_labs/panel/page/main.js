@@ -33,10 +33,7 @@ function redraw() {
 function draw() {
   if (state.picture) showStatus(state.picture);
   controls.show();
-  for (const frame of FRAMES) {
-    setPressed('fixed-' + frame, map.fixed === frame);
-    $('fixed-' + frame).dataset.key = map.fixed === frame ? '' : 'v';
-  }
+  for (const frame of FRAMES) setPressed('fixed-' + frame, map.fixed === frame);
   map.draw();
   setPressed('fit', map.view.auto);
 }
@@ -94,10 +91,4 @@ redraw();
 // For tests, and for a person at the browser's console.
 window.panel = {
   get latest() { return state.picture; },
-  /** Client coordinates of a point in the frame local; null while the frame is unknown. */
-  pixel(x, y) {
-    const at = map.drawn('local', [x, y, 0]);
-    const box = $('map').getBoundingClientRect();
-    return at && [box.left + at[0], box.top + at[1]];
-  },
 };
