@@ -1,12 +1,13 @@
 """The URDF for RViz against the robots' numbers."""
+import math
 from xml.etree import ElementTree
 
 import pytest
 
-from tb3_labs.robot.turtlebot3 import MODELS
+from tb3_labs.robot.turtlebot3 import MODELS, WHEEL_JOINTS
 from tb3_labs.ros.robot_description import main
 
-LINKS = {'base_footprint', 'base_link'}
+LINKS = {'base_footprint', 'base_link', 'wheel_left_link', 'wheel_right_link'}
 
 
 def described(capsys, *words):
@@ -22,12 +23,23 @@ def numbers(element, attribute):
 @pytest.mark.parametrize('model', MODELS.values())
 def test_the_simple_shape_is_as_large_as_the_robot(capsys, model):
     robot = described(capsys, model.name)
-    assert {link.get('name') for link in robot.findall('link')} == LINKS
-    joint, = robot.findall('joint')
-    assert numbers(joint.find('origin'), 'xyz') == [0.0, 0.0, model.wheel_radius]
-    disc, nose = robot.findall('link/visual')
-    assert float(disc.find('geometry/cylinder').get('radius')) == model.body_radius
-    assert numbers(nose.find('origin'), 'xyz')[:2] == [model.body_radius / 2.0, 0.0]    # x is forward
+    joints = {joint.get('name'): joint for joint in robot.findall('joint')}
+    bodies = {link.get('name'): link for link in robot.findall('link')}
+    assert set(bodies) == LINKS and set(joints) == {'base_joint'}.union(WHEEL_JOINTS)
+    axle = numbers(joints['base_joint'].find('origin'), 'xyz')
+    assert axle[:2] == [0.0, 0.0]
+    for name, side in zip(WHEEL_JOINTS, (1.0, -1.0)):
+        joint = joints[name]
+        assert joint.get('type') == 'continuous'
+        assert numbers(joint.find('axis'), 'xyz') == [0.0, 1.0, 0.0]      # forward is positive
+        x, y, z = numbers(joint.find('origin'), 'xyz')
+        assert (x, y) == (0.0, side * model.wheel_separation / 2.0)
+        visual = bodies[joint.find('child').get('link')].find('visual')
+        wheel = visual.find('geometry/cylinder')
+        assert axle[2] + z == float(wheel.get('radius')) == model.wheel_radius    # on the floor
+        assert numbers(visual.find('origin'), 'rpy') == pytest.approx([math.pi / 2.0, 0.0, 0.0])
+    disc = bodies['base_link'].find('visual/geometry/cylinder')
+    assert float(disc.get('radius')) == model.body_radius
 
 
 def test_a_robot_in_a_namespace_has_frames_of_its_own(capsys):
@@ -36,6 +48,8 @@ def test_a_robot_in_a_namespace_has_frames_of_its_own(capsys):
     assert named == {'robot3/' + name for name in LINKS}
     ends = robot.findall('joint/parent') + robot.findall('joint/child')
     assert {end.get('link') for end in ends} == named
+    # joint_states has the namespace in its own name
+    assert {joint.get('name') for joint in robot.findall('joint')} > set(WHEEL_JOINTS)
 
 
 def test_an_unknown_model_is_one_line(capsys):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.robot.turtlebot3 import (
-    MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, Twist2, model_called, robot_model, saturate)
+    MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, WHEEL_WIDTH, Twist2, model_called, robot_model, saturate)
 
 SPEEDS = st.floats(-10.0, 10.0)
 
@@ -19,6 +19,7 @@ def test_the_burgers_limits_are_its_motors():
     burger = robot_model('burger')
     assert 2.0 * math.pi / TICKS_PER_TURN == pytest.approx(0.001533981, abs=5e-10)
     assert MOTOR_SPEED_STEP == pytest.approx(0.0239809, abs=1e-6)   # 0.229 rpm in rad/s
+    assert WHEEL_WIDTH == 0.018               # turtlebot3_description's wheels
     assert burger.motor_steps * MOTOR_SPEED_STEP * 0.033 == pytest.approx(0.2097, abs=5e-5)
     assert robot_model('waffle').motor_steps == robot_model('waffle_pi').motor_steps == 330
     assert burger.max_linear == pytest.approx(burger.max_wheel_speed, abs=5e-5)

@@ -18,6 +18,8 @@ MOTOR_SPEED_STEP = 0.229 * 2.0 * math.pi / 60.0
 CONTROL_RATE = 30.0
 #: The firmware stops the wheels after this time without a command [s].
 COMMAND_TIMEOUT = 0.5
+#: Width of a wheel, for all models, as in turtlebot3_description [m].
+WHEEL_WIDTH = 0.018
 #: The wheels' names in the robot's messages, as in turtlebot3_description.
 WHEEL_JOINTS = 'wheel_left_joint', 'wheel_right_joint'
 

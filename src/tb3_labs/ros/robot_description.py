@@ -2,24 +2,26 @@
 
     python3 launch/run.py robot_description MODEL [PREFIX]
 
-The URDF is a simple shape of the robot's size: a disc and a nose, without wheels. Links have the
-names of turtlebot3_description. Disc and nose lie on the floor, so that they do not hide goal, path
-and true pose. PREFIX, such as ``robot3/``, stands before the names of the links, because tf has one
-tree for all robots.
+The URDF is a simple shape of the robot's size. Links and joints have the names of
+turtlebot3_description. Body and nose lie on the floor, so that they do not hide goal, path and true
+pose. PREFIX, such as ``robot3/``, stands before the names of the links, because tf has one tree for
+all robots.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
-the height of the axle; x forward, y left. Units: metres.
+the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives
+forward. Units: metres.
 """
-from tb3_labs.robot.turtlebot3 import RobotModel, robot_model
+from tb3_labs.robot.turtlebot3 import WHEEL_WIDTH, RobotModel, robot_model
 from tb3_labs.terminal import run_tool
 
-#: Height of disc and nose [m].
+#: Height of body and nose [m].
 THICKNESS = 0.005
 
 _ROBOT = """<?xml version="1.0"?>
 <robot name="turtlebot3_{name}">
   <material name="blue"><color rgba="0.25 0.6 1 1"/></material>
   <material name="white"><color rgba="1 1 1 1"/></material>
+  <material name="dark"><color rgba="0.1 0.1 0.1 1"/></material>
 
   <link name="{prefix}base_footprint"/>
   <joint name="base_joint" type="fixed">
@@ -40,17 +42,36 @@ _ROBOT = """<?xml version="1.0"?>
       <material name="white"/>
     </visual>
   </link>
-</robot>
+{wheels}</robot>
+"""
+
+_WHEEL = """
+  <joint name="wheel_{side}_joint" type="continuous">
+    <parent link="{prefix}base_link"/>
+    <child link="{prefix}wheel_{side}_link"/>
+    <origin xyz="0 {y} 0"/>
+    <axis xyz="0 1 0"/>
+  </joint>
+  <link name="{prefix}wheel_{side}_link">
+    <visual>
+      <origin rpy="1.5707963 0 0"/>
+      <geometry><cylinder radius="{radius}" length="{width}"/></geometry>
+      <material name="dark"/>
+    </visual>
+  </link>
 """
 
 
 def urdf(model: RobotModel, prefix: str = '') -> str:
     """Returns the URDF of a simple shape with the size of `model`."""
+    wheels = [_WHEEL.format(prefix=prefix, side=side, y=y, radius=model.wheel_radius,
+                            width=WHEEL_WIDTH)
+              for side, y in (('left', model.half_track), ('right', -model.half_track))]
     return _ROBOT.format(
         prefix=prefix, name=model.name, wheel_radius=model.wheel_radius,
         body_radius=model.body_radius, body_z=-model.wheel_radius - 2.0 * THICKNESS,
         nose_z=-model.wheel_radius - THICKNESS, nose_x=model.body_radius / 2.0,
-        nose_width=model.body_radius / 2.0, thickness=THICKNESS)
+        nose_width=model.body_radius / 2.0, thickness=THICKNESS, wheels=''.join(wheels))
 
 
 def main(model, prefix='', *_):
