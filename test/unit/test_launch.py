@@ -82,6 +82,8 @@ def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
     ('robot', 'user:=pi', 'robot:= is missing: name or address of the robot'),
     ('turn', 'set:={max_ang_z:1}', 'a blank is missing after the colon: set:="{max_ang_z: 1}"'),
     ('fake_robot', 'set:=slip=0.1', 'set:=slip=0.1: in braces, with colons: set:="{slip: 0.1}"'),
+    ('gamepad', 'pad:=lab9', 'pad:=lab9: there is no params/pad_lab9.yaml; pad:= is one of '),
+    ('turn', 'node:=plian', 'node:=plian: there is no nodes/plian.xml; node:= is one of finished, plain'),
     ('turn', 'set:={max_ang_z:0,5}', 'a blank is missing'),
     ('record', 'bag:=20261127161033', ''),
     ('gamepad', 'pad:=xbox set:={}', ''), ('turn', 'sim:=true node:=plain', ''), ('robot', 'robot:=robot3', ''),

@@ -17,6 +17,8 @@ from pathlib import Path
 PACKAGE = 'tb3_labs'
 #: If an argument takes a group of parameters, its doc names their file: params/turtlebot3.yaml.
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
+#: If an argument chooses a file, its doc has the pattern of the files: params/pad_*.yaml.
+CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
 #: A colon that no blank follows, as in {slip:0.1}. YAML reads this colon as a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
 #: A parameter and its value, as in {slip: 0.1}; or the empty text after a last comma.
@@ -48,8 +50,7 @@ def problem_of(argv, path):
         if name not in arguments:
             return '{}:={}: {} has no argument {}; {}'.format(
                 name, value, path.name, name, _remedy(name, value, arguments, path))
-        is_group = PARAMETERS_FILE.search(arguments[name].get('doc', ''))
-        problem = _problem_of_group(name, value) if is_group else ''
+        problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
         if problem:
             return f'{name}:={value}: {problem}'
     for name, item in arguments.items():
@@ -63,6 +64,21 @@ def _is_file(path, word_before, word):
     if word == path.name and word_before == PACKAGE:
         return True
     return word.endswith(path.name) and os.path.exists(word) and path.samefile(word)
+
+
+def _problem_of_value(name, value, doc, folder):
+    """Returns the correction of a wrong value; '' if the value is right. The `doc` of the argument
+    `name` shows which values are right. `folder` has the launch files."""
+    if PARAMETERS_FILE.search(doc):
+        problem = _problem_of_group(name, value)
+        if problem:
+            return problem
+    for start, end in CHOICE_OF_FILES.findall(doc):
+        known = sorted(str(file.relative_to(folder))[len(start):-len(end)]
+                       for file in folder.glob(start + '*' + end))
+        if value not in known:
+            return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
+    return ''
 
 
 def _problem_of_group(name, value):
