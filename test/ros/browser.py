@@ -7,6 +7,7 @@ import signal
 import socket
 import tempfile
 import threading
+import time
 from inspect import signature
 
 try:
@@ -34,6 +35,8 @@ FLAGS = ('--headless=new', '--no-sandbox', '--disable-gpu', '--in-process-gpu', 
 PERIOD = 0.2
 #: On a busy machine a new browser answers no question for half a minute and more [s].
 SLOWEST = 200.0
+#: A map that has not moved for this long rests [s].
+STEADY = 0.3
 #: A gamepad with the browsers' standard layout; `window.testPad` has its axes and buttons.
 GAMEPAD = """
 window.testPad = null;
@@ -173,6 +176,19 @@ class Browser:
         quick = {'duration': 50} if 'duration' in signature(ActionChains).parameters else {}
         return ActionChains(self._driver, **quick)
 
+    def drag_in_local(self, start, end):
+        """Drag on the map from `start` to `end`. A point is [x, y] in local [m]."""
+        (x0, y0), (x1, y1) = self._steady(lambda: [
+            self.run('return panel.pixel(arguments[0], arguments[1])', *point)
+            for point in (start, end)])
+        actions = self._actions()
+        pointer = actions.w3c_actions.pointer_action
+        pointer.move_to_location(int(round(x0)), int(round(y0)))
+        pointer.pointer_down()
+        pointer.move_to_location(int(round(x1)), int(round(y1)))
+        pointer.pointer_up()
+        actions.perform()
+
     def grip(self, element, across=0.0, up=0.0):
         """Press on the middle of an element, and move from there by parts of its half size.
 
@@ -225,6 +241,16 @@ class Browser:
         self._signal(signal.SIGKILL)
         self._driver.service.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _steady(self, places):
+        """Waits until the map, which follows the robot, has not moved for STEADY. Returns `places()`."""
+        last, since = places(), time.monotonic()
+        while time.monotonic() - since < STEADY:
+            now = places()
+            if now != last:
+                last, since = now, time.monotonic()
+            time.sleep(PERIOD)
+        return last
 
     def _find(self, element):
         return self._driver.find_element(By.ID, element)

@@ -6,6 +6,7 @@ import unittest
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
+from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable
@@ -66,8 +67,23 @@ class PanelBrowserTest(PanelCase):
                              'the reset')
         return origin
 
-    def test_a_typed_goal_is_reached(self):
+    def wait_for_pose(self, name, x, y, yaw_deg):
+        """Wait until the picture shows this pose, about as exactly as a pixel of the map."""
+        def is_there():
+            shown = self.page.picture(name)
+            return self.is_at(shown, Pose2(x, y), 0.02) and abs(difference_degrees(
+                math.degrees(shown[2]), yaw_deg)) < 3.0
+        self.page.wait_until(is_there, 5.0, name)
+
+    def test_a_reset_and_a_goal_are_dragged_and_a_typed_goal_is_reached(self):
         self.page.errors()    # without the values of earlier tests
+        self.here()
+        self.page.click('tool-reset')
+        self.page.drag_in_local((0.2, 0.1), (0.4, 0.1))
+        self.wait_for_pose('local', 0.2, 0.1, 0.0)
+        self.page.click('tool-goal')
+        self.page.drag_in_local((-0.1, -0.1), (-0.1, -0.3))    # facing down: -90 degrees
+        self.wait_for_pose('goal', -0.1, -0.1, -90.0)
         origin = self.here()
         self.page.type(goal_x='-0.15', goal_y='0.15', goal_yaw='0')
         self.page.click('goal')

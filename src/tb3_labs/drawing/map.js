@@ -41,6 +41,7 @@ export class RobotMap {
     this.radius = 0.105;
     this.picture = null;
     this._trails = {odom: new Trail(), local: new Trail()};
+    this.draft = null;         // {pose, words} of a pose in local that a person drags
     this._wasSeen = false;     // was there a robot in the last drawing?
   }
 
@@ -76,6 +77,12 @@ export class RobotMap {
 
   shown(frame, pose) { return this._converted(this.fixed, frame, pose); }
 
+  /** Returns the point in local at a pixel, or null while local is unknown. */
+  localAt(px, py) {
+    const point = this.view.point(px, py);
+    return this._converted('local', this.fixed, [point[0], point[1], 0]);
+  }
+
   /** Returns the place [x px, y px, yaw] of a pose on the canvas, or null if it is unknown. */
   drawn(frame, pose) {
     const shown = this.shown(frame, pose);
@@ -108,7 +115,7 @@ export class RobotMap {
     Object.assign(this.view, {width, height});
     if (this.view.auto && !this._wasSeen && this.picture) this.fit();
     this._wasSeen = this.picture !== null;
-    this.view.follow(this._points(false));
+    if (!this.draft) this.view.follow(this._points(false));
     const isUnknown = this.picture && !this.picture.frame;
     const unknown = isUnknown ? ' \u00b7 the frame local is not known yet' : '';
     drawGrid(c, this.view, `[m] in ${this.fixed}${unknown}`);
@@ -118,8 +125,9 @@ export class RobotMap {
     this._paths(c);
     this._frames(c, labels);
     this._ghost(c, labels, this.picture.truth, 'true', colours.truth);
-    this._target(c, labels, this.picture.goal);
+    this._target(c, labels, this.picture.goal, 'goal');
     this._robot(c, labels);
+    if (this.draft) this._target(c, labels, this.draft.pose, this.draft.words);
     labels.write();
   }
 
@@ -174,9 +182,9 @@ export class RobotMap {
     labels.add(name, px, py, colour, {away: 12});
   }
 
-  /** Draw the goal as a cross of constant size, with its heading. */
-  _target(c, labels, goal) {
-    const at = this.drawn('local', goal);
+  /** Draw a target in local as a cross of constant size, with its heading. */
+  _target(c, labels, target, text) {
+    const at = this.drawn('local', target);
     if (!at) return;
     const [px, py, yaw] = at;
     const colour = colours.goal;
@@ -190,7 +198,7 @@ export class RobotMap {
     labels.avoid(px, py, 13);
     labels.avoid((px + ex) / 2, (py + ey) / 2, 8);
     labels.avoid(ex, ey, 8);
-    labels.add('goal', px, py, colour, {away: 18});
+    labels.add(text, px, py, colour, {away: 18});
   }
 
   /** Draw the rim of a robot. */
@@ -230,27 +238,29 @@ export class MapInput {
     Object.assign(this, {map, redraw});
     this.pointers = new Map();        // id -> [x, y] on the canvas
     const canvas = map.canvas;
-    canvas.addEventListener('pointerdown', (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      this.pointers.set(event.pointerId, this._at(event));
-    });
+    canvas.addEventListener('pointerdown', (event) => this.down(event, this.at(event)));
     canvas.addEventListener('pointermove', (event) => {
-      if (this.pointers.has(event.pointerId)) this._move(event, this._at(event));
+      if (this.pointers.has(event.pointerId)) this.move(event, this.at(event));
     });
     for (const type of ['pointerup', 'pointercancel', 'lostpointercapture']) {
-      canvas.addEventListener(type, (event) => this.pointers.delete(event.pointerId));
+      canvas.addEventListener(type, (event) => this.up(event));
     }
     canvas.addEventListener('wheel', (event) => this._wheel(event), {passive: false});
     canvas.addEventListener('contextmenu', (event) => event.preventDefault());
   }
 
   /** The place of a pointer on the canvas. */
-  _at(event) {
+  at(event) {
     const box = this.map.canvas.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];
   }
 
-  _move({pointerId}, at) {
+  down(event, at) {
+    this.map.canvas.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, at);
+  }
+
+  move({pointerId}, at) {
     const {view} = this.map, before = this.pointers.get(pointerId);
     const other = [...this.pointers].find(([id]) => id !== pointerId)?.[1];
     const [dx, dy] = [at[0] - before[0], at[1] - before[1]];
@@ -265,11 +275,14 @@ export class MapInput {
     this.redraw();
   }
 
+  /** Returns whether the pointer was down. */
+  up({pointerId}) { return this.pointers.delete(pointerId); }
+
   _wheel(event) {
     event.preventDefault();
     const lines = event.deltaMode === 1 ? 16 : 1;
     const turned = Math.max(-120, Math.min(120, event.deltaY * lines));
-    this.map.view.zoom(Math.exp(-0.002 * turned), ...this._at(event));
+    this.map.view.zoom(Math.exp(-0.002 * turned), ...this.at(event));
     this.redraw();
   }
 }

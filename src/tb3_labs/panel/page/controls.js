@@ -3,6 +3,7 @@
 // The panel decides whether a request is carried out. If a request would be refused now, the page
 // disables the control, and the control's title shows the reason. STOP and B are never disabled.
 
+import {degrees, radians} from './drawing.js';
 import {Keys, PAD_BUTTONS, RealGamepad, mousePad, padButton, stick} from './inputs.js';
 import {MapInput} from './map.js';
 import {$, say, setPressed, setReason, setText} from './page.js';
@@ -14,6 +15,7 @@ const ABSENT_TEXTS = {
   mouse: 'no node hears mouse_info: start a turtlebot_controller.py',
 };
 
+const SHORTEST_DRAG = 14;    // [px] a shorter drag does not set the heading
 /** id of a button -> turn [degrees] */
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);
 const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
@@ -27,7 +29,10 @@ export class Controls {
   /** `state` is {control, picture} of the page. `redraw()` draws the page again. */
   constructor({link, pad, map, state, redraw}) {
     Object.assign(this, {_link: link, _pad: pad, _state: state, _redraw: redraw});
-    new MapInput(map, redraw);
+    this._mapInput = new PoseInput(map, {
+      // a dragged pose is sent, and stays in the fields
+      redraw, placed: (kind, pose) => { fill(kind, pose); this._sendTyped(kind); },
+    });
     // may keys and a real gamepad drive now?
     const driving = () => this._state.control && !this._reasons().pad;
     this._letGo = [stick($('stick-left'), 'forward', pad),
@@ -42,12 +47,14 @@ export class Controls {
 
   /** Disable the controls that cannot be used now, and show the reasons. */
   show() {
-    const reasons = this._reasons();
+    const {picture} = this._state, reasons = this._reasons();
+    const drag = picture && !picture.frame ? 'the frame local is not known yet' : '';
     for (const [kind, ids] of Object.entries(CONTROLS)) {
       for (const id of ids) setReason($(id), reasons[kind]);
     }
+    for (const kind of ['goal', 'reset']) setReason($('tool-' + kind), reasons[kind] || drag);
     setText($('drive-hint'), reasons.turn);
-    setText($('poses-hint'), reasons.goal || reasons.reset);
+    setText($('poses-hint'), reasons.goal || reasons.reset || drag);
     setText($('hand-hint'), $('pad').hidden ? reasons.mouse || this._mouseHint()
       : reasons.pad || this._padHint());
   }
@@ -63,6 +70,7 @@ export class Controls {
 
   /** End a drive, because nobody sees a hidden page, and the timers of a hidden page are slow. */
   hide() {
+    this._mapInput.cancel();
     if (!this._pad.drop()) return;
     say('The page was hidden: it drives again when something is gripped anew.', true);
   }
@@ -97,6 +105,7 @@ export class Controls {
   /** Stop the robot, after STOP or B. Returns false if this panel only shows the robot. */
   _stop() {
     if (!this._state.control) return false;
+    this._mapInput.cancel();
     say('STOP: waiting for the answer');
     this._pad.stop().then(({ok, text}) => {
       say(ok ? text : `STOP is not confirmed: ${text}`, !ok);
@@ -123,6 +132,7 @@ export class Controls {
     }
     for (const name of HANDS) onClick('tab-' + name, () => this._showHand(name));
     for (const kind of ['goal', 'reset']) {
+      onClick('tool-' + kind, () => this._mapInput.choose(kind));
       $(kind + '-form').addEventListener('submit', (event) => {
         event.preventDefault();
         this._sendTyped(kind);
@@ -140,9 +150,84 @@ export class Controls {
   }
 }
 
+/** Pointers on the map. While a tool is chosen, a drag gives a pose in local. See also MapInput. */
+class PoseInput extends MapInput {
+  /** `placed(kind, pose)` is called with a dragged pose. */
+  constructor(map, {redraw, placed}) {
+    super(map, redraw);
+    this._placed = placed;
+    this._tool = null;                // null, 'goal' or 'reset'
+    this._start = null;               // {pixel, point} at the begin of a drag with a tool
+  }
+
+  choose(tool) {
+    this._tool = this._tool === tool ? null : tool;
+    this.cancel();
+    showTool(this._tool);
+  }
+
+  /** End a drag without sending anything. */
+  cancel() {
+    this._start = null;
+    this.map.draft = null;
+    this.redraw();
+  }
+
+  down(event, at) {
+    super.down(event, at);
+    if (this.pointers.size > 1) { this.cancel(); return; }     // two fingers zoom
+    if (!this._tool || event.button !== 0) return;
+    const point = this.map.localAt(...at);
+    if (!point) return;
+    this._start = {pixel: at, point};
+    this._show(at);
+  }
+
+  move(event, at) {
+    if (this._start) this._show(at); else super.move(event, at);
+  }
+
+  up(event) {
+    if (!super.up(event) || !this._start) return;
+    const {draft} = this.map, kind = this._tool;
+    this.cancel();
+    if (event.type !== 'pointerup' || !draft) return;
+    this._tool = null;
+    showTool(null);
+    this._placed(kind, draft.pose);
+  }
+
+  /** Show the pose of the drag so far. A short drag has the heading of the field. */
+  _show(at) {
+    const {pixel, point} = this._start, end = this.map.localAt(...at);
+    if (!end) return;
+    const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= SHORTEST_DRAG;
+    const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
+      : radians(numberIn(this._tool + '-yaw') || 0);
+    const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `
+      + `${point[1].toFixed(2)} ${degrees(yaw).toFixed(0)}\u00b0`;
+    this.map.draft = {pose: [point[0], point[1], yaw], words};
+    this.redraw();
+  }
+}
+
 const onClick = (id, action) => $(id).addEventListener('click', action);
 
+function showTool(tool) {
+  for (const name of ['goal', 'reset']) setPressed('tool-' + name, tool === name);
+  $('map').classList.toggle('placing', tool !== null);
+  if (tool === 'goal') say('Goal: press at the place, drag to the heading.');
+  if (tool === 'reset') say('Reset: press where the robot is, drag to its heading.');
+}
+
 // -- the fields of the goal and of the reset: x and y [m], yaw [degrees], in the frame local
+
+function fill(kind, pose) {
+  const [x, y, yaw] = pose;
+  $(kind + '-x').value = x.toFixed(3);
+  $(kind + '-y').value = y.toFixed(3);
+  $(kind + '-yaw').value = degrees(yaw).toFixed(1);
+}
 
 /** The number in a field, with a point or a comma. No number gives NaN, which the panel refuses. */
 function numberIn(id) {

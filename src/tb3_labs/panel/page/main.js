@@ -91,4 +91,10 @@ redraw();
 // For tests, and for a person at the browser's console.
 window.panel = {
   get latest() { return state.picture; },
+  /** Client coordinates of a point in the frame local; null while the frame is unknown. */
+  pixel(x, y) {
+    const at = map.drawn('local', [x, y, 0]);
+    const box = $('map').getBoundingClientRect();
+    return at && [box.left + at[0], box.top + at[1]];
+  },
 };
