@@ -209,11 +209,10 @@ class Estimate:
         A sample that contradicts the estimate, or has no noise, replaces the estimate.
         """
         spread = noise * noise
-        surprise = abs(sample - self.value)
-        expected = math.sqrt(self._variance + spread)
-        agrees = spread > 0.0 and surprise <= CONTRADICTING_DEVIATIONS * expected
-        share = 1.0
-        if agrees and math.isfinite(self._variance):
+        largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)
+        agrees = abs(sample - self.value) <= largest_surprise
+        share = 1.0    # the sample replaces the estimate
+        if agrees and spread > 0.0 and math.isfinite(self._variance):
             share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)
         self._variance = share * spread

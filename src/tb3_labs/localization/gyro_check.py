@@ -99,7 +99,8 @@ class OrientationWatch:
             return    # sensors_and_stalls finds a frozen IMU
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
-            self.stands = self.stands and self._rested_for < AGREEMENT_TIME
+            if self._rested_for >= AGREEMENT_TIME:
+                self.stands = False
         elif 0.0 < seconds <= GYRO_GAP:
             self._turned += rate * seconds
             self._rested_for = 0.0
@@ -146,11 +147,12 @@ class _Comparison:
         """Returns the turns of the wheels that `reading` may show; None if not all are known."""
         first, last = reading.begin - LONGEST_GYRO_LAG, reading.end + LONGEST_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
+        if not turns or turns[0].begin > first:    # `turns` is in order of time
+            return None
         for turn in turns:
             if turn.rate_of_one_wheel and turn.end - turn.begin > MEAN_ONLY_GAP:
                 return None
-        is_known = bool(turns) and min(turn.begin for turn in turns) <= first
-        return turns if is_known else None
+        return turns
 
     def plausible_rates(self, least: float, most: float,
                         one_wheel: float) -> Tuple[float, float, float]:
@@ -193,7 +195,8 @@ class GyroWatch:
 
     def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
         """Take in a sample of the IMU. `sends_wheels`: does the robot send joint states?"""
-        self._sends_wheels = self._sends_wheels or sends_wheels
+        if sends_wheels:
+            self._sends_wheels = True
         if timed.silence > RESUME_TIME:
             self._rested_for = self._uncompared_for = 0.0
         elif self._uncompared_for < AGREEMENT_TIME:
@@ -237,8 +240,8 @@ class GyroWatch:
         left, right = sample.left - last.left, sample.right - last.right
         per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
         turns = self._comparison.turns
-        turns.append(_WheelTurn(begin, end, (right - left) * per_track,
-                                max(abs(left), abs(right)) * per_track))
+        turns.append(_WheelTurn(begin, end, rate=(right - left) * per_track,
+                                rate_of_one_wheel=max(abs(left), abs(right)) * per_track))
         while turns[0].end < end - WHEEL_MEMORY:
             turns.popleft()
 
@@ -280,4 +283,5 @@ class GyroWatch:
         comparison.agreed_for += seconds
         if comparison.agreed_for >= AGREEMENT_TIME:
             comparison.unexplained, self._contradicts = 0.0, False
-            comparison.is_calibrated = comparison.is_calibrated or rests
+            if rests:
+                comparison.is_calibrated = True

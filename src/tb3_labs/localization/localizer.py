@@ -102,7 +102,8 @@ class Localizer:
         self._carry_out_resets()
 
     def on_odometry(self, timed: TimedSample) -> None:
-        self._awaits_imu = self._awaits_imu or timed.all_silent > RESET_SILENCE
+        if timed.all_silent > RESET_SILENCE:
+            self._awaits_imu = True
         if self._timing.imu is None or self._awaits_imu:
             self._jump_finder.skip(timed)
             return
@@ -120,9 +121,11 @@ class Localizer:
         reset waits, samples after its request give None, since their Fix would be in the old frame.
         The first Fix declares the frame, unless a reset has done so before."""
         pair = self._buffer.pop_pair()
-        if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
+        if pair is None or self.is_lost:
             return None
         odometry, imu_yaw = pair
+        if self._awaits_reset(odometry.stamp):
+            return None
         if self.frame is None:
             self.frame = LocalFrame.declare(Pose2(), odometry.pose, imu_yaw)
         return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw), self._frame_number)
@@ -174,7 +177,7 @@ class Localizer:
         pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
                      heading)
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
-                      self._yaw_noise.deviation, extrapolated)
+                      yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the samples that it needs?"""

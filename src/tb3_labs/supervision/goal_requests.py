@@ -65,7 +65,8 @@ class _Repetition:
         self.is_repeated = self.is_ended = self.was_logged = False
 
     def end(self) -> None:
-        self.is_ended = self.is_ended or self.is_repeated
+        if self.is_repeated:
+            self.is_ended = True
 
 
 class GoalRequests:

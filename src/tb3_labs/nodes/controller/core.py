@@ -83,15 +83,16 @@ class ControllerCore:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
             self._mouse_is_due = True
-            self._handle(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
-                         else DriverEvent.MOUSE_MOVED, 'the mouse took over')
+            is_centred = self.mouse.twist == Twist2()
+            self._handle(DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED,
+                         'the mouse took over')
+        elif active and was_active:
+            self._mouse_loss_logged = True
+            self._release_mouse('messages of the mouse are late: move it to the middle of the '
+                                'screen to use it again')
         elif was_active or deactivated:
-            self._mouse_loss_logged = active
-            reason = 'the mouse was deactivated'
-            if active:
-                reason = ('messages of the mouse are late: move it to the middle of the screen to '
-                          'use it again')
-            self._release_mouse(reason)
+            self._mouse_loss_logged = False
+            self._release_mouse('the mouse was deactivated')
         elif active and not self._mouse_loss_logged:
             self._mouse_loss_logged = True
             self._log.add('The mouse was active before: move it to the middle of the screen to '
@@ -166,11 +167,10 @@ class ControllerCore:
     def tick(self, now: float, steady_now: float) -> Output:
         """Look at both clocks, and decide."""
         self._check_sleep_and_mouse(steady_now)
-        turn_is_due = self.driver is Driver.TURN and (
-            self._pace.due(now) or not self._sensors.are_fresh(now))
+        step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = None
-        if self._mouse_is_due or turn_is_due:
-            command = self._command(now) or Twist2()
+        if self._mouse_is_due or (self.driver is Driver.TURN and step_is_due):
+            command = self._command(now)
         before, self._last_driver = self._last_driver, self.driver
         return Output(command, stops_first=self.driver is not before,
                       log_lines=self._log.pop_all(),
@@ -183,13 +183,13 @@ class ControllerCore:
     def idle_for(self, now: float) -> float:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
-    def _command(self, now: float) -> Optional[Twist2]:
+    def _command(self, now: float) -> Twist2:
         self._mouse_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
             return self._turn_step(now)
-        return None
+        return Twist2()
 
     # -- turns
 
@@ -200,7 +200,8 @@ class ControllerCore:
 
     def _check_turn(self, angle: float, now: float) -> None:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
-        if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
+        is_possible = abs(angle) <= self._law.MAX_ANGLE + 1e-9    # False for NaN
+        if not is_possible:
             most = round(math.degrees(self._law.MAX_ANGLE))
             raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
                              f'-{most} to {most}')
@@ -245,7 +246,7 @@ class ControllerCore:
             self._handle(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
-    def _turn_step(self, now: float) -> Optional[Twist2]:
+    def _turn_step(self, now: float) -> Twist2:
         turn, heading, imu = self._turn, self._heading, self._timing.imu
         assert turn is not None and imu is not None
         dt = self._pace.step(now)
@@ -255,11 +256,11 @@ class ControllerCore:
         if not problem and not step.finished:
             problem = turn.stall.update(
                 step.remaining, 0.0, heading.rate, dt, must_move=step.command != Twist2())
-        if not step.finished and not problem:
-            return step.command
-        turn.remaining_at_end = step.remaining
-        self._handle(DriverEvent.TURN_OVER, problem)
-        return None
+        if problem or step.finished:
+            turn.remaining_at_end = step.remaining
+            self._handle(DriverEvent.TURN_OVER, problem)
+            return Twist2()
+        return step.command
 
     def _log_result(self, turn: ActiveTurn, now: float) -> None:
         self._log.add(turn.result(now))

@@ -30,8 +30,10 @@ TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 def degrees_of(text: str) -> float:
     """Returns the turn for a key or a number [deg]. ``ValueError`` for another text."""
+    if text in TURN_KEYS:
+        return TURN_KEYS[text]
     try:
-        return TURN_KEYS[text] if text in TURN_KEYS else float(text)
+        return float(text)
     except ValueError:
         raise ValueError(f'{text[:20]!r} is not valid: l (90 degrees left), r (90 right), b (180, '
                          'about turn), a number of degrees (left positive), q (quit)') from None
@@ -174,7 +176,8 @@ class Repetitions:
         else:
             last.is_repeated = True
         last.source.received(event.at)
-        last.is_doubted = last.is_doubted or event.age.is_doubtful
+        if event.age.is_doubtful:
+            last.is_doubted = True
         if last.is_doubted:
             last.doubts += 1
         if is_waking:    # this request itself is refused elsewhere
@@ -184,7 +187,8 @@ class Repetitions:
     def stop(self) -> None:
         """Make each repeated request doubtful, since a stop must end its repetitions, too."""
         for last in self._requests.values():
-            last.is_doubted = last.is_doubted or last.is_repeated
+            if last.is_repeated:
+                last.is_doubted = True
 
 
 class _TurnRequest:

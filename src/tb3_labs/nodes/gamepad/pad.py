@@ -86,13 +86,15 @@ class PadListener:
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
-        is_silence = hangs or (stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT)
         # a driver that hangs may repeat several messages
+        is_old = stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
-        self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
-        if not is_silence:
+        self.came_after_loss = False
+        if not hangs and not is_old:
+            self.came_after_loss = self.repeats and not self.source.is_fresh(now)
             self.source.received(now)
-        if math.isinf(self._received_since) or (self.came_after_loss and stamp <= 0.0):
+        is_first = math.isinf(self._received_since)
+        if is_first or (self.came_after_loss and stamp <= 0.0):
             self._received_since = now
         before, self.state = self.state, state
         if before is None or self.came_after_loss:
@@ -101,8 +103,9 @@ class PadListener:
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay known? Otherwise `lateness` may be wrong."""
-        return now - self._received_since >= LATENESS_KNOWN_AFTER and (
-            not self.hangs or self.source.is_fresh(now))    # two messages may have the same stamp
+        if self.hangs and not self.source.is_fresh(now):    # two messages may have the same stamp
+            return False
+        return now - self._received_since >= LATENESS_KNOWN_AFTER
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""

@@ -164,7 +164,8 @@ class MoveToGoalCore:
             except ValueError as problem:
                 requests.refuse(request, str(problem))
                 return
-            if not (machine.active and machine.goal == goal and requests.is_repeated(request)):
+            is_present = machine.active and machine.goal == goal
+            if not is_present or not requests.is_repeated(request):
                 self.set_goal(goal)
             requests.accept(request)
 
@@ -225,8 +226,9 @@ class MoveToGoalCore:
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end(steady_now)
+        keeps_command = self._drives and not is_due
         return DriveOutput(
-            command, stops_first=command is None and (is_due or not self._drives),
+            command, stops_first=command is None and not keeps_command,
             status=self._new_status(now), log_lines=self._log.pop_all(),
             watched=self._permission.has_grant and self._machine.active,
             has_grant=self._permission.has_grant, answers=self._requests.pop_answers(),
@@ -315,12 +317,12 @@ class MoveToGoalCore:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem(now))
+        may_drive = self._permission.has_grant and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
-        elif (sensors.status is SensorStatus.TIMED_OUT and self._permission.has_grant
-              and self._machine.active):
+        elif sensors.status is SensorStatus.TIMED_OUT and may_drive:
             self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
                                   f'{sensors.silent_for:.1f} s')
 
