@@ -66,16 +66,6 @@ def test_between_steps_no_sample_needs_a_look():
     assert pace.idle_for(-100.0) <= 2.0 / 30.0
 
 
-def test_a_command_that_stays_is_prolonged_by_one_period():
-    pace = Pace(0.1)
-    pace.step(5.0)
-    pace.prolong()
-    assert not any(pace.due(5.0 + 0.01 * k) for k in range(19)) and pace.due(5.2)
-    assert pace.idle_for(5.0) == pytest.approx(0.2, abs=0.005)
-    pace.step(5.2)
-    assert not pace.due(5.29) and pace.due(5.31)
-
-
 # The travel that is commanded and not yet driven ---------------------------------------------------
 
 def history_of(commands, extra=0.0):

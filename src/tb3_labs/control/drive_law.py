@@ -12,7 +12,7 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import Motion
+from tb3_labs.robot.samples import REST_LINEAR, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
 #: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
@@ -45,12 +45,9 @@ class DriveLaw:
     #: The robot steers towards a point on the line this far ahead [m]. A larger distance makes the
     #: steering calmer, a smaller distance keeps the robot nearer to the line.
     LOOK_AHEAD = 0.20
-    #: At full speed every second step is skipped if the robot steers by at most this [rad/s].
-    STRAIGHT_RATE = 0.05
-    #: A robot overshoots if it would stop beyond the goal by more than this share of the tolerance.
+    #: A moving robot overshoots if it would stop beyond the goal by more than this share of the
+    #: tolerance.
     OVERSHOOT_SHARE = 0.3
-    #: A robot that is slower than this does not overshoot [m/s].
-    REST_SPEED = 0.01
 
     def __init__(self, config: DriveConfig, model: RobotModel,
                  response: Optional[Response] = None) -> None:
@@ -115,11 +112,8 @@ class DriveLaw:
                                                self._max_linear, dt)
         to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD)
         self._turning.aim(self._heading_along(wrap(self._line + to_line)))
-        turn = self._turn(motion, dt)
-        is_straight = abs(turn.command.angular) <= self.STRAIGHT_RATE
-        return self._step(
-            speed, turn, ahead, finished=self._is_at_goal or self._has_arrived(motion.linear),
-            may_skip_next=is_straight and self._driving.keeps_full_speed(self._max_linear))
+        return self._step(speed, self._turn(motion, dt), ahead,
+                          finished=self._is_at_goal or self._has_arrived(motion.linear))
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading. The state is finished at rest inside the tolerance."""
@@ -138,11 +132,12 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        """Would a stop now end at the goal, and does the robot not overshoot?"""
+        """Would a stop now end at the goal?"""
         way = self._driving.way_after_stop.value
-        overshoots = (way < -self.OVERSHOOT_SHARE * self.distance_tolerance
-                      and abs(linear) > self.REST_SPEED)
-        return -self._backup_distance <= way <= self.STOP_AHEAD and not overshoots
+        farthest = self._backup_distance
+        if abs(linear) > REST_LINEAR:    # a moving robot may overshoot by more
+            farthest = self.OVERSHOOT_SHARE * self.distance_tolerance
+        return -farthest <= way <= self.STOP_AHEAD
 
     def _heading_along(self, direction: float) -> float:
         """Returns the heading of a robot that drives in this direction, perhaps backwards."""
@@ -155,8 +150,7 @@ class DriveLaw:
         measured = motion.pose.yaw - motion.extrapolated
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
-    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool,
-              may_skip_next: bool = False) -> LawStep:
+    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:
         both = Twist2(linear, turn.command.angular)
         return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
-                       remaining, finished, may_skip_next)
+                       remaining, finished)

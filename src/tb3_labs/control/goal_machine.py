@@ -37,8 +37,6 @@ class GoalMachine:
         self.cancelled = False
         #: Was a motion to this goal commanded?
         self.begun = False
-        #: Will the command of the last step hardly change in the next period?
-        self.may_skip_next = False
         #: Number of the drive. Each goal and each restart begins a new drive.
         self.attempt = 0
         self._tries_left = 0
@@ -81,7 +79,7 @@ class GoalMachine:
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
         """Returns the command for now, `dt` [s] after the last step. None: no drive is active."""
-        goal, self.may_skip_next = self.goal, False
+        goal = self.goal
         if goal is None or not self.active:
             return None
         if not self.begun:
@@ -96,10 +94,10 @@ class GoalMachine:
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
-            command, remaining, finished, self.may_skip_next = move(motion, goal, dt)
+            command, remaining, finished = move(motion, goal, dt)
             if not finished:
                 self.failure = self._stalls[self.state].update(
-                    remaining, motion.linear, motion.angular, dt, must_move=command != Twist2())
+                    remaining, rests, dt, must_move=command != Twist2())
                 return None if self.failure else command
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()

@@ -24,7 +24,7 @@ from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.sample_timing import TimedSample
-from tb3_labs.robot.samples import WheelSample
+from tb3_labs.robot.samples import REST_ANGULAR, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
@@ -56,8 +56,6 @@ MAX_UNEXPLAINED_TURN = 0.015
 AGREEMENT_TIME = 1.0
 #: If the margin of _Comparison.plausible_rates() is below this, the wheels rest [rad/s].
 RESTING_MARGIN = 1.2 * GYRO_DRIFT
-#: A robot that turns more slowly than this is at rest [rad/s].
-STANDING_RATE = 0.03
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
@@ -256,7 +254,7 @@ class GyroWatch:
         lowest, highest, margin = comparison.plausible_rates(
             least, most, max(turn.rate_of_one_wheel for turn in turns))
         nearest = clamp(reading.rate, lowest - margin, highest + margin)
-        stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
+        stands = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
         seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
         if rests:
             self._rested_for += seconds

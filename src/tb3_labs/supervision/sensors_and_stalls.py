@@ -28,8 +28,6 @@ LONGEST_REST = 4.0
 #: The goal is missed if the remaining way grows again by more than this [m or rad]. A robot
 #: overshoots by less in a short stall of the network.
 AWAY_LIMIT = 0.8
-#: A robot that is faster than this moves [m/s or rad/s].
-MOVING_SPEED = 0.005
 
 
 class SensorStatus(Enum):
@@ -180,11 +178,10 @@ class StallWatch:
         progress, since otherwise a bad network would hide a stalled robot."""
         self._least = None
 
-    def update(self, remaining: float, linear: float, angular: float, dt: float,
-               must_move: bool = True) -> str:
-        """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad], the
-        measured speeds [m/s, rad/s], and the time since the last update [s]. `must_move`: is the
-        command to move, not to rest?"""
+    def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
+        """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad] and
+        the time since the last update [s]. `rests`: do the samples show a robot at rest?
+        `must_move`: is the command to move, not to rest?"""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= LONGEST_REST:
@@ -200,6 +197,6 @@ class StallWatch:
             self._stalled_for += dt
         if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
             return ''
-        if abs(linear) > MOVING_SPEED or abs(angular) > MOVING_SPEED:
-            return 'the robot moves, but no longer nearer to its goal: it has missed it'
-        return 'the robot does not move although it is told to (stuck, or motors off?)'
+        if rests:
+            return 'the robot does not move although it is told to (stuck, or motors off?)'
+        return 'the robot moves, but no longer nearer to its goal: it has missed it'

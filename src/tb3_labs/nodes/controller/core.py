@@ -15,18 +15,12 @@ from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
     NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
-from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
+from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: If the robot turns faster than this without a command, another node drives it [rad/s].
-DRIVEN_RATE = 0.1
-#: Least time between two log lines about refused turns [s].
-REFUSAL_PERIOD = 1.0
-#: The result of a turn is logged when the robot turns slower than this [rad/s].
-RESULT_RATE = 0.01
 
 
 class ControllerCore:
@@ -43,10 +37,8 @@ class ControllerCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
         self._turn: Optional[ActiveTurn] = None  # None after the result of the turn is logged
-        self._error_of_last_turn = 0.0           # the next turn corrects this error [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
-        self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
         self._mouse_loss_logged = False          # was the loss of the mouse logged?
         self._log = LogQueue()
@@ -61,14 +53,11 @@ class ControllerCore:
             self._handle(DriverEvent.TURN_OVER, jump)
         self._gyro.on_imu(timed, sends_wheels)
         self._heading.on_imu(timed)
-        rate = abs(self._heading.rate)
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.is_checked)
-        if self._turn is not None and rate <= RESULT_RATE:
+        if self._turn is not None and is_at_rest(0.0, self._heading.rate):
             self._log_result(self._turn, now)
-        elif self._turn is None and rate > DRIVEN_RATE:
-            self._error_of_last_turn = 0.0
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels. Only the check of the gyro uses it."""
@@ -112,17 +101,14 @@ class ControllerCore:
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
         self._check_sleep_and_mouse(turn.at)
-        self._refused_at = -math.inf
         self._request_or_log(turn, now)
 
     def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
-        """Request a turn. Log a refusal, at most once a second."""
+        """Request a turn. Log a refusal."""
         try:
             self.request_turn(turn.content, now)
         except ValueError as refusal:
-            if turn.at - self._refused_at >= REFUSAL_PERIOD:
-                self._refused_at = turn.at
-                self._log.add(str(refusal), warning=True)
+            self._log.add(str(refusal), warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
@@ -219,7 +205,7 @@ class ControllerCore:
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
             self._log_result(self._turn, now)
-        self._turn = ActiveTurn(angle, self._heading.steady_yaw, self._error_of_last_turn, now)
+        self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
         self._sensors.request_motion()
         self._sensors.pause()
         self._start_law(self._turn)
@@ -255,7 +241,8 @@ class ControllerCore:
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             problem = turn.stall.update(
-                step.remaining, 0.0, heading.rate, dt, must_move=step.command != Twist2())
+                step.remaining, is_at_rest(0.0, heading.rate), dt,
+                must_move=step.command != Twist2())
         if problem or step.finished:
             turn.remaining_at_end = step.remaining
             self._handle(DriverEvent.TURN_OVER, problem)
@@ -264,7 +251,6 @@ class ControllerCore:
 
     def _log_result(self, turn: ActiveTurn, now: float) -> None:
         self._log.add(turn.result(now))
-        self._error_of_last_turn = turn.remaining_at_end
         self._turn = None
 
     # -- who drives
@@ -276,8 +262,6 @@ class ControllerCore:
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
         """Change the driver. A turn that ends for a `reason` is given up."""
         before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
-        if self.driver is Driver.MOUSE:
-            self._error_of_last_turn = 0.0
         if reason:
             self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
@@ -285,4 +269,4 @@ class ControllerCore:
             left = abs(math.degrees(self._turn.remaining(self._yaw)))
             self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}',
                           warning=True)
-            self._turn, self._error_of_last_turn = None, 0.0
+            self._turn = None

@@ -27,11 +27,10 @@ from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSampl
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests)
+    STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests, Repetition)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
-from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
 #: A warning names another node that commands motions for this long while this node drives [s].
 RIVAL_TIME = 0.3
@@ -149,31 +148,32 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        self.on_repetition(request, steady_now)
+        repetition = self.on_repetition(request, steady_now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
             requests.refuse(request, doubt + ': send it again')
-        elif requests.stays_ended(request):
-            line = requests.refusal_line(request)
+            return
+        if repetition.is_ended:
+            line = repetition.refusal_line()
             if line:
                 self._log.add(line, warning=True)
             requests.refuse(request, STAYS_ENDED)
-        else:
-            try:
-                goal = request.goal.in_local(self.odom_T_local)
-            except ValueError as problem:
-                requests.refuse(request, str(problem))
-                return
-            is_present = machine.active and machine.goal == goal
-            if not is_present or not requests.is_repeated(request):
-                self.set_goal(goal)
-            requests.accept(request)
+            return
+        try:
+            goal = request.goal.in_local(self.odom_T_local)
+        except ValueError as problem:
+            requests.refuse(request, str(problem))
+            return
+        is_present = machine.active and machine.goal == goal
+        if not is_present or not requests.repeats_present(repetition):
+            self.set_goal(goal)
+        requests.accept(request)
 
-    def on_repetition(self, request: GoalRequest, steady_now: float) -> None:
+    def on_repetition(self, request: GoalRequest, steady_now: float) -> Repetition:
         """Take in a goal that was sent again with the same GoalID."""
         self._update_control(steady_now)    # a goal may be older than a sleep
         self._check_end(steady_now)
-        self._requests.note(request, steady_now)
+        return self._requests.note(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
@@ -254,10 +254,6 @@ class MoveToGoalCore:
         dt = self._pace.step(now)
         self._check_readings(now)
         command = self._machine.step(motion, dt)
-        # a repeated reading is checked in each period, since its sensor may be frozen
-        repeated_for = max(self.imu.repeated_for, self.odometry.repeated_for)
-        if self._machine.may_skip_next and repeated_for <= SHORT_REPETITION:
-            self._pace.prolong()
         self._last_command = command or Twist2()
         if self._last_command != Twist2():
             self._localizer.driven_at = now
