@@ -7,7 +7,7 @@ from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
+from tb3_labs.control.goal_state import DriveConfig, sum_of_turns
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
@@ -38,8 +38,6 @@ class DriveLaw:
     period = PreciseTurn.period
     #: The robot starts to drive when its heading is off the line by less than this [rad].
     FACING_ANGLE = 0.1
-    #: An interrupted drive continues if the heading differs from the line by at most this [rad].
-    RESUME_ANGLE = 0.3
     #: The drive ends when a stop would leave the robot this far before the goal [m].
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line this far ahead [m]. A larger distance makes the
@@ -73,23 +71,6 @@ class DriveLaw:
         self._begin_turn(pose, self._heading_along(self._line))
         self._driving.start()
         self._final_turn_begun = False
-
-    def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """Returns the state in which an interrupted drive continues.
-
-        A robot that still faces along its line drives on. An interrupted last turn starts again.
-        Otherwise the drive starts again from `pose`.
-        """
-        off = difference(self._heading_along(self._line), pose.yaw)
-        if state is GoalState.MOVE_FORWARD and abs(off) <= self.RESUME_ANGLE:
-            self._turning.start(pose.yaw, off)
-            self._driving.start()
-        elif state is GoalState.ROTATE_TO_FINAL:
-            self._final_turn_begun = False
-        else:
-            state = GoalState.ROTATE_TO_GOAL
-            self.start(pose, goal)
-        return state
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn until the robot nearly faces along the line."""

@@ -64,7 +64,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot was stopped. Let the next step continue from the robot's present pose."""
+        """The robot was stopped. Let the next step drive to the goal from the present pose."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -82,11 +82,12 @@ class GoalMachine:
         goal = self.goal
         if goal is None or not self.active:
             return None
-        if not self.begun:
-            self.begun = True
+        if self._interrupted:
+            for stall in self._stalls.values():
+                stall.resume()
+        if self._interrupted or not self.begun:
+            self.begun, self._interrupted, self.state = True, False, GoalState.ROTATE_TO_GOAL
             self.law.start(motion.pose, goal)
-        elif self._interrupted:
-            self._resume(motion.pose, goal)
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
@@ -132,9 +133,3 @@ class GoalMachine:
         self._stalls.clear()
         self._settling = Settling()
         self.state = GoalState.ROTATE_TO_GOAL
-
-    def _resume(self, pose: Pose2, goal: Pose2) -> None:
-        self._interrupted = False
-        for stall in self._stalls.values():
-            stall.resume()
-        self.state = self.law.resume(self.state, pose, goal)

@@ -106,19 +106,21 @@ class LogLine(NamedTuple):
     warning: bool    # is the line logged as a warning?
 
 
-class LogQueue:
-    """Collects LogLines until the node logs them."""
+class Queue(List[Content]):
+    """Entries that wait, in order, until the node takes them."""
 
-    def __init__(self) -> None:
-        self._waiting: List[LogLine] = []
+    def pop_all(self) -> List[Content]:
+        """Returns the entries since the last call."""
+        entries = list(self)
+        self.clear()
+        return entries
+
+
+class LogQueue(Queue[LogLine]):
+    """The lines that the node must log."""
 
     def add(self, text: str, warning: bool = False) -> None:
-        self._waiting.append(LogLine(text, warning))
-
-    def pop_all(self) -> List[LogLine]:
-        """Returns the lines since the last call."""
-        lines, self._waiting = self._waiting, []
-        return lines
+        self.append(LogLine(text, warning))
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ Units: seconds on a clock that never stands still or goes back (`now`). Edge cas
 process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network counts as a pause.
 """
 from enum import Enum
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional
 
+from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
 
 #: The reason for rejecting a repeated goal that was ended before.
@@ -86,7 +87,8 @@ class GoalRequests:
         self.present = present
         self._sleep = sleep
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
-        self._answers: List[GoalAnswer] = []
+        #: The answers to the clients of goals, in order.
+        self.answers: Queue[GoalAnswer] = Queue()
         self._repetitions: Dict[str, Repetition] = {}    # by sender
 
     def note(self, request: GoalRequest, now: float) -> Repetition:
@@ -107,23 +109,18 @@ class GoalRequests:
     def accept(self, request: GoalRequest) -> None:
         """Make `request` the present goal. Cancel the previous goal."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
-        self._answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
+        self.answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present = self._open = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
         """Answer the client of `request` that the goal is rejected."""
-        self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
+        self.answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
         """Answer the client of the present goal, if this client still waits."""
         if self._open is not None:
-            self._answers.append(GoalAnswer(self._open, outcome, text))
+            self.answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
-
-    def pop_answers(self) -> List[GoalAnswer]:
-        """Returns the answers since the last call, in order."""
-        answers, self._answers = self._answers, []
-        return answers
 
     def give_up(self, now: float) -> None:
         """Give up the present goal. A repetition does not start the drive again."""

@@ -22,7 +22,6 @@ from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, Sensor
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
 
-
 class ControllerCore:
     """Turns one robot by its IMU, and drives the robot by the mouse."""
 

@@ -133,7 +133,7 @@ class GamepadCore:
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             reset_requested=reset_requested,
-            control_messages=self.messages.pop_all(), renews=self.messages.pop_renewal(now))
+            control_messages=self.messages.waiting.pop_all(), renews=self.messages.pop_renewal(now))
 
     def _check_rest(self, now: float) -> None:
         """Find whether the pad is ready. If a stick is pushed too long, log a warning."""

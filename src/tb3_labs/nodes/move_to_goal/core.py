@@ -231,7 +231,7 @@ class MoveToGoalCore:
             command, stops_first=command is None and not keeps_command,
             status=self._new_status(now), log_lines=self._log.pop_all(),
             watched=self._permission.has_grant and self._machine.active,
-            has_grant=self._permission.has_grant, answers=self._requests.pop_answers(),
+            has_grant=self._permission.has_grant, answers=self._requests.answers.pop_all(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
@@ -349,7 +349,7 @@ class MoveToGoalCore:
 
     def _check_localizer(self) -> None:
         """Give up the drive after a jump of a sensor. Start the drive again after a reset."""
-        for jump in self._localizer.pop_jumps():
+        for jump in self._localizer.jumps.pop_all():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
                 self._log.add(f'{text}: {jump.outcome}', warning=True)
