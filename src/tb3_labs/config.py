@@ -57,13 +57,11 @@ def _checked(item: Field, value: Any) -> Any:
     # In Python a bool is an int. But "has_control: 2" and "rate: true" are mistakes.
     if wanted is float and type(value) is int:
         value = float(value)
+    low = -math.inf if rule['low'] is None else rule['low']
+    high = math.inf if rule['high'] is None else rule['high']
     is_valid = type(value) is wanted
-    if is_valid and wanted is float:
-        is_valid = math.isfinite(value)
-    if is_valid and rule['low'] is not None:
-        is_valid = value >= rule['low']
-    if is_valid and rule['high'] is not None:
-        is_valid = value <= rule['high']
+    if is_valid and wanted in (int, float):
+        is_valid = low <= value <= high and abs(value) < math.inf    # False for NaN
     if is_valid and rule['choices']:
         is_valid = value in rule['choices']
     if not is_valid:

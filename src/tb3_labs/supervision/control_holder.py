@@ -54,8 +54,7 @@ class ControlMessages:
     def __init__(self) -> None:
         #: Must this pad renew a permission that it gave to move_to_goal?
         self.grants = False
-        #: The messages to publish.
-        self.waiting: Queue[bool] = Queue()
+        self.waiting: Queue[bool] = Queue()    # messages to publish
         #: Time of the last True that move_to_goal has not answered yet [s].
         self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal

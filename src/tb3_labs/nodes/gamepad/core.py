@@ -78,9 +78,8 @@ class GamepadCore:
             if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.grants:
                 self.messages.grant(now, self._pad.lateness)
                 self._handle(ControlEvent.RELINQUISH, now)
-        is_ready = state.at_rest
-        if self._config.has_hold:
-            is_ready = state.hold and not before.hold
+        is_held_anew = state.hold and not before.hold
+        is_ready = is_held_anew if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
@@ -100,8 +99,7 @@ class GamepadCore:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or False of another node. A False ends the control that this pad gave, or
-        stops a robot that this pad drives."""
+        """Take in a True or False of another node. A False is a stop, also for this pad."""
         if not message.content:
             self._on_control_taken(message.at)
 
@@ -169,8 +167,7 @@ class GamepadCore:
         state = self._pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
-        is_held = state.hold if self._config.has_hold else True
-        return is_held and not state.at_rest
+        return (state.hold or not self._config.has_hold) and not state.at_rest
 
     def _check_clock(self, now: float) -> None:
         """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the
@@ -193,10 +190,9 @@ class GamepadCore:
             doubt = 'it was pressed the moment the pad was first heard'
         elif not doubt and (lateness > longest or now - lateness < self.messages.stopped_at):
             doubt = f'it was pressed {lateness:.1f} s ago, or before something took control'
-        if not doubt:
-            return True
-        self._log.add(f'{button} does not count, {doubt}: press it again', warning=True)
-        return False
+        if doubt:
+            self._log.add(f'{button} does not count, {doubt}: press it again', warning=True)
+        return doubt == ''
 
     # -- who holds the robot
 
@@ -220,13 +216,11 @@ class GamepadCore:
 
     @property
     def _remedy(self) -> str:
-        if self._config.has_hold:
-            return 'press the hold button to drive again'
-        return 'let go of the sticks to drive again'
+        action = 'press the hold button' if self._config.has_hold else 'let go of the sticks'
+        return action + ' to drive again'
 
     def _check_loss(self, now: float) -> None:
-        grant_needs_pad = self.messages.grants and not self._config.drive_without_pad
-        needs_pad = self._drives() or grant_needs_pad
+        needs_pad = self._drives() or self.messages.grants
         if self.joy.is_fresh(now) or not needs_pad:
             return
         hint = ''
