@@ -1,14 +1,12 @@
 """The guarantees of the law of drives at each step."""
 import math
-from dataclasses import astuple
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.drive_law import DriveLaw, driving_approach
+from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
@@ -66,15 +64,6 @@ def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
         law = begun(goal, allow_reverse=allowed)
         step = moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal)
         assert (step.command.linear < 0.0) is (allowed and backwards)
-
-
-def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
-    """Each number was chosen by the benchmark of motions."""
-    config = DriveConfig(linear_acceleration=3.0, distance_tolerance=0.02)
-    expected = ApproachConfig(
-        period=1.0 / 30.0, acceleration=3.0, braking=0.6, gain=15.0, slowest=0.015,
-        close_enough=0.0005, backwards_from=0.016, nudge_time=1.0 / 30.0)
-    assert astuple(driving_approach(config)) == pytest.approx(astuple(expected))
 
 
 SLOWLY = dict(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
