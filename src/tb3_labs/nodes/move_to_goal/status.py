@@ -9,9 +9,6 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.supervision.events import LogQueue
 
-#: Time between two lines of progress [s].
-PROGRESS_PERIOD = 1.0
-
 
 class DriveStatus(NamedTuple):
     """The public status of a drive at one moment."""
@@ -55,20 +52,15 @@ class Announcer:
         self._logged: Tuple = ()     # attempt, goal and text of the last log line
         self._begun_attempt = 0      # number of the drive that started last
         self._begun_at = 0.0         # time at which this drive began [s]
-        self._progress_at = 0.0      # time of the last log line [s]
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Log a new status, and the progress of a drive once a second. Returns True if the status
-        is new. `motion()` returns the robot's present Motion."""
+        """Log a new status. Returns True if the status is new. `motion()` returns the robot's
+        present Motion."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._logged:
-            if abs(now - self._progress_at) >= PROGRESS_PERIOD:
-                self._progress_at = now
-                if status.text in DRIVING:
-                    self._log.add(f'{status.text}: {to_go(*status.remaining(motion()))}')
             return False
-        self._logged, self._progress_at = key, now
+        self._logged = key
         begins = status.begun and status.attempt != self._begun_attempt
         if begins:
             self._begun_attempt, self._begun_at = status.attempt, now
