@@ -17,7 +17,7 @@ from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
@@ -108,6 +108,34 @@ def test_no_sound_robot_is_accused(settings):
     for linear, angular, seconds in MOTIONS:
         watched.run(seconds, linear, angular, until=watched.problem)
         assert watched.problem() == '', (linear, angular)
+
+
+class Losing(Watched):
+    """A busy computer: the newest sample replaces those that were not read in time."""
+
+    def __init__(self, **settings):
+        super().__init__(**settings)
+        self._random = random.Random(1)
+        self._deaf_until = {ImuSample: 0.0, OdometrySample: 0.0}
+
+    def _hear(self, sample):
+        if self.robot.now < self._deaf_until[type(sample)]:
+            return
+        if self._random.random() < 0.1:
+            longest = 0.14 if isinstance(sample, ImuSample) else 0.28
+            self._deaf_until[type(sample)] = self.robot.now + self._random.uniform(0.0, longest)
+        super()._hear(sample)
+
+
+@pytest.mark.parametrize('settings', [{'slip': 0.05}, HOSTS['pi']], ids=str)
+def test_samples_that_were_lost_accuse_nobody(settings):
+    watched = Losing(**settings)
+    for linear, angular, seconds in 2 * MOTIONS:
+        watched.run(seconds, linear, angular, until=watched.problem)
+        assert watched.problem() == '', (linear, angular)
+    watched.set(gyro_bias_deg=5.0)
+    watched.run(2.0, until=watched.problem)
+    assert watched.problem()
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])

@@ -1,20 +1,29 @@
-"""A controller or page that wakes from a sleep: what moves the robot, or its frame, is ignored; a stop counts.
-test_story_search.py has move_to_goal and the gamepad.
+"""A node that wakes from a sleep: what moves the robot, or its frame, is ignored; a stop does.
 
 Each topic has a thread of its own: the sensors may be heard before a request that is older.
 """
 from functools import partial
+from pathlib import Path
 
 import pytest
 
 from story_nodes import Ahead
+from tb3_labs.control.drive_law import DriveLaw
+from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
-from tb3_labs.robot.samples import ImuSample
-from tb3_labs.robot.turtlebot3 import Twist2
+from tb3_labs.nodes.gamepad.core import GamepadCore
+from tb3_labs.nodes.gamepad.pad import PadConfig, PadState
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
+from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.dead_man import DeadMan
 from tb3_labs.supervision.events import Event
+from tb3_labs.supervision.goal_requests import GoalRequest
 
+BURGER = robot_model('burger')
 WHILE_ASLEEP = 'while this node did not run'
 STEP = 0.05
 
@@ -72,6 +81,40 @@ class SleepingCore:
         return self.moves_by(act)
 
 
+class SleepingMoveToGoal(SleepingCore):
+    """move_to_goal, which has control and is at its goal."""
+
+    def make(self):
+        core = MoveToGoalCore(DriveLaw(DriveConfig(), BURGER), True)
+        core.set_goal(Pose2())
+        return core
+
+    def live(self):
+        super().live()
+        self.core.on_odometry(OdometrySample(self.now, Pose2(), self.tremble, 0.0), self.now)
+
+    def look(self):
+        output = super().look()
+        self.tell(*[text for _, _, text in output.answers])
+
+    def let_go(self):
+        """Give control again, which a long sleep has ended."""
+        for word in (False, True):
+            self.core.on_ctrl_relinq(self.event(word))
+
+    def give(self):
+        self.core.set_goal(Pose2(1.0))
+        self.let_go()
+
+    def goal(self):
+        self.core.on_goal(GoalRequest(RequestedPose(Pose2(1.0)), 'person'), self.now)
+
+    def reset(self):
+        reset = Reset(RequestedPose(Pose2(-1.0)))
+        self.core.on_reset(reset, self.now, self.now)
+        self.tell(reset.problem)
+
+
 class SleepingController(SleepingCore):
     """controller, with a mouse that is not active."""
 
@@ -85,6 +128,33 @@ class SleepingController(SleepingCore):
 
     def let_go(self):
         self.mouse(False, 0.0)
+
+
+class SleepingGamepad(SleepingCore):
+    """gamepad, with a pad that says only what changes."""
+
+    def make(self):
+        self.state = PadState()
+        return GamepadCore(PadConfig(), BURGER)
+
+    def live(self):
+        self.core.on_joy(self.event(self.state._replace(sent=([self.now], []))))
+
+    def look(self):
+        output = self.core.tick(self.now)
+        self.tell(*[line.text for line in output.log_lines])
+        self.has_moved = (self.has_moved or output.command not in (None, Twist2())
+                          or output.reset_requested or True in output.control_messages)
+
+    def hold(self, **state):
+        self.state = PadState(**state)
+        self.live()
+
+    let_go = hold
+
+    @property
+    def is_driven(self):
+        return self.core.messages.grants
 
 
 class SleepingPage(SleepingCore):
@@ -106,36 +176,56 @@ class SleepingPage(SleepingCore):
             self.tell(str(problem))
 
 
-def turn(core):
-    core.core.on_turn(core.event(90.0), core.now)
-
-
-#: What moves the robot, or its frame; and is it held, so that it must be let go first?
+#: What is held: no line says that it must be let go first.
+HANDS = [partial(SleepingController.mouse, active=True, y=1.0), partial(SleepingGamepad.hold, forward=1.0)]
+#: What moves the robot, or its frame.
 GIVES = [
-    (SleepingController, turn), (SleepingController, lambda core: core.core.on_typed(core.event(90.0), core.now)),
-    (SleepingController, lambda core: core.mouse(True, 1.0)),
+    (SleepingMoveToGoal, SleepingMoveToGoal.give), (SleepingMoveToGoal, SleepingMoveToGoal.goal),
+    (SleepingMoveToGoal, SleepingMoveToGoal.reset),
+    (SleepingController, lambda core: core.core.on_turn(core.event(90.0), core.now)),
+    (SleepingController, lambda core: core.core.on_typed(core.event(90.0), core.now)),
+    (SleepingController, HANDS[0]),
+    (SleepingGamepad, partial(SleepingGamepad.hold, relinquish=True)),
+    (SleepingGamepad, partial(SleepingGamepad.hold, reset=True)), (SleepingGamepad, HANDS[1]),
     (SleepingPage, lambda page: page.ask(partial(page.core.hold, 'page'), 0.0, True)),
     (SleepingPage, lambda page: page.ask(page.core.check, 0.0, 1.0))]    # a turn, a goal, a reset
+#: What stops it, and what moved it before.
+STOPS = [
+    (SleepingMoveToGoal, SleepingMoveToGoal.goal, lambda core: core.core.on_ctrl_relinq(core.event(False))),
+    (SleepingMoveToGoal, SleepingMoveToGoal.goal, lambda core: core.core.on_cancel(core.now)),
+    (SleepingController, lambda core: core.core.on_turn(core.event(90.0), core.now),
+     lambda core: core.mouse(True, 0.0) or core.let_go()),
+    *[(SleepingGamepad, partial(SleepingGamepad.hold, relinquish=True), stop) for stop in (
+        partial(SleepingGamepad.hold, regain=True), lambda pad: pad.core.on_ctrl_relinq(pad.event(False)),
+        lambda pad: pad.core.on_has_control(pad.event(False)))]]
 
 
 @pytest.mark.parametrize('slept_for, counts', [(0.9, True), (1.1, False), (7.0, False)])
 @pytest.mark.parametrize('kind, act', GIVES)
 def test_what_moves_the_robot_or_its_frame_does_not_count_as_the_node_wakes(
         kind, act, slept_for, counts):
-    """If a person asks again, the robot moves. No line says that a mouse that is held must be let go first."""
+    """If a person asks again, the robot moves."""
     bench = kind()
     assert bench.wakes_with(act, slept_for) is counts
-    assert (WHILE_ASLEEP in bench.told) is not (counts or act is GIVES[2][1])
+    assert (WHILE_ASLEEP in bench.told) is not (counts or act in HANDS)
     bench.let_go()
     bench.run(2.5)
     assert counts or bench.moves_by(act)
 
 
 @pytest.mark.parametrize('slept_for', [1.1, 7.0])
-def test_a_stop_counts_also_as_the_node_wakes(slept_for):
-    bench = SleepingController()
-    assert bench.moves_by(turn) and bench.is_driven
-    bench.wakes_with(lambda core: core.mouse(True, 0.0) or core.let_go(), slept_for)
+@pytest.mark.parametrize('kind, act, stop', STOPS)
+def test_a_stop_counts_also_as_the_node_wakes(kind, act, stop, slept_for):
+    bench = kind()
+    assert bench.moves_by(act) and bench.is_driven
+    bench.wakes_with(stop, slept_for)
     bench.has_moved = False
     bench.run(1.0)
     assert not bench.has_moved and not bench.is_driven
+
+
+def test_each_input_of_a_core_is_tried_or_moves_nothing():
+    text = Path(__file__).read_text(encoding='utf-8')
+    inputs = {name for core in (MoveToGoalCore, ControllerCore, GamepadCore) for name in dir(core)
+              if name.startswith('on_') and '.' + name + '(' not in text}
+    assert inputs == {'on_wheels', 'on_command', 'on_repetition', 'on_leave'}
