@@ -9,7 +9,7 @@ back (`steady_now`); metres, radians. Poses are in the local frame.
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Optional, Sequence
+from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
@@ -19,15 +19,15 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroWatch
-from tb3_labs.localization.localizer import Fix, Localizer, Reset
+from tb3_labs.localization.localizer import Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.nodes.move_to_goal.status import Announcer, DriveStatus
+from tb3_labs.nodes.move_to_goal.status import Announcer, DriveOutput, DriveStatus
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, LogQueue, Output
+from tb3_labs.supervision.events import Event, LogQueue
 from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests, Repetition)
+    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, Repetition)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
@@ -52,26 +52,6 @@ class MoveToGoalConfig(Config):
     def goal(self) -> Pose2:
         """The first goal as a Pose2 in local."""
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
-
-
-@dataclass(frozen=True)
-class DriveOutput(Output):
-    """The decision of a MoveToGoalCore."""
-
-    #: Was control given, and not taken back? The sender of the grant may be silent for a moment.
-    has_grant: bool = False
-    #: The answers to clients of goals, in order.
-    answers: Sequence[GoalAnswer] = ()
-    #: The status of the drive, if it is new.
-    status: Optional[DriveStatus] = None
-    #: A new Fix, or None.
-    fix: Optional[Fix] = None
-    #: The pose of ``local`` in the odometry's frame. It is None before the first Fix.
-    odom_T_local: Optional[Pose2] = None
-
-    @property
-    def has_more(self) -> bool:
-        return bool(self.log_lines or self.answers or self.status)
 
 
 class MoveToGoalCore:

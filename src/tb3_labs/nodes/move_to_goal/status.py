@@ -1,13 +1,16 @@
-"""The status of a drive, its text on `goal_state`, and log lines about its changes."""
+"""The output of move_to_goal: status of a drive, text on `goal_state`, and lines about changes."""
 import math
-from typing import Callable, NamedTuple, Optional, Tuple
+from dataclasses import dataclass
+from typing import Callable, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs import handout
 from tb3_labs.control.goal_state import (
     DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go)
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Fix
 from tb3_labs.robot.samples import Motion
-from tb3_labs.supervision.events import LogQueue
+from tb3_labs.supervision.events import LogQueue, Output
+from tb3_labs.supervision.goal_requests import GoalAnswer
 
 
 class DriveStatus(NamedTuple):
@@ -42,6 +45,26 @@ class DriveStatus(NamedTuple):
         if not self.begun:
             return f'{WAITING}: {self.sensor_problem}' if self.sensor_problem else ''
         return f'{STOPPED}: {self.hold_reason}' if self.hold_reason else self.state.name
+
+
+@dataclass(frozen=True)
+class DriveOutput(Output):
+    """The decision of a MoveToGoalCore."""
+
+    #: Was control given, and not taken back? The sender of the grant may be silent for a moment.
+    has_grant: bool = False
+    #: The answers to clients of goals, in order.
+    answers: Sequence[GoalAnswer] = ()
+    #: The status of the drive, if it is new.
+    status: Optional[DriveStatus] = None
+    #: A new Fix, or None.
+    fix: Optional[Fix] = None
+    #: The pose of ``local`` in the odometry's frame. It is None before the first Fix.
+    odom_T_local: Optional[Pose2] = None
+
+    @property
+    def has_more(self) -> bool:
+        return bool(self.log_lines or self.answers or self.status)
 
 
 class Announcer:
