@@ -11,8 +11,8 @@ Subscribes
     initialpose            geometry_msgs/PoseWithCovarianceStamped: a reset
 Publishes
     cmd_vel                geometry_msgs/Twist, only while driving; then one zero
-    local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message (at a
-                           steady speed with every second one), while it is heard
+    local_pose             geometry_msgs/PoseStamped, frame local, with each odometry message, while
+                           it is heard
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up

@@ -33,8 +33,9 @@ def number_or_text(word: str) -> Union[float, str]:
 def whole_number(most: int) -> Callable[[str], int]:
     """Returns the `type` of an argument whose valid values are whole numbers from 1 to `most`."""
     def read(word: str) -> int:
-        # the length is checked first, since int() raises an exception for thousands of digits
-        if not (word.isdecimal() and len(word) < 10 and 1 <= int(word) <= most):
+        # int() raises an exception for thousands of digits
+        is_number = word.isdecimal() and len(word) < 10
+        if not is_number or not 1 <= int(word) <= most:
             raise argparse.ArgumentTypeError(
                 f'{word!r:.40} is not valid: a whole number from 1 to {most}')
         return int(word)

@@ -57,11 +57,13 @@ def _checked(item: Field, value: Any) -> Any:
     # In Python a bool is an int. But "has_control: 2" and "rate: true" are mistakes.
     if wanted is float and type(value) is int:
         value = float(value)
-    is_valid = (type(value) is wanted
-                and (wanted is not float or math.isfinite(value))
-                and (rule['low'] is None or value >= rule['low'])
-                and (rule['high'] is None or value <= rule['high'])
-                and (not rule['choices'] or value in rule['choices']))
+    low = -math.inf if rule['low'] is None else rule['low']
+    high = math.inf if rule['high'] is None else rule['high']
+    is_valid = type(value) is wanted
+    if is_valid and wanted in (int, float):
+        is_valid = low <= value <= high and abs(value) < math.inf    # False for NaN
+    if is_valid and rule['choices']:
+        is_valid = value in rule['choices']
     if not is_valid:
         raise ValueError(f'{item.name} = {value!r} is not valid: {bounds_text(item)}')
     return value

@@ -43,8 +43,8 @@ def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
                          'digits and underscores, a letter first, such as lab2')
     # the folders of Python and of installed packages, without the folders of workspaces
     places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
-    if (package in (*other_modules, *sys.builtin_module_names) or keyword.iskeyword(package)
-            or PathFinder.find_spec(package, places)):
+    taken = [*other_modules, *sys.builtin_module_names, *keyword.kwlist]
+    if package in taken or PathFinder.find_spec(package, places):
         raise ValueError(f'the package cannot be called {package}: Python would import something '
                          'else by that name')
     if not folder.is_dir():

@@ -103,16 +103,13 @@ class TurnTest(NodeCase):
 
     def test_keyboard_in_a_terminal(self):
         node = self.controller(terminal=True)
-        start, total = self.heading(), 0.0
         for text, degrees in (('l', 90.0), ('r', -90.0), ('b', 180.0), ('-33.5', -33.5)):
             self.observer.forget('cmd_vel')
-            total += degrees
             before, reports = self.heading(), node.text.count('Turned')
             node.type(text)
             node.wait_for('Turned', times=reports + 1)
             self.rest()
-            # each turn corrects the error of the turn before
-            self.assertLess(abs(math.remainder(self.turned_since(start) - total, 360.0)), 0.5)
+            self.assertLess(abs(math.remainder(self.turned_since(before) - degrees, 360.0)), 0.5)
             said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
             self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
             self.stopped()

@@ -8,7 +8,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.supervision.events import Event, MessageAges
+from tb3_labs.supervision.events import Event, MessageAges, Queue
 from tb3_labs.supervision.goal_requests import GoalRequest
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
@@ -88,9 +88,6 @@ class Ahead:
 
     extend = start
 
-    def resume(self, state, *_):
-        return state
-
     def step(self, *_):
         self.left -= 0.1
         return LawStep(self.command, self.left, False)
@@ -103,15 +100,12 @@ class Still:
 
     has_resets = is_lost = False
     odom_T_local = None
-    resets = ()
+    resets, jumps = (), Queue()
 
     def on_imu(self, *_):
         pass
 
     on_odometry = pop_fix = on_imu
-
-    def pop_jumps(self):
-        return ()
 
     def on_reset(self, reset, *_):
         reset.declared = reset.requested.pose

@@ -2,8 +2,6 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tb3_labs.control.commands import (
     CONTRADICTING_DEVIATIONS, CommandHistory, Estimate, Pace, braking_speed)
@@ -18,16 +16,6 @@ def test_braking_on_numbers(way, speed, side):
     """a = 1, gain 4: the line 4 d up to d = 1/16, then v^2 = 2 (d - 1/32)."""
     assert braking_speed(side * way, 1.0, 4.0) == pytest.approx(side * speed)
     assert math.isnan(braking_speed(math.nan, 1.0, 1.0))
-
-
-@given(st.floats(0.05, 40.0), st.floats(0.1, 30.0))
-def test_line_and_parabola_meet_without_a_step_or_a_kink(deceleration, gain):
-    meeting = deceleration / gain ** 2
-    h = 1e-5 * meeting
-    below, at, above = (braking_speed(meeting + k * h, deceleration, gain) for k in (-1, 0, 1))
-    assert at == pytest.approx(deceleration / gain)
-    assert (at - below) / h == pytest.approx(gain, rel=1e-3)
-    assert (above - at) / h == pytest.approx(gain, rel=1e-3)
 
 
 def test_the_first_step_counts_as_one_period_also_after_a_pause():
@@ -64,16 +52,6 @@ def test_between_steps_no_sample_needs_a_look():
     assert pace.due(woken + 1e-9)       # the sample that has waited meanwhile takes the step
     assert pace.idle_for(woken) < 1e-9 and pace.idle_for(7.0) == 0.0
     assert pace.idle_for(-100.0) <= 2.0 / 30.0
-
-
-def test_a_command_that_stays_is_prolonged_by_one_period():
-    pace = Pace(0.1)
-    pace.step(5.0)
-    pace.prolong()
-    assert not any(pace.due(5.0 + 0.01 * k) for k in range(19)) and pace.due(5.2)
-    assert pace.idle_for(5.0) == pytest.approx(0.2, abs=0.005)
-    pace.step(5.2)
-    assert not pace.due(5.29) and pace.due(5.31)
 
 
 # The travel that is commanded and not yet driven ---------------------------------------------------

@@ -1,15 +1,13 @@
 """The guarantees of the law of drives at each step."""
 import math
-from dataclasses import astuple
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.approach import ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.drive_law import DriveLaw, driving_approach
-from tb3_labs.control.goal_state import DriveConfig, GoalState
+from tb3_labs.control.drive_law import DriveLaw
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
@@ -68,15 +66,6 @@ def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
         assert (step.command.linear < 0.0) is (allowed and backwards)
 
 
-def test_a_precise_drive_brakes_with_a_fifth_of_what_it_speeds_up_with():
-    """Each number was chosen by the benchmark of motions."""
-    config = DriveConfig(linear_acceleration=3.0, distance_tolerance=0.02)
-    expected = ApproachConfig(
-        period=1.0 / 30.0, acceleration=3.0, braking=0.6, gain=15.0, slowest=0.015,
-        close_enough=0.0005, backwards_from=0.016, nudge_time=1.0 / 30.0)
-    assert astuple(driving_approach(config)) == pytest.approx(astuple(expected))
-
-
 SLOWLY = dict(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
 EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
 
@@ -111,31 +100,6 @@ def test_a_goal_nearer_than_half_the_tolerance_is_only_turned_at(distance, there
     else:
         assert step.remaining == pytest.approx(math.pi / 2.0) and step.command.angular > 0.0
         assert not step.finished
-
-
-@pytest.mark.parametrize('state', [GoalState.MOVE_FORWARD, GoalState.ROTATE_TO_FINAL])
-def test_a_drive_that_was_interrupted_goes_on_from_standing(state):
-    goal = Pose2(3.0, 0.0, 0.0)
-    law = begun(goal, **SLOWLY)
-    move = law.move_forward if state is GoalState.MOVE_FORWARD else law.rotate_to_final
-    motion = at(0.0, 0.0, 0.25)
-    assert moves(law, move, motion, goal).command.angular < -0.25
-    assert law.resume(state, motion.pose, goal) is state
-    step = move(motion, goal, law.period)
-    assert step.command.angular == pytest.approx(-0.1)       # 3 rad/s^2 over 1/30 s
-    assert step.command.linear == pytest.approx(
-        0.02 if state is GoalState.MOVE_FORWARD else 0.0)
-
-
-def test_a_drive_that_begins_anew_turns_to_the_goal_from_where_it_is():
-    goal = Pose2(2.0, 0.0, 0.0)
-    law = begun(goal)
-    assert law.resume(
-        GoalState.MOVE_FORWARD, Pose2(2.0, -1.0, 0.0), goal) is GoalState.MOVE_FORWARD
-    pose = Pose2(2.0, -1.0, 0.5)
-    assert law.resume(GoalState.MOVE_FORWARD, pose, goal) is GoalState.ROTATE_TO_GOAL
-    step = law.rotate_to_goal(at(pose.x, pose.y, pose.yaw), goal, law.period)
-    assert step.remaining == pytest.approx(math.pi / 2.0 - 0.5)
 
 
 @pytest.mark.parametrize('left, arrived', [(0.0035, False), (0.0015, True), (-0.0003, True),

@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from simulated_student_node import played
 from tb3_labs.handout import MAX_LINEAR_SPEED
@@ -265,8 +263,11 @@ def test_a_place_that_comes_late():
     assert 'local_x came up to 2.0 s late' in broken(following(run, 'local_x', right, np.real, 2.0)).message
 
 
-@settings(max_examples=10)
-@given(st.sampled_from([{}, FAR_AWAY]), st.integers(0, 8))
+#: In WHOLE, a place rotated by minus the present yaw has a second mistake far away: it is not displaced.
+PLACES = [({}, k) for k in range(9)] + [(FAR_AWAY, k) for k in range(9) if k != 5]
+
+
+@pytest.mark.parametrize('robot, k', PLACES)
 def test_a_place_is_identified_as_what_it_follows_or_as_one_that_is_equal_on_this_motion(robot, k):
     run = played(**robot)
     run = replace(run, variables=run.variables.take([not name.startswith('initial') for name in run.variables.name]))

@@ -331,19 +331,16 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
-@pytest.mark.parametrize('by_hand, allowed, stays', [
-    (False, False, False), (False, True, True), (True, False, True)])
-def test_a_pad_lost_while_move_to_goal_drives(by_hand, allowed, stays):
+@pytest.mark.parametrize('by_hand', [False, True])
+def test_a_pad_lost_while_move_to_goal_drives(by_hand, pad):
     """A pad that is lost does not take control that somebody else gave."""
-    pad = PluggedPad(PadConfig(drive_without_pad=allowed))
     pad.controller.on_has_control(Event(True, pad.now)) if by_hand else pad.press(A)
     pad.said()
     pad.plugged = False
     for seconds in PAD_TIMEOUT + 0.05, 10.0:
         pad.run(seconds)
-        assert (pad.holder is GOAL) is stays and pad.controller.messages.grants is (
-            stays and not by_hand)
-    assert pad.said() == [False] * (not stays)
+        assert (pad.holder is GOAL) is by_hand and not pad.controller.messages.grants
+    assert pad.said() == [False] * (not by_hand)
 
 
 def test_hold_to_drive():

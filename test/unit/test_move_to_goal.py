@@ -398,9 +398,9 @@ def test_the_time_of_a_stand_does_not_make_a_sensor_look_frozen(stand):
 
 
 @pytest.mark.parametrize('stand', ['silence', 'suspended'])
-def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
-    robot, law, resumed = CoreRobot(has_control=False), Ahead(), []
-    law.resume = lambda state, *_: resumed.append(state) or state
+def test_after_a_stand_the_law_starts_from_where_the_robot_is(stand):
+    robot, law, starts = CoreRobot(has_control=False), Ahead(), []
+    law.start = lambda pose, goal: starts.append(pose)
     robot.core.set_law(law)
     robot.core.set_goal(Pose2(-0.61, 0.61, 0.0))
 
@@ -409,7 +409,7 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
             robot.core.on_ctrl_relinq(Event(True, robot.now, 'pad', renews=True))
             robot.run(0.1)
     renewed()
-    assert not resumed
+    assert len(starts) == 1
     attempt = robot.status.attempt
     robot.imu = stand != 'silence'
     if robot.imu:
@@ -418,4 +418,4 @@ def test_after_a_stand_the_law_is_told_that_its_drive_was_interrupted(stand):
         renewed()
     robot.imu = True
     renewed()
-    assert len(resumed) == 1 and robot.status.attempt == attempt
+    assert len(starts) == 2 and robot.status.attempt == attempt

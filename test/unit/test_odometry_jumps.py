@@ -40,7 +40,7 @@ class DrivenRobot:
                     localizer.on_odometry(seen, robot.now)
                     self.odometry.append(seen)
             localizer.pop_fix()
-            self.jumps.extend(localizer.pop_jumps())
+            self.jumps.extend(localizer.jumps.pop_all())
 
     @property
     def pose(self):

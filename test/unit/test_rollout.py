@@ -51,14 +51,14 @@ def test_random_drives_all_arrive_within_the_limits():
     assert statistics.median(angles) <= 0.3 and max(angles) <= 0.5
 
 
-def test_at_full_speed_on_its_line_a_robot_is_commanded_in_every_second_period():
+def test_a_drive_is_commanded_in_each_period_and_brakes_evenly():
     robot = Simulator(SimulatorConfig())
     core = MoveToGoalCore(DriveLaw(DriveConfig(), BURGER), True)
     hear = navigation(robot, core)
     run(robot, core, hear, 0.5)
     core.set_goal(Pose2(1.0, 0.0, 0.0))
     run(robot, core, hear, 1.0)
-    assert len(run(robot, core, hear, 2.0)) == pytest.approx(30, abs=1)
+    assert len(run(robot, core, hear, 2.0)) == pytest.approx(60, abs=1)
     commands = [command for command in run(robot, core, hear, 4.0) if command.linear]
     assert robot.truth.x == pytest.approx(1.0, abs=0.002)
     braking = [linear for linear, _ in commands if 0.0 < linear < 0.21]

@@ -2,39 +2,38 @@
 import pytest
 
 from tb3_labs.supervision.sensors_and_stalls import (
-    AWAY_LIMIT, LONGEST_REST, MOVING_SPEED, STALL_STEP, STALL_TIME, StallWatch)
+    AWAY_LIMIT, LONGEST_REST, STALL_STEP, STALL_TIME, StallWatch)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
 
 
-def after(progress, seconds, remaining, speed=(0.0, 0.0), **told):
+def after(progress, seconds, remaining, rests=True, **told):
     """Returns the problem after this time."""
     for k in range(round(seconds / DT)):
         problem = progress.update(
-            remaining(k * DT) if callable(remaining) else remaining, *speed, DT, **told)
+            remaining(k * DT) if callable(remaining) else remaining, rests, DT, **told)
     return problem
 
 
-@pytest.mark.parametrize('speed, words', [
-    ((0.0, 0.0), STUCK), ((MOVING_SPEED, -MOVING_SPEED), STUCK), ((0.1, 0.0), MISSED), ((0.0, -0.1), MISSED)])
-def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(speed, words):
+@pytest.mark.parametrize('rests, words', [(True, STUCK), (False, MISSED)])
+def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(rests, words):
     progress = StallWatch()
-    assert after(progress, STALL_TIME - DT, 1.0, speed) == ''
-    assert words in after(progress, 4 * DT, 1.0, speed)
+    assert after(progress, STALL_TIME - DT, 1.0, rests) == ''
+    assert words in after(progress, 4 * DT, 1.0, rests)
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_a_robot_that_gets_nearer_in_time_has_no_problem(sign):
     slowly = 1.1 * STALL_STEP / (STALL_TIME - 2 * DT)
-    assert after(StallWatch(), 20.0, lambda time: sign * (1.0 - slowly * time), (0.1, 0.0)) == ''
+    assert after(StallWatch(), 20.0, lambda time: sign * (1.0 - slowly * time), False) == ''
 
 
 def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
     progress = StallWatch()
-    progress.update(0.1, 0.2, 0.0, DT)
-    assert progress.update(0.1 + AWAY_LIMIT, 0.2, 0.0, DT) == ''
-    assert MISSED in progress.update(0.11 + AWAY_LIMIT, 0.2, 0.0, DT)
+    progress.update(0.1, False, DT)
+    assert progress.update(0.1 + AWAY_LIMIT, False, DT) == ''
+    assert MISSED in progress.update(0.11 + AWAY_LIMIT, False, DT)
 
 
 def test_a_rest_is_no_stall_but_has_an_end():

@@ -84,12 +84,6 @@ class Approach:
         return history.only_stops_since(
             history.now - age - self._identification.estimate.delay - 2.0 * self._config.period)
 
-    def keeps_full_speed(self, fastest: float) -> bool:
-        """Is the command `fastest` now, and in the next two periods?"""
-        later = abs(self.way_after_stop.value) - 2.0 * self._config.period * fastest
-        return abs(self._history.command) == fastest and (
-            braking_speed(later, self._config.braking, self._config.gain) >= fastest)
-
     def step(self, remaining: float, speed: float, fastest: float, dt: float,
              noise: float = 0.0, age: float = 0.0) -> float:
         """Returns the speed to command, at most `fastest`.

@@ -2,7 +2,7 @@
 
 *Times*. A step of a law reads the latest samples and gives one command. The robot takes one new
 command in each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and
-a `Pace` finds when the step is due. A command that does not change may be kept for two periods.
+a `Pace` finds when the step is due.
 
 *Delays*. A command reaches the robot after the *delay*, and the motors follow with a first-order
 *lag*. A controller that looks only at the measured position brakes too late, and overshoots. A
@@ -47,7 +47,6 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float         # the remaining way [m or rad]
     finished: bool           # has the robot reached the goal of the law?
-    may_skip_next: bool = False    # will the command hardly change in the next period?
 
 
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
@@ -98,10 +97,6 @@ class Pace:
     def skip(self, now: float) -> None:
         """Skip a step that was due. The next step is due a period later."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
-
-    def prolong(self) -> None:
-        """Keep the present command for another period."""
-        self._next += self._period
 
     def restart(self) -> None:
         """Treat the next step as the first, since the robot is at rest or another node drives."""
@@ -209,11 +204,10 @@ class Estimate:
         A sample that contradicts the estimate, or has no noise, replaces the estimate.
         """
         spread = noise * noise
-        surprise = abs(sample - self.value)
-        expected = math.sqrt(self._variance + spread)
-        agrees = spread > 0.0 and surprise <= CONTRADICTING_DEVIATIONS * expected
-        share = 1.0
-        if agrees and math.isfinite(self._variance):
+        largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)
+        agrees = abs(sample - self.value) <= largest_surprise
+        share = 1.0    # the sample replaces the estimate
+        if agrees and spread > 0.0 and math.isfinite(self._variance):
             share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)
         self._variance = share * spread

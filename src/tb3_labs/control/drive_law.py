@@ -7,12 +7,12 @@ from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
+from tb3_labs.control.goal_state import DriveConfig, sum_of_turns
 from tb3_labs.control.motor_response import Response
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.robot.samples import Motion
+from tb3_labs.robot.samples import REST_LINEAR, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
 #: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
@@ -38,19 +38,14 @@ class DriveLaw:
     period = PreciseTurn.period
     #: The robot starts to drive when its heading is off the line by less than this [rad].
     FACING_ANGLE = 0.1
-    #: An interrupted drive continues if the heading differs from the line by at most this [rad].
-    RESUME_ANGLE = 0.3
     #: The drive ends when a stop would leave the robot this far before the goal [m].
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line this far ahead [m]. A larger distance makes the
     #: steering calmer, a smaller distance keeps the robot nearer to the line.
     LOOK_AHEAD = 0.20
-    #: At full speed every second step is skipped if the robot steers by at most this [rad/s].
-    STRAIGHT_RATE = 0.05
-    #: A robot overshoots if it would stop beyond the goal by more than this share of the tolerance.
+    #: A moving robot overshoots if it would stop beyond the goal by more than this share of the
+    #: tolerance.
     OVERSHOOT_SHARE = 0.3
-    #: A robot that is slower than this does not overshoot [m/s].
-    REST_SPEED = 0.01
 
     def __init__(self, config: DriveConfig, model: RobotModel,
                  response: Optional[Response] = None) -> None:
@@ -77,23 +72,6 @@ class DriveLaw:
         self._driving.start()
         self._final_turn_begun = False
 
-    def resume(self, state: GoalState, pose: Pose2, goal: Pose2) -> GoalState:
-        """Returns the state in which an interrupted drive continues.
-
-        A robot that still faces along its line drives on. An interrupted last turn starts again.
-        Otherwise the drive starts again from `pose`.
-        """
-        off = difference(self._heading_along(self._line), pose.yaw)
-        if state is GoalState.MOVE_FORWARD and abs(off) <= self.RESUME_ANGLE:
-            self._turning.start(pose.yaw, off)
-            self._driving.start()
-        elif state is GoalState.ROTATE_TO_FINAL:
-            self._final_turn_begun = False
-        else:
-            state = GoalState.ROTATE_TO_GOAL
-            self.start(pose, goal)
-        return state
-
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn until the robot nearly faces along the line."""
         if self._is_at_goal:
@@ -115,11 +93,8 @@ class DriveLaw:
                                                self._max_linear, dt)
         to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD)
         self._turning.aim(self._heading_along(wrap(self._line + to_line)))
-        turn = self._turn(motion, dt)
-        is_straight = abs(turn.command.angular) <= self.STRAIGHT_RATE
-        return self._step(
-            speed, turn, ahead, finished=self._is_at_goal or self._has_arrived(motion.linear),
-            may_skip_next=is_straight and self._driving.keeps_full_speed(self._max_linear))
+        return self._step(speed, self._turn(motion, dt), ahead,
+                          finished=self._is_at_goal or self._has_arrived(motion.linear))
 
     def rotate_to_final(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
         """Turn to the goal's heading. The state is finished at rest inside the tolerance."""
@@ -138,11 +113,12 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        """Would a stop now end at the goal, and does the robot not overshoot?"""
+        """Would a stop now end at the goal?"""
         way = self._driving.way_after_stop.value
-        overshoots = (way < -self.OVERSHOOT_SHARE * self.distance_tolerance
-                      and abs(linear) > self.REST_SPEED)
-        return -self._backup_distance <= way <= self.STOP_AHEAD and not overshoots
+        farthest = self._backup_distance
+        if abs(linear) > REST_LINEAR:    # a moving robot may overshoot by more
+            farthest = self.OVERSHOOT_SHARE * self.distance_tolerance
+        return -farthest <= way <= self.STOP_AHEAD
 
     def _heading_along(self, direction: float) -> float:
         """Returns the heading of a robot that drives in this direction, perhaps backwards."""
@@ -155,8 +131,7 @@ class DriveLaw:
         measured = motion.pose.yaw - motion.extrapolated
         return self._turning.step(measured, motion.angular, dt, motion.imu_age, motion.yaw_noise)
 
-    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool,
-              may_skip_next: bool = False) -> LawStep:
+    def _step(self, linear: float, turn: LawStep, remaining: float, finished: bool) -> LawStep:
         both = Twist2(linear, turn.command.angular)
         return LawStep(saturate(both, self._max_linear, self._max_angular, self._model),
-                       remaining, finished, may_skip_next)
+                       remaining, finished)

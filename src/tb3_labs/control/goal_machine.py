@@ -37,8 +37,6 @@ class GoalMachine:
         self.cancelled = False
         #: Was a motion to this goal commanded?
         self.begun = False
-        #: Will the command of the last step hardly change in the next period?
-        self.may_skip_next = False
         #: Number of the drive. Each goal and each restart begins a new drive.
         self.attempt = 0
         self._tries_left = 0
@@ -66,7 +64,7 @@ class GoalMachine:
             self._begin()
 
     def interrupt(self) -> None:
-        """The robot was stopped. Let the next step continue from the robot's present pose."""
+        """The robot was stopped. Let the next step drive to the goal from the present pose."""
         self._interrupted = self.begun
 
     def give_up(self, reason: str) -> None:
@@ -81,14 +79,15 @@ class GoalMachine:
 
     def step(self, motion: Motion, dt: float) -> Optional[Twist2]:
         """Returns the command for now, `dt` [s] after the last step. None: no drive is active."""
-        goal, self.may_skip_next = self.goal, False
+        goal = self.goal
         if goal is None or not self.active:
             return None
-        if not self.begun:
-            self.begun = True
+        if self._interrupted:
+            for stall in self._stalls.values():
+                stall.resume()
+        if self._interrupted or not self.begun:
+            self.begun, self._interrupted, self.state = True, False, GoalState.ROTATE_TO_GOAL
             self.law.start(motion.pose, goal)
-        elif self._interrupted:
-            self._resume(motion.pose, goal)
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
@@ -96,10 +95,10 @@ class GoalMachine:
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
-            command, remaining, finished, self.may_skip_next = move(motion, goal, dt)
+            command, remaining, finished = move(motion, goal, dt)
             if not finished:
                 self.failure = self._stalls[self.state].update(
-                    remaining, motion.linear, motion.angular, dt, must_move=command != Twist2())
+                    remaining, rests, dt, must_move=command != Twist2())
                 return None if self.failure else command
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
@@ -134,9 +133,3 @@ class GoalMachine:
         self._stalls.clear()
         self._settling = Settling()
         self.state = GoalState.ROTATE_TO_GOAL
-
-    def _resume(self, pose: Pose2, goal: Pose2) -> None:
-        self._interrupted = False
-        for stall in self._stalls.values():
-            stall.resume()
-        self.state = self.law.resume(self.state, pose, goal)

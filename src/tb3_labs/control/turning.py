@@ -12,7 +12,7 @@ from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import difference, unwrap
-from tb3_labs.robot.samples import REST_ANGULAR
+from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
 #: Samples at rest must span this time, nearly one control period of the robot [s].
@@ -105,7 +105,7 @@ class PreciseTurn:
         self._time += dt
         self.remaining = unwrap(self._goal_yaw - yaw, self.remaining)
         command = self._approach.step(self.remaining, rate, self._fastest, dt, noise, age)
-        rests = abs(rate) <= REST_ANGULAR and self._approach.only_stops_obeyed(age)
+        rests = is_at_rest(0.0, rate) and self._approach.only_stops_obeyed(age)
         self._settling.update(rests, self._time - age)
         if rests:
             self.remaining = self._approach.way_after_stop.value

@@ -55,7 +55,8 @@ def yaw_from_quaternion(*, w: float, x: float, y: float, z: float) -> float:
     """Returns the heading of a quaternion [rad]. Raises ``ValueError`` with the reason for NaN,
     infinity, a norm that is not 1, and a tilt of more than MAX_TILT."""
     norm = math.sqrt(w * w + x * x + y * y + z * z)
-    if not abs(norm - 1.0) <= NORM_TOLERANCE:  # "not <=" also catches NaN
+    is_unit = abs(norm - 1.0) <= NORM_TOLERANCE    # False for NaN
+    if not is_unit:
         raise ValueError(f'quaternion has norm {norm:.3g}, not 1')
     # the formulas of Quaternion.to_euler(), but three times as fast
     w, x, y, z = w / norm, x / norm, y / norm, z / norm

@@ -24,7 +24,7 @@ from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from tb3_labs.geometry.angles import clamp, difference
 from tb3_labs.localization.sample_timing import TimedSample
-from tb3_labs.robot.samples import WheelSample
+from tb3_labs.robot.samples import REST_ANGULAR, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
@@ -56,8 +56,6 @@ MAX_UNEXPLAINED_TURN = 0.015
 AGREEMENT_TIME = 1.0
 #: If the margin of _Comparison.plausible_rates() is below this, the wheels rest [rad/s].
 RESTING_MARGIN = 1.2 * GYRO_DRIFT
-#: A robot that turns more slowly than this is at rest [rad/s].
-STANDING_RATE = 0.03
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6
 #: The problem in words, and its remedy.
@@ -99,7 +97,8 @@ class OrientationWatch:
             return    # sensors_and_stalls finds a frozen IMU
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
-            self.stands = self.stands and self._rested_for < AGREEMENT_TIME
+            if self._rested_for >= AGREEMENT_TIME:
+                self.stands = False
         elif 0.0 < seconds <= GYRO_GAP:
             self._turned += rate * seconds
             self._rested_for = 0.0
@@ -146,11 +145,12 @@ class _Comparison:
         """Returns the turns of the wheels that `reading` may show; None if not all are known."""
         first, last = reading.begin - LONGEST_GYRO_LAG, reading.end + LONGEST_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
+        if not turns or turns[0].begin > first:    # `turns` is in order of time
+            return None
         for turn in turns:
             if turn.rate_of_one_wheel and turn.end - turn.begin > MEAN_ONLY_GAP:
                 return None
-        is_known = bool(turns) and min(turn.begin for turn in turns) <= first
-        return turns if is_known else None
+        return turns
 
     def plausible_rates(self, least: float, most: float,
                         one_wheel: float) -> Tuple[float, float, float]:
@@ -193,7 +193,8 @@ class GyroWatch:
 
     def on_imu(self, timed: TimedSample, sends_wheels: bool = False) -> None:
         """Take in a sample of the IMU. `sends_wheels`: does the robot send joint states?"""
-        self._sends_wheels = self._sends_wheels or sends_wheels
+        if sends_wheels:
+            self._sends_wheels = True
         if timed.silence > RESUME_TIME:
             self._rested_for = self._uncompared_for = 0.0
         elif self._uncompared_for < AGREEMENT_TIME:
@@ -237,8 +238,8 @@ class GyroWatch:
         left, right = sample.left - last.left, sample.right - last.right
         per_track = self._model.wheel_radius / self._model.wheel_separation / (end - begin)
         turns = self._comparison.turns
-        turns.append(_WheelTurn(begin, end, (right - left) * per_track,
-                                max(abs(left), abs(right)) * per_track))
+        turns.append(_WheelTurn(begin, end, rate=(right - left) * per_track,
+                                rate_of_one_wheel=max(abs(left), abs(right)) * per_track))
         while turns[0].end < end - WHEEL_MEMORY:
             turns.popleft()
 
@@ -253,7 +254,7 @@ class GyroWatch:
         lowest, highest, margin = comparison.plausible_rates(
             least, most, max(turn.rate_of_one_wheel for turn in turns))
         nearest = clamp(reading.rate, lowest - margin, highest + margin)
-        stands = abs(reading.rate) < min(STANDING_RATE, abs(nearest))
+        stands = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
         seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
         if rests:
             self._rested_for += seconds
@@ -280,4 +281,5 @@ class GyroWatch:
         comparison.agreed_for += seconds
         if comparison.agreed_for >= AGREEMENT_TIME:
             comparison.unexplained, self._contradicts = 0.0, False
-            comparison.is_calibrated = comparison.is_calibrated or rests
+            if rests:
+                comparison.is_calibrated = True

@@ -22,6 +22,7 @@ from tb3_labs.localization.sample_buffer import SampleBuffer
 from tb3_labs.localization.sample_timing import SampleTiming, TimedSample, YawNoise
 from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
+from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
 #: The latest speed is assumed to last for two control periods at most [s].
@@ -85,7 +86,8 @@ class Localizer:
         #: Time of the last known command to move [s, receiver's clock].
         self.driven_at = -math.inf
         self._jump_finder = JumpFinder()
-        self._jumps: List[Jump] = []
+        #: The jumps of both sensors.
+        self.jumps: Queue[Jump] = Queue()
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
@@ -95,14 +97,15 @@ class Localizer:
     def on_imu(self, timed: TimedSample) -> None:
         jump = heading_jump(timed.before, timed.sample)
         if jump:
-            self._jumps.append(Jump(jump))
+            self.jumps.append(Jump(jump))
         self._buffer.add_imu(timed)
         self._awaits_imu = False
         self._yaw_noise.learn(timed)
         self._carry_out_resets()
 
     def on_odometry(self, timed: TimedSample) -> None:
-        self._awaits_imu = self._awaits_imu or timed.all_silent > RESET_SILENCE
+        if timed.all_silent > RESET_SILENCE:
+            self._awaits_imu = True
         if self._timing.imu is None or self._awaits_imu:
             self._jump_finder.skip(timed)
             return
@@ -120,9 +123,11 @@ class Localizer:
         reset waits, samples after its request give None, since their Fix would be in the old frame.
         The first Fix declares the frame, unless a reset has done so before."""
         pair = self._buffer.pop_pair()
-        if pair is None or self.is_lost or self._awaits_reset(pair[0].stamp):
+        if pair is None or self.is_lost:
             return None
         odometry, imu_yaw = pair
+        if self._awaits_reset(odometry.stamp):
+            return None
         if self.frame is None:
             self.frame = LocalFrame.declare(Pose2(), odometry.pose, imu_yaw)
         return Fix(odometry.stamp, self.frame.pose(odometry.pose, imu_yaw), self._frame_number)
@@ -131,11 +136,6 @@ class Localizer:
     def odom_T_local(self) -> Optional[Pose2]:
         """The pose of ``local`` in ``odom``; None before the first fix."""
         return None if self.frame is None else self.frame.odom_T_local
-
-    def pop_jumps(self) -> List[Jump]:
-        """Returns the jumps of both sensors since the last call."""
-        jumps, self._jumps = self._jumps, []
-        return jumps
 
     def pop_resets(self) -> List[Reset]:
         """Returns the resets that are over since the last call, in order."""
@@ -174,7 +174,7 @@ class Localizer:
         pose = Pose2(place.x + driven * math.cos(heading), place.y + driven * math.sin(heading),
                      heading)
         return Motion(pose, odometry.linear, imu.yaw_rate, imu_age, odometry_age,
-                      self._yaw_noise.deviation, extrapolated)
+                      yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the samples that it needs?"""
@@ -182,7 +182,7 @@ class Localizer:
                    for reset in self._waiting)
 
     def _on_jump(self, jump: Jump) -> None:
-        self._jumps.append(jump)
+        self.jumps.append(jump)
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
             for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'

@@ -24,7 +24,7 @@ from typing import NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_timing import TimedSample
-from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample, is_at_rest
+from tb3_labs.robot.samples import REST_LINEAR, ImuSample, OdometrySample, WheelSample, is_at_rest
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import LONGEST_SILENCE, RESET_SILENCE
 
@@ -118,13 +118,14 @@ def _is_reset(before: _JumpSample, after: _JumpSample, gap: _Gap) -> bool:
     turned = difference(after.imu.yaw, before.imu.yaw)
     is_zero = now.x == now.y == 0.0
     # after the reset of a board the IMU is near zero, too
-    is_near_zero = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE and (
-        min(abs(difference(now.yaw, turned)), abs(now.yaw)) <= NEAR_ZERO_YAW)
-    if not (is_zero or is_near_zero):
+    yaw_from_zero = min(abs(now.yaw), abs(difference(now.yaw, turned)))
+    place_is_near = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE
+    if not is_zero and not (place_is_near and yaw_from_zero <= NEAR_ZERO_YAW):
         return False
+    has_moved = was.distance_to(now) > NEAR_ZERO_PLACE
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
     is_calibrated = is_zero and before.rests and abs(turned) > CALIBRATION_TURN
-    return was.distance_to(now) > NEAR_ZERO_PLACE or contradicts_imu or is_calibrated
+    return has_moved or contradicts_imu or is_calibrated
 
 
 class JumpFinder:
@@ -146,8 +147,8 @@ class JumpFinder:
         latest ImuSample. The last known command to move came at `driven_at` [s, receiver's clock].
         """
         self.skip(timed)
-        sample = timed.sample
-        shift, jump, latest = None, None, _JumpSample(sample, timed.arrival, imu)
+        sample, latest = timed.sample, _JumpSample(timed.sample, timed.arrival, imu)
+        shift, jump = None, None
         if self._last_moved is not None and self._last_received is not None:
             before = self._last_moved.sample.pose
             problem = _jump(before, sample.pose, self._since_moved.longest)
@@ -168,8 +169,8 @@ class JumpFinder:
         """Returns (shift, jump) of a reset. The pose is kept if the robot was surely at rest."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-        if stood and abs(turned) <= RESTING_TURN and (
-                self._since_received.longest < LONGEST_SILENCE):
+        is_short = self._since_received.longest < LONGEST_SILENCE
+        if stood and is_short and abs(turned) <= RESTING_TURN:
             return (_shift(before.sample.pose, after.sample.pose),
                     Jump(SET_TO_ZERO, POSE_KEPT, turned))
         return None, Jump(SET_TO_ZERO, POSE_LOST)
@@ -195,10 +196,12 @@ def _shift(before: Pose2, after: Pose2) -> Pose2:
 def _jump(before: Pose2, after: Pose2, seconds: float) -> str:
     """Returns a text about the step between two poses; '' if a robot can make this step."""
     moved, turned = before.distance_to(after), abs(difference(after.yaw, before.yaw))
+    moved_too_far = moved > SPEED_BOUND * seconds + STEP_SLACK
+    turned_too_far = turned > TURN_BOUND * seconds + TURN_SLACK
     at_zero = after.x == after.y == 0.0 and abs(after.yaw) < ZERO_YAW
-    if at_zero and (moved > ZERO_PLACE or turned > TURN_BOUND * seconds + TURN_SLACK):
+    if at_zero and (moved > ZERO_PLACE or turned_too_far):
         return SET_TO_ZERO
-    if moved > SPEED_BOUND * seconds + STEP_SLACK or turned > TURN_BOUND * seconds + TURN_SLACK:
+    if moved_too_far or turned_too_far:
         return f'the odometry jumped by {moved:.2f} m and {math.degrees(turned):.0f} degrees'
     return ''
 
@@ -218,7 +221,8 @@ class _Interval:
 
     def update(self, is_true: bool, stamp: float) -> None:
         """Take in the condition at `stamp` [s]. If the clock goes back, start again."""
-        if not (is_true and self.begin <= stamp):
+        continues = is_true and self.begin <= stamp
+        if not continues:
             self.begin = stamp
         self.end = stamp
 
@@ -247,9 +251,8 @@ class EncoderWatch:
 
     def on_odometry(self, sample: OdometrySample) -> None:
         """Take in a sample of the odometry. A repeated pose is not a motion."""
-        rolls = (self._odometry is not None and self._odometry.pose != sample.pose
-                 and not is_at_rest(sample.linear, 0.0))
-        self._rolls.update(rolls, sample.stamp)
+        moves = self._odometry is not None and self._odometry.pose != sample.pose
+        self._rolls.update(moves and abs(sample.linear) > REST_LINEAR, sample.stamp)
         self._odometry = sample
 
     def problem(self) -> str:

@@ -71,7 +71,8 @@ Sample = Union[ImuSample, OdometrySample]
 
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
     """Returns `value`. ``ValueError`` for a value beyond `bound`, NaN or infinity."""
-    if not abs(value) <= bound:    # "not <=" also catches NaN
+    is_possible = abs(value) <= bound    # False for NaN
+    if not is_possible:
         raise ValueError(
             f'{name} = {value:.6g} {unit} is more than a robot can have ({bound:g})')
     return value

@@ -5,8 +5,8 @@ takes the permission of move_to_goal by ControlMessages. Source: the course's ga
 """
 import math
 from enum import Enum
-from typing import List
 
+from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
@@ -54,17 +54,12 @@ class ControlMessages:
     def __init__(self) -> None:
         #: Must this pad renew a permission that it gave to move_to_goal?
         self.grants = False
-        self._waiting: List[bool] = []
+        self.waiting: Queue[bool] = Queue()    # messages to publish
         #: Time of the last True that move_to_goal has not answered yet [s].
         self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
         #: Time at which control was taken from move_to_goal, by anyone [s].
         self.stopped_at = -math.inf
-
-    def pop_all(self) -> List[bool]:
-        """Returns the messages since the last call."""
-        messages, self._waiting = self._waiting, []
-        return messages
 
     def pop_renewal(self, now: float) -> bool:
         """Is a renewal due? The caller must send it."""
@@ -78,10 +73,10 @@ class ControlMessages:
         `RENEWAL_PERIOD` since the press. The number of renewals shows the delay."""
         self.grants = True
         self.granted_at = self._sent_at = now
-        self._waiting += [True] * (1 + int(lateness / RENEWAL_PERIOD))
+        self.waiting += [True] * (1 + int(lateness / RENEWAL_PERIOD))
 
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
         self.grants = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a press of B may come late
-        self._waiting.append(False)
+        self.waiting.append(False)

@@ -72,13 +72,14 @@ class MessageAges:
                clock: float = 0.0) -> Age:
         """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
         `clock` is the present time on the clock of stamps. A driver that hangs repeats a stamp."""
-        before, stamped = self._latest.get(connection.sender), self._stamps.get(connection.sender)
-        self._latest[connection.sender] = connection
-        self._stamps[connection.sender] = stamp, clock
-        if before == connection:
-            is_same = stamped and stamp and stamp == stamped[0] and clock != stamped[1]
-            return Age.SAME if is_same else Age.NEW
-        return self._age_of_first(connection, before, now)
+        sender = connection.sender
+        before, self._latest[sender] = self._latest.get(sender), connection
+        last_stamp, last_clock = self._stamps.get(sender, (0.0, 0.0))
+        self._stamps[sender] = stamp, clock
+        if before != connection:
+            return self._age_of_first(connection, before, now)
+        is_same = stamp != 0.0 and stamp == last_stamp
+        return Age.SAME if is_same and clock != last_clock else Age.NEW
 
     def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
                       now: float) -> Age:
@@ -105,19 +106,21 @@ class LogLine(NamedTuple):
     warning: bool    # is the line logged as a warning?
 
 
-class LogQueue:
-    """Collects LogLines until the node logs them."""
+class Queue(List[Content]):
+    """Entries that wait, in order, until the node takes them."""
 
-    def __init__(self) -> None:
-        self._waiting: List[LogLine] = []
+    def pop_all(self) -> List[Content]:
+        """Returns the entries since the last call."""
+        entries = list(self)
+        self.clear()
+        return entries
+
+
+class LogQueue(Queue[LogLine]):
+    """The lines that the node must log."""
 
     def add(self, text: str, warning: bool = False) -> None:
-        self._waiting.append(LogLine(text, warning))
-
-    def pop_all(self) -> List[LogLine]:
-        """Returns the lines since the last call."""
-        lines, self._waiting = self._waiting, []
-        return lines
+        self.append(LogLine(text, warning))
 
 
 @dataclass(frozen=True)

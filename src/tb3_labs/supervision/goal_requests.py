@@ -12,8 +12,9 @@ Units: seconds on a clock that never stands still or goes back (`now`). Edge cas
 process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network counts as a pause.
 """
 from enum import Enum
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional
 
+from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
 
 #: The reason for rejecting a repeated goal that was ended before.
@@ -56,7 +57,7 @@ class GoalAnswer(NamedTuple):
     text: str
 
 
-class _Repetition:
+class Repetition:
     """The latest goal of one sender, and its repetitions since the last pause."""
 
     def __init__(self, request: GoalRequest) -> None:
@@ -65,7 +66,17 @@ class _Repetition:
         self.is_repeated = self.is_ended = self.was_logged = False
 
     def end(self) -> None:
-        self.is_ended = self.is_ended or self.is_repeated
+        """The goal was canceled or given up: end its repetitions."""
+        if self.is_repeated:
+            self.is_ended = True
+
+    def refusal_line(self) -> str:
+        """Returns the log line for a goal that stays ended once, later ''."""
+        if self.was_logged:
+            return ''
+        self.was_logged = True
+        return (f'The goal that {self.latest.sender or "a program"} repeats stays ended: it counts '
+                f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
 
 
 class GoalRequests:
@@ -76,59 +87,40 @@ class GoalRequests:
         self.present = present
         self._sleep = sleep
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
-        self._answers: List[GoalAnswer] = []
-        self._repetitions: Dict[str, _Repetition] = {}    # by sender
+        #: The answers to the clients of goals, in order.
+        self.answers: Queue[GoalAnswer] = Queue()
+        self._repetitions: Dict[str, Repetition] = {}    # by sender
 
-    def note(self, request: GoalRequest, now: float) -> None:
+    def note(self, request: GoalRequest, now: float) -> Repetition:
         """Take in a goal that arrives. Call this for each goal, even if it is then refused."""
         self._forget(now)
         repetition = self._repetition_of(request)
         if repetition is None:
-            repetition = self._repetitions[request.sender] = _Repetition(request)
+            repetition = self._repetitions[request.sender] = Repetition(request)
         else:
             repetition.is_repeated, repetition.latest = True, request
         repetition.source.received(now)
+        return repetition
 
-    def stays_ended(self, request: GoalRequest) -> bool:
-        """Does a goal that was noted repeat a goal that was ended?"""
-        repetition = self._repetition_of(request)
-        return repetition is not None and repetition.is_ended
-
-    def refusal_line(self, request: GoalRequest) -> str:
-        """Returns the log line for a goal that stays ended; '' if this goal was logged before."""
-        repetition = self._repetition_of(request)
-        if repetition is None or repetition.was_logged:
-            return ''
-        repetition.was_logged = True
-        return (f'The goal that {request.sender or "a program"} repeats stays ended: it counts '
-                f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
-
-    def is_repeated(self, request: GoalRequest) -> bool:
+    def repeats_present(self, repetition: Repetition) -> bool:
         """Does a goal that was noted repeat the present goal?"""
-        repetition = self._repetition_of(request)
-        return repetition is not None and repetition.is_repeated and (
-            repetition is self._repetition_of(self.present))
+        return repetition.is_repeated and repetition is self._repetition_of(self.present)
 
     def accept(self, request: GoalRequest) -> None:
         """Make `request` the present goal. Cancel the previous goal."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
-        self._answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
+        self.answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
         self.present = self._open = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
         """Answer the client of `request` that the goal is rejected."""
-        self._answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
+        self.answers.append(GoalAnswer(request, GoalOutcome.REJECTED, reason))
 
     def end(self, outcome: GoalOutcome, text: str) -> None:
         """Answer the client of the present goal, if this client still waits."""
         if self._open is not None:
-            self._answers.append(GoalAnswer(self._open, outcome, text))
+            self.answers.append(GoalAnswer(self._open, outcome, text))
             self._open = None
-
-    def pop_answers(self) -> List[GoalAnswer]:
-        """Returns the answers since the last call, in order."""
-        answers, self._answers = self._answers, []
-        return answers
 
     def give_up(self, now: float) -> None:
         """Give up the present goal. A repetition does not start the drive again."""
@@ -148,9 +140,11 @@ class GoalRequests:
             self.give_up(now)
         return is_named_by
 
-    def _repetition_of(self, request: GoalRequest) -> Optional[_Repetition]:
+    def _repetition_of(self, request: GoalRequest) -> Optional[Repetition]:
         repetition = self._repetitions.get(request.sender)
-        return repetition if repetition is not None and repetition.goal == request.goal else None
+        if repetition is None or repetition.goal != request.goal:
+            return None
+        return repetition
 
     def _forget(self, now: float) -> None:
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE

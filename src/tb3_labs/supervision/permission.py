@@ -120,7 +120,8 @@ class Permission:
             self._grants.pop(sender, None)
         is_repeated = self._last_value.get(sender, False)
         self._last_value[sender] = is_grant
-        if message.age is Age.OLD and not is_grant and set(self._grants) <= {''}:
+        given_by_senders = set(self._grants) - {''}
+        if not is_grant and message.age is Age.OLD and not given_by_senders:
             return    # this False does not end the grant at the start
         if not is_grant:
             self._stops = {other: at for other, at in self._stops.items()
@@ -171,11 +172,12 @@ class Permission:
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant if its renewals show that its True was sent too long ago."""
+        stops_of_others = [at for other, at in self._stops.items() if other != sender]
         if grant.granted_at - grant.sent_before > OLDEST_GRANT:
             self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.granted_at):
             self._end(sender, 'it was given before this node started, or woke')
-        elif any(at > grant.sent_before for other, at in self._stops.items() if other != sender):
+        elif grant.sent_before < max(stops_of_others, default=-math.inf):
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:

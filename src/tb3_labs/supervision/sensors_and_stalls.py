@@ -28,8 +28,6 @@ LONGEST_REST = 4.0
 #: The goal is missed if the remaining way grows again by more than this [m or rad]. A robot
 #: overshoots by less in a short stall of the network.
 AWAY_LIMIT = 0.8
-#: A robot that is faster than this moves [m/s or rad/s].
-MOVING_SPEED = 0.005
 
 
 class SensorStatus(Enum):
@@ -65,7 +63,8 @@ class Sensor(Freshness):
 
     def check_repetition(self, must_change: bool, now: float) -> None:
         """Update `repeated_for`. `must_change`: must the reading change, since the robot moves?"""
-        if not (must_change and self._changed_at <= now):    # the clock may have gone back
+        is_repeated = must_change and self._changed_at <= now    # the clock may have gone back
+        if not is_repeated:
             self._changed_at = now
         self.repeated_for = now - self._changed_at
 
@@ -106,9 +105,11 @@ class SensorWatch:
             source.clock_went_back(now)
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
         are_fresh = self.are_fresh(now) and all([source.count > 1 for source in self._sources])
-        silent_for = now - self._silent_since if self._silent_since <= now else 0.0
+        is_silent = self._silent_since <= now    # False for NaN
+        silent_for = now - self._silent_since if is_silent else 0.0
         is_late = silent_for > self._longest_wait
-        if are_fresh and (is_checked or not self._were_fresh):    # a later wait would start now
+        become_fresh = are_fresh and not self._were_fresh
+        if become_fresh or (are_fresh and is_checked):    # otherwise the wait would start anew
             self._silent_since = now - max([source.age(now) for source in self._sources])
             self._longest_wait = RESUME_TIME
         else:
@@ -148,8 +149,10 @@ class SensorWatch:
         names each sensor that is silent for half its timeout."""
         if self.are_fresh(now):
             return ''
-        return ', '.join(source.silence_with_age(now) if with_age else source.silence
-                         for source in self._sources if source.age(now) > 0.5 * source.timeout)
+        lost = [source for source in self._sources if source.age(now) > 0.5 * source.timeout]
+        if with_age:
+            return ', '.join(source.silence_with_age(now) for source in lost)
+        return ', '.join(source.silence for source in lost)
 
     def frozen(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
@@ -175,11 +178,10 @@ class StallWatch:
         progress, since otherwise a bad network would hide a stalled robot."""
         self._least = None
 
-    def update(self, remaining: float, linear: float, angular: float, dt: float,
-               must_move: bool = True) -> str:
-        """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad], the
-        measured speeds [m/s, rad/s], and the time since the last update [s]. `must_move`: is the
-        command to move, not to rest?"""
+    def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
+        """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad] and
+        the time since the last update [s]. `rests`: do the samples show a robot at rest?
+        `must_move`: is the command to move, not to rest?"""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= LONGEST_REST:
@@ -195,6 +197,6 @@ class StallWatch:
             self._stalled_for += dt
         if remaining <= self._least + AWAY_LIMIT and self._stalled_for <= STALL_TIME:
             return ''
-        if abs(linear) > MOVING_SPEED or abs(angular) > MOVING_SPEED:
-            return 'the robot moves, but no longer nearer to its goal: it has missed it'
-        return 'the robot does not move although it is told to (stuck, or motors off?)'
+        if rests:
+            return 'the robot does not move although it is told to (stuck, or motors off?)'
+        return 'the robot moves, but no longer nearer to its goal: it has missed it'

@@ -18,8 +18,6 @@ from typing import Deque, Optional, Tuple
 SENSOR_TIMEOUT = 0.22
 #: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen.
 FROZEN_TIME = 0.6
-#: A reading that is repeated for at most this long is normal: a new sample is not due yet.
-SHORT_REPETITION = 0.05
 #: A motion continues by itself after a silence of the sensors of at most this length.
 RESUME_TIME = 2.0
 #: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.

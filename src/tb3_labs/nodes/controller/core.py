@@ -15,18 +15,11 @@ from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
     NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
-from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump
+from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
-
-#: If the robot turns faster than this without a command, another node drives it [rad/s].
-DRIVEN_RATE = 0.1
-#: Least time between two log lines about refused turns [s].
-REFUSAL_PERIOD = 1.0
-#: The result of a turn is logged when the robot turns slower than this [rad/s].
-RESULT_RATE = 0.01
 
 
 class ControllerCore:
@@ -43,10 +36,8 @@ class ControllerCore:
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
         self._turn: Optional[ActiveTurn] = None  # None after the result of the turn is logged
-        self._error_of_last_turn = 0.0           # the next turn corrects this error [rad]
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
-        self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
         self._mouse_loss_logged = False          # was the loss of the mouse logged?
         self._log = LogQueue()
@@ -61,14 +52,11 @@ class ControllerCore:
             self._handle(DriverEvent.TURN_OVER, jump)
         self._gyro.on_imu(timed, sends_wheels)
         self._heading.on_imu(timed)
-        rate = abs(self._heading.rate)
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.is_checked)
-        if self._turn is not None and rate <= RESULT_RATE:
+        if self._turn is not None and is_at_rest(0.0, self._heading.rate):
             self._log_result(self._turn, now)
-        elif self._turn is None and rate > DRIVEN_RATE:
-            self._error_of_last_turn = 0.0
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels. Only the check of the gyro uses it."""
@@ -83,15 +71,16 @@ class ControllerCore:
                 self._log.add('The mouse is active: it drives outside the middle of the screen; '
                               'scroll up to stop')
             self._mouse_is_due = True
-            self._handle(DriverEvent.MOUSE_CENTRED if self.mouse.twist == Twist2()
-                         else DriverEvent.MOUSE_MOVED, 'the mouse took over')
+            is_centred = self.mouse.twist == Twist2()
+            self._handle(DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED,
+                         'the mouse took over')
+        elif active and was_active:
+            self._mouse_loss_logged = True
+            self._release_mouse('messages of the mouse are late: move it to the middle of the '
+                                'screen to use it again')
         elif was_active or deactivated:
-            self._mouse_loss_logged = active
-            reason = 'the mouse was deactivated'
-            if active:
-                reason = ('messages of the mouse are late: move it to the middle of the screen to '
-                          'use it again')
-            self._release_mouse(reason)
+            self._mouse_loss_logged = False
+            self._release_mouse('the mouse was deactivated')
         elif active and not self._mouse_loss_logged:
             self._mouse_loss_logged = True
             self._log.add('The mouse was active before: move it to the middle of the screen to '
@@ -111,17 +100,14 @@ class ControllerCore:
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
         self._check_sleep_and_mouse(turn.at)
-        self._refused_at = -math.inf
         self._request_or_log(turn, now)
 
     def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
-        """Request a turn. Log a refusal, at most once a second."""
+        """Request a turn. Log a refusal."""
         try:
             self.request_turn(turn.content, now)
         except ValueError as refusal:
-            if turn.at - self._refused_at >= REFUSAL_PERIOD:
-                self._refused_at = turn.at
-                self._log.add(str(refusal), warning=True)
+            self._log.add(str(refusal), warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
@@ -166,11 +152,10 @@ class ControllerCore:
     def tick(self, now: float, steady_now: float) -> Output:
         """Look at both clocks, and decide."""
         self._check_sleep_and_mouse(steady_now)
-        turn_is_due = self.driver is Driver.TURN and (
-            self._pace.due(now) or not self._sensors.are_fresh(now))
+        step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = None
-        if self._mouse_is_due or turn_is_due:
-            command = self._command(now) or Twist2()
+        if self._mouse_is_due or (self.driver is Driver.TURN and step_is_due):
+            command = self._command(now)
         before, self._last_driver = self._last_driver, self.driver
         return Output(command, stops_first=self.driver is not before,
                       log_lines=self._log.pop_all(),
@@ -183,13 +168,13 @@ class ControllerCore:
     def idle_for(self, now: float) -> float:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
 
-    def _command(self, now: float) -> Optional[Twist2]:
+    def _command(self, now: float) -> Twist2:
         self._mouse_is_due = False
         if self.driver is Driver.MOUSE:
             return self.mouse.twist
         if self.driver is Driver.TURN and self._sensors_allow(now):
             return self._turn_step(now)
-        return None
+        return Twist2()
 
     # -- turns
 
@@ -200,7 +185,8 @@ class ControllerCore:
 
     def _check_turn(self, angle: float, now: float) -> None:
         """Raises ``ValueError`` if the robot cannot turn by `angle` now."""
-        if not abs(angle) <= self._law.MAX_ANGLE + 1e-9:    # "not <=" also catches NaN
+        is_possible = abs(angle) <= self._law.MAX_ANGLE + 1e-9    # False for NaN
+        if not is_possible:
             most = round(math.degrees(self._law.MAX_ANGLE))
             raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
                              f'-{most} to {most}')
@@ -218,7 +204,7 @@ class ControllerCore:
     def _begin_turn(self, angle: float, now: float) -> None:
         if self._turn is not None and self.driver is not Driver.TURN:
             self._log_result(self._turn, now)
-        self._turn = ActiveTurn(angle, self._heading.steady_yaw, self._error_of_last_turn, now)
+        self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
         self._sensors.request_motion()
         self._sensors.pause()
         self._start_law(self._turn)
@@ -245,7 +231,7 @@ class ControllerCore:
             self._handle(DriverEvent.TURN_OVER, f'{reason} for {self._sensors.silent_for:.1f} s')
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
-    def _turn_step(self, now: float) -> Optional[Twist2]:
+    def _turn_step(self, now: float) -> Twist2:
         turn, heading, imu = self._turn, self._heading, self._timing.imu
         assert turn is not None and imu is not None
         dt = self._pace.step(now)
@@ -254,16 +240,16 @@ class ControllerCore:
         problem = self._sensors.frozen() or self._gyro.problem()
         if not problem and not step.finished:
             problem = turn.stall.update(
-                step.remaining, 0.0, heading.rate, dt, must_move=step.command != Twist2())
-        if not step.finished and not problem:
-            return step.command
-        turn.remaining_at_end = step.remaining
-        self._handle(DriverEvent.TURN_OVER, problem)
-        return None
+                step.remaining, is_at_rest(0.0, heading.rate), dt,
+                must_move=step.command != Twist2())
+        if problem or step.finished:
+            turn.remaining_at_end = step.remaining
+            self._handle(DriverEvent.TURN_OVER, problem)
+            return Twist2()
+        return step.command
 
     def _log_result(self, turn: ActiveTurn, now: float) -> None:
         self._log.add(turn.result(now))
-        self._error_of_last_turn = turn.remaining_at_end
         self._turn = None
 
     # -- who drives
@@ -275,8 +261,6 @@ class ControllerCore:
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
         """Change the driver. A turn that ends for a `reason` is given up."""
         before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
-        if self.driver is Driver.MOUSE:
-            self._error_of_last_turn = 0.0
         if reason:
             self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
@@ -284,4 +268,4 @@ class ControllerCore:
             left = abs(math.degrees(self._turn.remaining(self._yaw)))
             self._log.add(f'Turn given up {left:.0f} degrees before its end: {reason}',
                           warning=True)
-            self._turn, self._error_of_last_turn = None, 0.0
+            self._turn = None

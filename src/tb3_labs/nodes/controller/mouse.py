@@ -49,14 +49,17 @@ class _MouseSource:
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
         """Take in a message. `rests`: does the message ask for a stop?"""
         active, now, stamp = message.content.active, message.at, message.sent_at
-        is_first = not self.source.count
-        if not (is_first or self.reported_active) and now - self._silence_ended_at >= WAKING_TIME:
-            self.is_lost = False    # the previous message showed an inactive mouse
+        is_first = self.source.count == 0
+        was_inactive = not is_first and not self.reported_active
+        if was_inactive and now - self._silence_ended_at >= WAKING_TIME:
+            self.is_lost = False
+        # an inactive mouse may be silent; before the first message its state is not known
+        must_be_heard = active if is_first else self.reported_active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
-        elif not self.source.is_fresh(now) and (active if is_first else self.reported_active):
+        elif must_be_heard and not self.source.is_fresh(now):
             self._silence_ended_at = now
         if message.age is not Age.SAME:
             self.source.received(now)
@@ -93,13 +96,15 @@ class Mouse:
     def received(self, message: 'Event[MouseState]') -> bool:
         """Take in a message of a mouse. Returns True if the message deactivates the mouse, which is
         a stop, even if the mouse was lost."""
-        (active, x, y), now, sender = message.content, message.at, self._senders[message.sender]
-        twist = Twist2(_speed(y), _speed(-x))
-        was_active, deactivated = sender.active, not active and sender.reported_active
-        self.source.received(now)
+        active, x, y = message.content
+        sender = self._senders[message.sender]
+        twist = Twist2(linear=_speed(y), angular=_speed(-x))
+        was_active, deactivated = sender.active, sender.reported_active and not active
+        self.source.received(message.at)
         sender.received(message, rests=not active or twist == Twist2())
-        if deactivated or was_active and not sender.active:
-            self.lose(now, kept=sender)
+        was_lost = was_active and not sender.active
+        if deactivated or was_lost:
+            self.lose(message.at, kept=sender)
         if sender.active:
             self.twist = twist
         return deactivated

@@ -30,8 +30,10 @@ TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 def degrees_of(text: str) -> float:
     """Returns the turn for a key or a number [deg]. ``ValueError`` for another text."""
+    if text in TURN_KEYS:
+        return TURN_KEYS[text]
     try:
-        return TURN_KEYS[text] if text in TURN_KEYS else float(text)
+        return float(text)
     except ValueError:
         raise ValueError(f'{text[:20]!r} is not valid: l (90 degrees left), r (90 right), b (180, '
                          'about turn), a number of degrees (left positive), q (quit)') from None
@@ -93,14 +95,13 @@ class Heading:
 class ActiveTurn:
     """One turn, from the request until its result is logged. Angles do not jump at +/-pi [rad]."""
 
-    def __init__(self, requested: float, yaw: float, last_error: float, now: float) -> None:
-        """Turn from `yaw` by `requested`. Also correct `last_error` of the previous turn."""
+    def __init__(self, requested: float, yaw: float, now: float) -> None:
+        """Turn from `yaw` by `requested`."""
         self.requested = requested
-        self.goal = yaw + last_error + requested
+        self.goal = yaw + requested
         self.stall = StallWatch()
         #: The remaining angle at the end, which the law computes from many samples.
         self.remaining_at_end = 0.0
-        self._start = yaw
         self._begun_at = now
 
     def extend(self, angle: float) -> None:
@@ -115,16 +116,10 @@ class ActiveTurn:
 
     def result(self, now: float) -> str:
         """Returns a text about the result, for a robot that rests."""
-        error, intended = self.remaining_at_end, self.goal - self._start
-        side = 'short of' if error * self.requested > 0.0 else 'beyond'
-        seconds = now - self._begun_at
-        text = (f'Turned {math.degrees(intended - error):.2f} degrees in {seconds:.1f} s: '
-                f'{abs(math.degrees(error)):.2f} degrees {side} {math.degrees(intended):.2f}')
-        requested = round(math.degrees(self.requested), 2)
-        last_error = math.degrees(intended - self.requested)
-        if abs(last_error) >= 0.005:
-            text += f' (asked: {requested:g}; left by the turn before: {last_error:+.2f})'
-        return text
+        requested, error = math.degrees(self.requested), math.degrees(self.remaining_at_end)
+        side = 'short of' if error * requested > 0.0 else 'beyond'
+        return (f'Turned {requested - error:.2f} degrees in {now - self._begun_at:.1f} s: '
+                f'{abs(error):.2f} degrees {side} {requested:.2f}')
 
 
 class Driver(Enum):
@@ -174,7 +169,8 @@ class Repetitions:
         else:
             last.is_repeated = True
         last.source.received(event.at)
-        last.is_doubted = last.is_doubted or event.age.is_doubtful
+        if event.age.is_doubtful:
+            last.is_doubted = True
         if last.is_doubted:
             last.doubts += 1
         if is_waking:    # this request itself is refused elsewhere
@@ -184,7 +180,8 @@ class Repetitions:
     def stop(self) -> None:
         """Make each repeated request doubtful, since a stop must end its repetitions, too."""
         for last in self._requests.values():
-            last.is_doubted = last.is_doubted or last.is_repeated
+            if last.is_repeated:
+                last.is_doubted = True
 
 
 class _TurnRequest:

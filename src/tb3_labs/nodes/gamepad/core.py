@@ -78,7 +78,8 @@ class GamepadCore:
             if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.grants:
                 self.messages.grant(now, self._pad.lateness)
                 self._handle(ControlEvent.RELINQUISH, now)
-        is_ready = (state.hold and not before.hold) if self._config.has_hold else state.at_rest
+        is_held_anew = state.hold and not before.hold
+        is_ready = is_held_anew if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
@@ -98,8 +99,7 @@ class GamepadCore:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or False of another node. A False ends the control that this pad gave, or
-        stops a robot that this pad drives."""
+        """Take in a True or False of another node. A False is a stop, also for this pad."""
         if not message.content:
             self._on_control_taken(message.at)
 
@@ -124,14 +124,14 @@ class GamepadCore:
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
         holder = None if self.holder is self._published_holder else self.holder
-        watched = self.messages.grants or self._drives() or (
-            self._pad.state is not None and self.holder is ControlHolder.NOBODY)
+        waits_for_rest = self._pad.state is not None and self.holder is ControlHolder.NOBODY
+        watched = self.messages.grants or self._drives() or waits_for_rest
         reset_requested, self._reset_requested = self._reset_requested, False
         self._published_holder = self.holder
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             reset_requested=reset_requested,
-            control_messages=self.messages.pop_all(), renews=self.messages.pop_renewal(now))
+            control_messages=self.messages.waiting.pop_all(), renews=self.messages.pop_renewal(now))
 
     def _check_rest(self, now: float) -> None:
         """Find whether the pad is ready. If a stick is pushed too long, log a warning."""
@@ -139,10 +139,12 @@ class GamepadCore:
         if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
             self._stick_pushed_since, self._stick_logged = math.inf, False
             return
-        self._stick_pushed_since = math.inf if state.at_rest else min(self._stick_pushed_since, now)
-        self._stick_logged = self._stick_logged and not state.at_rest
-        if state.at_rest and self._is_current(now):
-            self._handle(ControlEvent.READY, now)
+        if state.at_rest:
+            self._stick_pushed_since, self._stick_logged = math.inf, False
+            if self._is_current(now):
+                self._handle(ControlEvent.READY, now)
+            return
+        self._stick_pushed_since = min(self._stick_pushed_since, now)
         if now - self._stick_pushed_since > STICK_WARNING_TIME and not self._stick_logged:
             self._stick_logged = True
             axes, _ = state.sent
@@ -163,8 +165,9 @@ class GamepadCore:
 
     def _drives(self) -> bool:
         state = self._pad.state
-        return (self.holder is ControlHolder.GAMEPAD and state is not None
-                and not state.at_rest and (state.hold or not self._config.has_hold))
+        if self.holder is not ControlHolder.GAMEPAD or state is None:
+            return False
+        return (state.hold or not self._config.has_hold) and not state.at_rest
 
     def _check_clock(self, now: float) -> None:
         """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the
@@ -189,19 +192,19 @@ class GamepadCore:
             doubt = f'it was pressed {lateness:.1f} s ago, or before something took control'
         if doubt:
             self._log.add(f'{button} does not count, {doubt}: press it again', warning=True)
-        return not doubt
+        return doubt == ''
 
     # -- who holds the robot
 
     def _handle(self, event: ControlEvent, now: float) -> None:
         before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
-        self._command_is_due = self._command_is_due or self.holder is not before
-        if before is ControlHolder.MOVE_TO_GOAL and self.holder is not before:
+        if self.holder is before:
+            return
+        self._command_is_due = True
+        if before is ControlHolder.MOVE_TO_GOAL:
             self._zero_until = now + HAND_BACK_TIME
             if self.messages.grants:       # another node took control
                 self.messages.stop(now)
-        if self.holder is before:
-            return
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
         elif event is ControlEvent.STOPPED:
@@ -213,12 +216,12 @@ class GamepadCore:
 
     @property
     def _remedy(self) -> str:
-        return ('press the hold button' if self._config.has_hold
-                else 'let go of the sticks') + ' to drive again'
+        action = 'press the hold button' if self._config.has_hold else 'let go of the sticks'
+        return action + ' to drive again'
 
     def _check_loss(self, now: float) -> None:
-        needs_pad = self._drives() or (self.messages.grants and not self._config.drive_without_pad)
-        if not needs_pad or self.joy.is_fresh(now):
+        needs_pad = self._drives() or self.messages.grants
+        if self.joy.is_fresh(now) or not needs_pad:
             return
         hint = ''
         if self._pad.hangs:

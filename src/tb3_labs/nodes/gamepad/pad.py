@@ -22,18 +22,15 @@ class PadConfig(Config):
 
     linear_axis: int = setting(LINEAR_AXIS, 'axis that drives, forward positive', '', 0, MAX_INDEX)
     angular_axis: int = setting(ANGULAR_AXIS, 'axis that turns, left positive', '', 0, MAX_INDEX)
-    relinquish_button: int = setting(BUTTON_A, 'gives the robot to move_to_goal: A', '', 0,
-                                     MAX_INDEX)
+    relinquish_button: int = setting(BUTTON_A, 'lets move_to_goal drive: A', '', 0, MAX_INDEX)
     regain_button: int = setting(BUTTON_B, 'takes it back: B', '', 0, MAX_INDEX)
-    reset_button: int = setting(BUTTON_Y, 'declares the robot to be at (0, 0, 0): Y', '', 0,
-                                MAX_INDEX)
+    reset_button: int = setting(BUTTON_Y, 'resets the pose to (0, 0, 0): Y', '', 0, MAX_INDEX)
     hold_button: int = setting(-1, 'drives only while it is held; -1: none', '', -1, MAX_INDEX)
     dead_zone: float = setting(0.08, 'sticks nearer to their middle are at rest', low=0.0, high=0.9)
     linear_scale: float = setting(0.26, "full stick; the robot's own limit holds as well", 'm/s',
                                   low=0.01, high=1.0)
     angular_scale: float = setting(
         MAX_ANGULAR_SPEED, "full stick; the robot's own limit holds as well", 'rad/s', 0.05, 5.0)
-    drive_without_pad: bool = setting(False, 'move_to_goal may drive on when the pad is lost')
 
     @property
     def has_hold(self) -> bool:
@@ -86,11 +83,12 @@ class PadListener:
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
         self.hangs = hangs
-        is_silence = hangs or (stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT)
         # a driver that hangs may repeat several messages
+        is_old = stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
-        self.came_after_loss = self.repeats and not (is_silence or self.source.is_fresh(now))
-        if not is_silence:
+        self.came_after_loss = False
+        if not hangs and not is_old:
+            self.came_after_loss = self.repeats and not self.source.is_fresh(now)
             self.source.received(now)
         if math.isinf(self._received_since) or (self.came_after_loss and stamp <= 0.0):
             self._received_since = now
@@ -101,8 +99,9 @@ class PadListener:
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay known? Otherwise `lateness` may be wrong."""
-        return now - self._received_since >= LATENESS_KNOWN_AFTER and (
-            not self.hangs or self.source.is_fresh(now))    # two messages may have the same stamp
+        if self.hangs and not self.source.is_fresh(now):    # two messages may have the same stamp
+            return False
+        return now - self._received_since >= LATENESS_KNOWN_AFTER
 
     def is_current(self, now: float) -> bool:
         """Does the last message show the present state of the pad?"""

@@ -9,7 +9,7 @@ back (`steady_now`); metres, radians. Poses are in the local frame.
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Optional, Sequence
+from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
@@ -19,19 +19,18 @@ from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroWatch
-from tb3_labs.localization.localizer import Fix, Localizer, Reset
+from tb3_labs.localization.localizer import Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.nodes.move_to_goal.status import Announcer, DriveStatus
+from tb3_labs.nodes.move_to_goal.status import Announcer, DriveOutput, DriveStatus
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, LogQueue, Output
+from tb3_labs.supervision.events import Event, LogQueue
 from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalAnswer, GoalOutcome, GoalRequest, GoalRequests)
+    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, Repetition)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
-from tb3_labs.supervision.timeouts import SHORT_REPETITION
 
 #: A warning names another node that commands motions for this long while this node drives [s].
 RIVAL_TIME = 0.3
@@ -53,26 +52,6 @@ class MoveToGoalConfig(Config):
     def goal(self) -> Pose2:
         """The first goal as a Pose2 in local."""
         return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
-
-
-@dataclass(frozen=True)
-class DriveOutput(Output):
-    """The decision of a MoveToGoalCore."""
-
-    #: Was control given, and not taken back? The sender of the grant may be silent for a moment.
-    has_grant: bool = False
-    #: The answers to clients of goals, in order.
-    answers: Sequence[GoalAnswer] = ()
-    #: The status of the drive, if it is new.
-    status: Optional[DriveStatus] = None
-    #: A new Fix, or None.
-    fix: Optional[Fix] = None
-    #: The pose of ``local`` in the odometry's frame. It is None before the first Fix.
-    odom_T_local: Optional[Pose2] = None
-
-    @property
-    def has_more(self) -> bool:
-        return bool(self.log_lines or self.answers or self.status)
 
 
 class MoveToGoalCore:
@@ -149,30 +128,32 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        self.on_repetition(request, steady_now)
+        repetition = self.on_repetition(request, steady_now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
             requests.refuse(request, doubt + ': send it again')
-        elif requests.stays_ended(request):
-            line = requests.refusal_line(request)
+            return
+        if repetition.is_ended:
+            line = repetition.refusal_line()
             if line:
                 self._log.add(line, warning=True)
             requests.refuse(request, STAYS_ENDED)
-        else:
-            try:
-                goal = request.goal.in_local(self.odom_T_local)
-            except ValueError as problem:
-                requests.refuse(request, str(problem))
-                return
-            if not (machine.active and machine.goal == goal and requests.is_repeated(request)):
-                self.set_goal(goal)
-            requests.accept(request)
+            return
+        try:
+            goal = request.goal.in_local(self.odom_T_local)
+        except ValueError as problem:
+            requests.refuse(request, str(problem))
+            return
+        is_present = machine.active and machine.goal == goal
+        if not is_present or not requests.repeats_present(repetition):
+            self.set_goal(goal)
+        requests.accept(request)
 
-    def on_repetition(self, request: GoalRequest, steady_now: float) -> None:
+    def on_repetition(self, request: GoalRequest, steady_now: float) -> Repetition:
         """Take in a goal that was sent again with the same GoalID."""
         self._update_control(steady_now)    # a goal may be older than a sleep
         self._check_end(steady_now)
-        self._requests.note(request, steady_now)
+        return self._requests.note(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
@@ -225,11 +206,12 @@ class MoveToGoalCore:
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end(steady_now)
+        keeps_command = self._drives and not is_due
         return DriveOutput(
-            command, stops_first=command is None and (is_due or not self._drives),
+            command, stops_first=command is None and not keeps_command,
             status=self._new_status(now), log_lines=self._log.pop_all(),
             watched=self._permission.has_grant and self._machine.active,
-            has_grant=self._permission.has_grant, answers=self._requests.pop_answers(),
+            has_grant=self._permission.has_grant, answers=self._requests.answers.pop_all(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
@@ -252,10 +234,6 @@ class MoveToGoalCore:
         dt = self._pace.step(now)
         self._check_readings(now)
         command = self._machine.step(motion, dt)
-        # a repeated reading is checked in each period, since its sensor may be frozen
-        repeated_for = max(self.imu.repeated_for, self.odometry.repeated_for)
-        if self._machine.may_skip_next and repeated_for <= SHORT_REPETITION:
-            self._pace.prolong()
         self._last_command = command or Twist2()
         if self._last_command != Twist2():
             self._localizer.driven_at = now
@@ -315,12 +293,12 @@ class MoveToGoalCore:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem(now))
+        may_drive = self._permission.has_grant and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
-        elif (sensors.status is SensorStatus.TIMED_OUT and self._permission.has_grant
-              and self._machine.active):
+        elif sensors.status is SensorStatus.TIMED_OUT and may_drive:
             self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
                                   f'{sensors.silent_for:.1f} s')
 
@@ -351,7 +329,7 @@ class MoveToGoalCore:
 
     def _check_localizer(self) -> None:
         """Give up the drive after a jump of a sensor. Start the drive again after a reset."""
-        for jump in self._localizer.pop_jumps():
+        for jump in self._localizer.jumps.pop_all():
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
                 self._log.add(f'{text}: {jump.outcome}', warning=True)

@@ -53,10 +53,12 @@ _permissions = [False]    # each value of _has_control:=; only the last value is
 def pop_permission():
     """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). rospy
     would set a parameter, which outlives the launch, and a later start would drive."""
-    for word in [word for word in sys.argv if word.startswith('_has_control:=')]:
-        sys.argv.remove(word)
-        value = word.partition(':=')[2]
-        _permissions.append({'true': True, 'false': False}.get(value.lower(), value))
+    values = {'true': True, 'false': False}
+    for word in list(sys.argv):
+        name, _, value = word.partition(':=')
+        if name == '_has_control':
+            sys.argv.remove(word)
+            _permissions.append(values.get(value.lower(), value))    # another text is refused later
 
 
 def _permission():
@@ -157,9 +159,8 @@ class LocalPath:
         """Add a localizer.Fix. Publish the path once in PATH_PERIOD."""
         if fix.frame_number != self._frame_number:
             self._frame_number, self._points, self._sent = fix.frame_number, [], -math.inf
-        here, last = fix.local_T_base, self._points[-1][0] if self._points else None
-        if (last is None or last.distance_to(here) >= PATH_STEP
-                or abs(difference(here.yaw, last.yaw)) >= PATH_TURN):
+        here = fix.local_T_base
+        if not self._points or _is_farther(self._points[-1][0], here):
             self._points.append((here, to_pose_stamped(here, self._frame_id, fix.stamp)))
             self._has_new_points = True
         if len(self._points) > PATH_POINTS:
@@ -168,6 +169,12 @@ class LocalPath:
             self._sent, self._has_new_points = fix.stamp, False
             self._publisher.publish(Path(header=self._points[-1][1].header,
                                          poses=[point for _, point in self._points]))
+
+
+def _is_farther(last, here):
+    """Is the pose `here` far enough from the pose `last` for a new point of the path?"""
+    turned = abs(difference(here.yaw, last.yaw))
+    return last.distance_to(here) >= PATH_STEP or turned >= PATH_TURN
 
 
 class Display:

@@ -37,12 +37,11 @@ ODOM_FRAME = 'odom'
 #: A longer frame name of a sender is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
-#: {outcome of a goal: the method of actionlib that answers the client}
-ANSWER_METHODS = {GoalOutcome.ACCEPTED: ServerGoalHandle.set_accepted,
-                  GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
-                  GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
-                  GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
-                  GoalOutcome.CANCELED: ServerGoalHandle.set_canceled}
+#: {outcome of a goal that ends: the method of actionlib that answers the client}
+END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
+               GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
+               GoalOutcome.GIVEN_UP: ServerGoalHandle.set_aborted,
+               GoalOutcome.CANCELED: ServerGoalHandle.set_canceled}
 
 
 class GoalServer(ActionServer):
@@ -76,12 +75,15 @@ class GoalServer(ActionServer):
     def answer(self, answers):
         """Send GoalAnswers to their clients, without the lock of the core."""
         for request, outcome, text in answers:
-            if outcome is GoalOutcome.REJECTED and text != STAYS_ENDED:
-                self._warnings.warn('Goal refused: %s', text)
+            if outcome is GoalOutcome.ACCEPTED:
+                self._present = request.client
+                request.client.set_accepted(text)
+                continue
             if outcome is not GoalOutcome.REJECTED:
-                self._present = request.client if outcome is GoalOutcome.ACCEPTED else None
-            result = () if outcome is GoalOutcome.ACCEPTED else (MoveBaseResult(),)
-            ANSWER_METHODS[outcome](request.client, *result, text)
+                self._present = None
+            elif text != STAYS_ENDED:
+                self._warnings.warn('Goal refused: %s', text)
+            END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
     def feedback(self, fix):
         """Send a localizer.Fix to the client of the present goal, if a goal is present."""

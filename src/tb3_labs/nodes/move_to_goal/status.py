@@ -1,16 +1,16 @@
-"""The status of a drive, its text on `goal_state`, and log lines about its changes."""
+"""The output of move_to_goal: status of a drive, text on `goal_state`, and lines about changes."""
 import math
-from typing import Callable, NamedTuple, Optional, Tuple
+from dataclasses import dataclass
+from typing import Callable, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs import handout
 from tb3_labs.control.goal_state import (
     DRIVING, GAVE_UP, STOPPED, WAITING, WAITING_FOR_CONTROL, GoalState, errors, is_stopped, to_go)
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.localization.localizer import Fix
 from tb3_labs.robot.samples import Motion
-from tb3_labs.supervision.events import LogQueue
-
-#: Time between two lines of progress [s].
-PROGRESS_PERIOD = 1.0
+from tb3_labs.supervision.events import LogQueue, Output
+from tb3_labs.supervision.goal_requests import GoalAnswer
 
 
 class DriveStatus(NamedTuple):
@@ -47,6 +47,26 @@ class DriveStatus(NamedTuple):
         return f'{STOPPED}: {self.hold_reason}' if self.hold_reason else self.state.name
 
 
+@dataclass(frozen=True)
+class DriveOutput(Output):
+    """The decision of a MoveToGoalCore."""
+
+    #: Was control given, and not taken back? The sender of the grant may be silent for a moment.
+    has_grant: bool = False
+    #: The answers to clients of goals, in order.
+    answers: Sequence[GoalAnswer] = ()
+    #: The status of the drive, if it is new.
+    status: Optional[DriveStatus] = None
+    #: A new Fix, or None.
+    fix: Optional[Fix] = None
+    #: The pose of ``local`` in the odometry's frame. It is None before the first Fix.
+    odom_T_local: Optional[Pose2] = None
+
+    @property
+    def has_more(self) -> bool:
+        return bool(self.log_lines or self.answers or self.status)
+
+
 class Announcer:
     """Finds changes of the status of a drive, and logs them for the user."""
 
@@ -55,20 +75,15 @@ class Announcer:
         self._logged: Tuple = ()     # attempt, goal and text of the last log line
         self._begun_attempt = 0      # number of the drive that started last
         self._begun_at = 0.0         # time at which this drive began [s]
-        self._progress_at = 0.0      # time of the last log line [s]
 
     def update(self, status: DriveStatus, motion: Callable[[], Optional[Motion]],
                now: float) -> bool:
-        """Log a new status, and the progress of a drive once a second. Returns True if the status
-        is new. `motion()` returns the robot's present Motion."""
+        """Log a new status. Returns True if the status is new. `motion()` returns the robot's
+        present Motion."""
         key = (status.attempt, status.goal, status.text)
         if not status.text or key == self._logged:
-            if abs(now - self._progress_at) >= PROGRESS_PERIOD:
-                self._progress_at = now
-                if status.text in DRIVING:
-                    self._log.add(f'{status.text}: {to_go(*status.remaining(motion()))}')
             return False
-        self._logged, self._progress_at = key, now
+        self._logged = key
         begins = status.begun and status.attempt != self._begun_attempt
         if begins:
             self._begun_attempt, self._begun_at = status.attempt, now
