@@ -38,20 +38,14 @@ def test_each_reset_is_named():
         assert {frame + ', ' + name for name in names} <= {text.get_text() for text in axes.texts}
 
 
-def test_one_turn_is_drawn_alone():
-    run = driven([turn(2.0, 90.0), turn(8.0, -90.0)])
-    left, rate = turns_figure(run, alone=2).axes
-    legend, = left.figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ['2: -90 deg', 'commanded']
-    assert len(lines(rate, 'commanded')) == 1 and len(lines(rate)) == 2
-
-
 def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
     """The second one begins before all of the first one's rest is drawn."""
     first = turn(2.0, 90.0)
     left, rate = turns_figure(driven([first, turn(first[1] + 0.5, -90.0)])).axes
     assert (left.get_ylabel(), rate.get_xlabel()) == (
         'angle left [deg]', 'time since the first command [s]')
+    legend, = left.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ['1: +90 deg', '2: -90 deg', 'commanded']
     for k, rest in enumerate((0.5, 0.6)):
         angle, speed = lines(left)[k], lines(rate, 'commanded' if not k else None)[0]
         assert angle[[0, -1], 0] == pytest.approx((-0.2, first[1] - first[0] + rest), abs=0.015)

@@ -32,7 +32,7 @@ SAME_INSTANT = 0.02
 SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
-    'turn': 'Angle left to what was asked, and rate of turn, from the first command on.'}
+    'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
 NO_DRIVES_LISTED = 'No drives are listed: {}. The local frame is {}.'
@@ -55,38 +55,31 @@ BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends 
                 MOVEMENT_PAUSE))
 
 
-def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
-                 turn: int = 0) -> List[Path]:
+def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> List[Path]:
     """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
-    the files, first the path of report.html. If `turn` is a number of a turn, only this turn is
-    drawn, as turn_NUMBER.png; if it is 0, all turns are drawn, as turns.png.
-
-    Raises OSError if the files cannot be written, ValueError if the run has no turn `turn`."""
+    the files, first the path of report.html. Raises OSError if the files cannot be written."""
     driven, turned = drives(run, model), turn_reports(run)
-    if turn > len(turned):
-        raise ValueError(f'--turn {turn}: {run.name} has {len(turned)} turns')
     folder = output_folder(folder)
     name = Path(run.name).name
-    *files, angles_png, ways_png = (folder / each for each in (
-        'report.html', 'run.csv', 'turns.csv', 'drives.csv',
-        f'turn_{turn}.png' if turn else 'turns.png', 'paths.png'))
+    *files, turns_png, paths_png = (folder / each for each in (
+        'report.html', 'run.csv', 'turns.csv', 'drives.csv', 'turns.png', 'paths.png'))
     write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
     has_path = run.odometry.length >= SHORTEST_PATH
-    angles = write_figure(figures.turns_figure(run, turn), angles_png)
-    ways = write_figure(figures.paths_figure(run, driven) if has_path else None, ways_png)
-    files += [path for path, figure in ((angles_png, angles), (ways_png, ways)) if figure]
+    turns = write_figure(figures.turns_figure(run), turns_png)
+    paths = write_figure(figures.paths_figure(run, driven) if has_path else None, paths_png)
+    files += [path for path, figure in ((turns_png, turns), (paths_png, paths)) if figure]
     parts = [f'<p>{escape(text)}</p>' for text in [
         *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]]
     parts += [printed_faults(run), timeline.section(timeline.timeline(
         run, model, moments(run, turned, driven))), *broken_links(run)]
     if turned:
         parts.append(_part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)))
-    parts.append(angles)
+    parts.append(turns)
     if driven or not turned:
         parts.append(_part('Drives', tables.REACHED_COLUMNS, driven,
                            _rule_of_drives(run) if driven else nothing_driven(run)))
-    parts.append(ways)
+    parts.append(paths)
     if driven:
         parts += ['<div class="next"></div>',
                   _part('Along the way', tables.ALONG_COLUMNS, driven, tables.DRIFT_NOTE)]
@@ -103,7 +96,7 @@ def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
     figures.save(figure, png)
     write_output(path, png.getvalue())
     return FIGURE.format(path.stem, base64.b64encode(png.getvalue()).decode('ascii'),
-                         CAPTIONS['paths' if path.stem == 'paths' else 'turn'])
+                         CAPTIONS[path.stem])
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
