@@ -31,7 +31,7 @@ def parse(argv):
                         f"recorded; default: the lab's, {GOAL_X:g} {GOAL_Y:g} {GOAL_YAW_DEG:g}")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
-                        help='the robot with these limits; default: %(default)s')
+                        help='the kind of robot, for its name and size; default: %(default)s')
     given = parser.parse_args(argv)
     if given.goal is not None:
         try:

@@ -16,7 +16,7 @@ import pytest
 import rosbag
 import rospy
 from recorded_run import (  # noqa: F401
-    BEGIN, BURGER, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
+    BEGIN, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
 from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist, Vector3
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Joy
@@ -36,7 +36,7 @@ from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
 def test_topics_that_were_recorded_by_relative_names(tmp_path):
     run = read_run(write_bag(tmp_path / 'relative.bag', namespaces=(None,)))
-    first, _ = drives(run, BURGER)
+    first, _ = drives(run)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
 
 

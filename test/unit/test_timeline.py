@@ -32,7 +32,7 @@ def decoded(track):
 
 
 def data_of(run):
-    return timeline.timeline(run, BURGER, moments(run, [], drives(run, BURGER)))
+    return timeline.timeline(run, BURGER, moments(run, [], drives(run)))
 
 
 # Tracks -------------------------------------------------------------------------------------------

@@ -58,7 +58,7 @@ BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> List[Path]:
     """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
     the files, first the path of report.html. Raises OSError if the files cannot be written."""
-    driven, turned = drives(run, model), turn_reports(run)
+    driven, turned = drives(run), turn_reports(run)
     folder = output_folder(folder)
     name = Path(run.name).name
     *files, turns_png, paths_png = (folder / each for each in (
