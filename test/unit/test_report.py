@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from made_run import (
     STATES, TIME, X, ZERO, drive, driven, goals, made, poses, rows_of, states, table_in, turn,
-    values, without_pictures)
+    without_pictures)
 from pages import SCRIPTS
 from recorded_run import (  # noqa: F401
     BURGER, bag, odometry_jumps, run, sensors, write_bag)
@@ -27,7 +27,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.figures import paths_figure
-from tb3_labs.report.page.files import write_csv, write_report
+from tb3_labs.report.page.files import COMPUTED, GOAL_TAKEN, NO_COMMANDS, NO_DRIVE, write_csv, write_report
 
 UNKNOWN = '\u2013'
 
@@ -281,16 +281,17 @@ def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
     assert row[1:5] == ['0.50', '5.00', '1.00', '0.00']
 
 
-@pytest.mark.parametrize('run, rule', [
-    (made(states=States.none()), 'the recorded one'), *[
-        (completed(driven([(2.0, 6.0, 0.2, 0.0)], **parts)), rule) for parts, rule in (
-            (dict(control=values([0.5], [0.0])), 'by the commands and ctrl_relinq'),
-            (dict(devices=('joy',)), 'it never gave control'),
-            (dict(devices=('mouse_info',)), 'faster than any by the mouse (0.5 rad/s)'),
-            ({}, 'A drive is a turn, a straight line and a turn, with pauses under 1 s'))]])
-def test_a_page_without_drives_says_by_which_rule_and_where_local_stood(run, rule, tmp_path):
+@pytest.mark.parametrize('run, words', [
+    (made(states=States.none()), NO_COMMANDS), (completed(driven([(2.0, 6.0, 0.2, 0.0)])), NO_DRIVE)])
+def test_a_page_without_drives_says_why(run, words, tmp_path):
     text = words_of(run, tmp_path)
-    assert rule in text and 'None' not in text and 'Along the way' not in text
+    assert words in text and 'None' not in text and 'Along the way' not in text
+
+
+def test_a_page_says_which_values_were_not_recorded(tmp_path):
+    run = driven(drive(2.0, 90.0, 0.8, -80.0))
+    assert COMPUTED + GOAL_TAKEN.format(0.0, 0.6, 0.0) in words_of(completed(run, Pose2(0.0, 0.6, 0.0)), tmp_path)
+    assert COMPUTED[:30] not in words_of(made(), tmp_path)
 
 
 @pytest.mark.parametrize('value, form, text', [
