@@ -16,8 +16,8 @@ LATE_BY = 0.5
 LONGEST_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
 LEAST_IN_TIME_SHARE = 0.25
-#: The sender's clock was set if more than this share of its messages, at the recording's begin or
-#: at its end, is late.
+#: If more than this share of a sender's messages is late, in one piece at the begin or at the end
+#: of the recording, the sender's clock was set.
 OTHER_CLOCK_SHARE = 0.1
 
 

@@ -74,7 +74,7 @@ def resets_in(log: LogLines) -> Poses:
 
 def make_collectors(parts, prefix, limits):
     """Returns {field of RunData: Collector} of the fields `parts`, for the robot in the namespace
-    `prefix`. Each sample is spent from `limits`, a ReadLimits."""
+    `prefix`. Each sample is subtracted from the budget `limits`, a ReadLimits."""
     # {field: arguments of its Collector}; all other fields have poses
     kinds = {
         'imu': (Orientations, lambda message: [
@@ -131,7 +131,7 @@ class Collector:
         for header, *row in self._rows_of(message):
             stamp = arrival
             if header is not None:
-                # seconds are subtracted first, since a float of today has steps of 0.2 microseconds
+                # subtracted first: a float of the seconds since 1970 has steps of 0.2 microseconds
                 stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
             self.keep(row, arrival, stamp)
 

@@ -41,12 +41,13 @@ MOST_KEPT = 2 ** 26
 #: A record takes this memory in addition to its data [bytes].
 RECORD_OVERHEAD = 500
 #: The recorder's clock was set back if the arrivals of a topic run back by more than this [s]. A
-#: busy recorder may exchange messages of a topic, but they are nearer to each other.
+#: busy recorder may write two messages of a topic in the wrong order, but not with such a distance.
 LEAST_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.
 LONGEST_OUTAGE = 3600.0
-#: A recording is read only until such a moment, because the later times are wrong. The note on it:
+#: The problem of a recording whose clock jumped. It is read until the jump, since the later times
+#: are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'

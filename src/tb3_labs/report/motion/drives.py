@@ -3,7 +3,7 @@
 The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge case: a value is NaN if it needs the ground truth, or a sample near its time, which is missing.
+Edge case: without the ground truth, or without a sample near the time of a value, the value is NaN.
 """
 import math
 from dataclasses import dataclass

@@ -22,7 +22,8 @@ GRID_LINES = 4
 #: The samples of a curve are divided into this many equal stretches. The curve shows the least and
 #: the greatest value of each stretch.
 STRETCHES = 1000
-#: A curve has at most this many points. Only a recording with very many interruptions needs more.
+#: A curve has at most this many points. Only the curve of a recording with very many interruptions
+#: would have more.
 MOST_POINTS = 20000
 #: The points (time, value) of a line, and the indices of points that are not joined to the point
 #: before.
@@ -67,7 +68,7 @@ def shown_samples(values: np.ndarray,
     after_breaks = np.array([*breaks], dtype=int)
     chosen = np.unique(np.concatenate([
         [0, number - 1], after_breaks - 1, after_breaks,
-        *(begins + stretches.argmin(axis=1)), *(begins + stretches.argmax(axis=1))]))
+        (begins + stretches.argmin(axis=1)).ravel(), (begins + stretches.argmax(axis=1)).ravel()]))
     shown = chosen[::math.ceil(len(chosen) / MOST_POINTS)]
     return shown, np.unique(np.searchsorted(shown, after_breaks)).tolist()
 

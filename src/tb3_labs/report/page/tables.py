@@ -67,7 +67,7 @@ DRIVE_COLUMNS = (
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
     Column('largest_deviation_deg', 'largest deviation [deg]',
            lambda drive: math.degrees(drive.deviation), '{:.2f}'))
-#: The page has two tables of drives. The first has the goal and the outcome, the second the way.
+#: The page has two tables of drives: one has the goal and the outcome, the other has the way.
 REACHED_COLUMNS, ALONG_COLUMNS = DRIVE_COLUMNS[1:10], DRIVE_COLUMNS[10:]
 
 #: The note below the table of the ways.
