@@ -35,7 +35,8 @@ TEXTS = {
 def built(tmp_path, texts, remarks):
     """Write these files of a package lab2. Returns the examples of its types."""
     folder = hand_in(tmp_path / 'lab2', texts)
-    return build({'lab2': folder}, tmp_path / 'python', dict(os.environ), remarks, NoSandbox())
+    node = hand_in(tmp_path / 'scripts', {'node.py': 'import lab2.msg'}) / 'node.py'
+    return build({'lab2': folder}, node, tmp_path / 'python', dict(os.environ), remarks, NoSandbox())
 
 
 @pytest.fixture(scope='module')

@@ -17,13 +17,13 @@ import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from sandboxes import hand_in, ros_alone  # noqa: F401
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.intake import read_submission, workspace
+from tb3_labs.marking.intake import imports, read_submission, workspace
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import TRY_IMPORTS
 from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
-from tb3_labs.marking.names import LAB_NODES, is_typo_of
+from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.intake.read_submission import _read, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
@@ -149,12 +149,10 @@ HANDED_IN = {
                         'unknown package [nowhere]. lab1/S.srv cannot be built: Invalid declaration: no type here.'),
     'own modules, and the nearer package': (LAWS, 'lab2 lab2/lab1\n', 'is not executable'),
     'two files of a name': (TWICE, 'scripts\n', 'as likely the node as {}, and they differ'.format(MINE)),
-    'a folder of modules': (through('utils.mouse'), 'False\n', 'cv3, nothing_here.msg: imported, but not used'),
-    'the modules of a setup.py': (through('lab2.mouse'), 'False\n', 'cv3, cv4: imported, but not used'),
+    'a folder of modules': (through('utils.mouse'), 'False\n', 'cv3, cv4, nothing_here.msg: imported, but not'),
+    'the modules of a setup.py': (through('lab2.mouse'), 'False\n', 'cv3, cv4, nothing_here.msg: imported, but not'),
     'a changed path': (through('helper', 'import sys\nsys.path.append(sys.path[0] + "/../lib")\n'), 'False\n',
                        'cv3: imported, but not used'),
-    'a path not changed': (through('helper'), None, MINE + ' imports modules where Python does not '
-                           'look: lab2/lib/helper.py.'),
     **{'unnamed {}'.format(number): (files, 'False\n', '') for number, files in enumerate(UNNAMED)},
     **{line: (imported(line), MouseController._md5sum, STANDS_IN) for line in FORMS},
     'a service': (imported('from lab7_tf.srv import SetInitialPose, SetInitialPoseResponse', 'SetInitialPose'),
@@ -179,7 +177,7 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
     assert os.path.basename(ready.program) == 'turtlebot_controller.py'
     assert told in ' '.join(reading.remarks + reading.findings)
     assert bool(reading.findings) is (
-        name in ('two files of a name', 'another Python', 'a path not changed'))
+        name in ('two files of a name', 'another Python'))
     if prints is not None:
         said = subprocess.check_output([ready.program], env=ready.environment, text=True)
         assert said.startswith(prints)
@@ -189,41 +187,24 @@ def test_a_node_is_found_repaired_and_built(tmp_path, name):
         assert ready.types['msg']['lab2/MouseController']['sum'] == MouseController._md5sum
 
 
-#: By these lines of a package's CMakeLists.txt catkin decides how it starts a node and finds its modules.
-SETUP, INSTALLS = 'catkin_python_setup()\n', 'catkin_install_python(PROGRAMS {} DESTINATION {})\n'
-BIN = '${CATKIN_PACKAGE_BIN_DESTINATION}'
-NAMED = INSTALLS.format('src/turtlebot_controller.py', BIN)
-LISTED = 'file(GLOB nodes src/*.py) # all\nForeach(node ${nodes})\n' + INSTALLS.format('${node}', BIN).upper()
-EACH = INSTALLS.format('"${PROJECT_SOURCE_DIR}/src/${name}.py"', 'lib/lab2')
-BRACKETS = '#[=[\n' + NAMED + ']=] #[[' + NAMED + ']]'
-NOT_NAMED = '# ' + NAMED + INSTALLS.format('src/other.py', BIN) + INSTALLS.format('${others}', BIN)
-#: The modules of that package. The folder of the node hides the messages; a module is beside the node.
-LAWS_IN, BESIDE, TOOLS = 'lab2.msg lab2.laws', 'helper', 'tools'
+@pytest.mark.parametrize('place', ['src', 'scripts'])
+def test_a_node_finds_modules_and_messages_of_one_package(tmp_path, place):
+    """The folder src of the package has a module of the package's name, also beside the node."""
+    ready, _ = prepared(tmp_path, {
+        'lab2/{}/turtlebot_controller.py'.format(place):
+            PYTHON + 'import lab2.laws, lab2.msg, tools\nimport tools.msg as unused\nprint(tools.word)\n',
+        'lab2/src/lab2/laws.py': '', 'lab2/src/tools/__init__.py': 'word = "runs"\n',
+        'lab2/package.xml': manifest('lab2'), 'lab2/msg/M.msg': 'int32 x\n',
+        'lab2/setup.py': 'setup(packages=["lab2", "tools"], package_dir={"": "src"})'})
+    assert subprocess.check_output([ready.program], env=ready.environment, text=True) == 'runs\n'
 
 
-@pytest.mark.parametrize('cmake, imports, starts', [
-    # a relay runs the file from another folder
-    *[(SETUP + how, LAWS_IN, True) for how in (NAMED, LISTED, EACH)],
-    (NAMED, 'lab2.msg', True), (NAMED, 'lab2.laws', False), (NAMED, BESIDE, False), (NAMED, 'lab2.msg helper', False),
-    # catkin's module of a package puts the package's src on the path
-    (SETUP + NAMED, 'lab2.msg helper', True), (SETUP + NAMED, 'helper lab2.msg', False),
-    (SETUP + NAMED, TOOLS, True),
-    # without a relay the file itself is started, and its folder comes first
-    *[(how, BESIDE, True) for how in ('', BRACKETS, NOT_NAMED, NAMED.replace('PACKAGE', 'GLOBAL'))],
-    *[(how, 'lab2.msg', False) for how in ('', SETUP, SETUP + NOT_NAMED)], ('', 'lab2.laws', True)])
-def test_a_node_is_started_as_catkin_starts_it(tmp_path, cmake, imports, starts):
-    """The expected results were measured with catkin and rosrun in a workspace of 160 such packages."""
-    node = ''.join(map('import {}\n'.format, imports.split())) + 'print("runs")\n'
-    ready, reading = prepared(tmp_path, {
-        MINE: PYTHON * (not cmake.endswith(NAMED)) + node, 'lab2/src/helper.py': '', 'lab2/src/lab2/__init__.py': '',
-        'lab2/src/lab2/laws.py': '', 'lab2/src/tools/__init__.py': '', 'lab2/package.xml': manifest('lab2'),
-        'lab2/setup.py': 'setup(packages=["lab2", "tools"], package_dir={"": "src"})',
-        'lab2/msg/M.msg': 'int32 x\n', 'lab2/CMakeLists.txt': 'project(lab2)\n' + cmake})
-    done = subprocess.run([ready.program], env=ready.environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          text=True)
-    assert done.stdout == 'runs\n' * starts and ('No module named' in done.stderr) is not starts
-    assert 'first line' not in ' '.join(reading.remarks) and (
-        'made so' in ' '.join(reading.remarks)) is (ready.program.startswith(str(tmp_path / 'ws' / 'src')))
+def test_catkin_may_start_a_node_without_a_first_line(tmp_path):
+    """The relay of a node that catkin installs has a first line of its own."""
+    installs = 'catkin_install_python(PROGRAMS src/turtlebot_controller.py)'
+    for cmake in (installs, '# ' + installs, '#[=[\n' + installs + ']=]'):
+        _, reading = prepared(tmp_path / str(len(cmake)), course('print(1)', **{'lab2/CMakeLists.txt': cmake}))
+        assert len(reading.findings) == (cmake == installs)
 
 
 @pytest.mark.parametrize('place, packages', [
@@ -235,20 +216,26 @@ def test_the_modules_of_a_package_lie_where_its_setup_says(tmp_path, place, pack
     assert modules_of(tmp_path, 'lab2') == [tmp_path / place / 'lab2']
 
 
-LACKS = MINE + ' imports {}, which neither the submission nor the marking machine has.'
+FAILS = 'turtlebot_controller.py needs modules that do not work on the marking machine: {} ({}).'
 
 
 @pytest.mark.parametrize('files, said', [
-    (course(PYTHON + 'import apriltag_rosx as tags\nprint(tags)'), LACKS.format('apriltag_rosx')),
+    (course(PYTHON + 'import apriltag_rosx as tags\nprint(tags)'),
+     FAILS.format('apriltag_rosx', "No module named 'apriltag_rosx'")),
+    (course(PYTHON + 'import maths, tags\nmaths.pi, tags'),
+     FAILS.format("maths (No module named 'maths'), tags", "No module named 'tags'")),
     # the message of a package was not handed in
     (course(PYTHON + 'from lab2.msg import MouseController\nMouseController()'),
-     MINE + ' imports lab2.msg, which the package lab2 that was handed in does not have.'),
+     FAILS.format('lab2.msg', "No module named 'lab2'")),
     ({'turtlebot_controller.py': 'from lab2.msg import Mouse\nMouse()\n'},
-     LACKS[len('lab2/src/'):].format('lab2')),
-    (course(PYTHON + 'import rclpy\nrclpy.init()'),
+     FAILS.format('lab2.msg', "No module named 'lab2'")),
+    # a module uses a name that it imports for the node
+    ({'turtlebot_controller.py': PYTHON + 'from beside import Tag\nTag()\n', 'beside.py': 'from tags import Tag\n'},
+     FAILS.format('tags', "No module named 'tags'")),
+    (course(PYTHON + 'from rclpy.node import Node\nNode()'),
      MINE + ' is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.'),
-    (course(PYTHON + 'from pynput import mouse\nmouse.Listener()'), 'lab2/src/turtlebot_controller.py uses pynput, '
-     'which does not work on the marking machine: this platform is not supported.'),
+    (course(PYTHON + 'from pynput import mouse\nmouse.Listener()'),
+     FAILS.format('pynput', 'this platform is not supported')),
     ({'lab2/turtlebot_controller.py.txt': '', 'n.py': ''}, 'Near it: lab2/turtlebot_controller.py.txt; the name of a '
      'Python file ends in .py.'),
     ({'x/.keep': ''}, 'No Python file was found at all. Handed in: x/.keep.'),
@@ -260,18 +247,16 @@ def test_what_cannot_be_judged_says_why(tmp_path, files, said):
 
 
 @pytest.mark.parametrize('text, words', [
-    (None, 'no package.xml'), ('<package', 'cannot be read'), (manifest('tb3_labs'), 'tb3_labs'),
+    (None, 'no package.xml'), ('<package', 'cannot be read'), (manifest('tb3_labs'), ''),
     ('<!DOCTYPE p [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><package><name>&b;</name></package>', 'entities'),
-    ('<?xml version="1.0" encoding="utf-9"?><package>', 'cannot be read'), ('<p>' * 9000, 'cannot'),
-    (manifest('../../etc'), 'etc'), (manifest('lab7\N{KELVIN SIGN}'), 'got another name')])
-def test_a_package_whose_name_cannot_be_used_gets_another(tmp_path, text, words):
+    ('<?xml version="1.0" encoding="utf-9"?><package>', 'cannot be read'), ('<p>' * 9000, 'cannot be read'),
+    (manifest('../../etc'), 'etc'), (manifest('lab7\N{KELVIN SIGN}'), 'not a name for ROS')],
+    ids=['none', 'cut', 'own', 'entities', 'encoding', 'deep', 'path', 'sign'])
+def test_a_package_whose_name_cannot_be_used_is_shown_as_submission(tmp_path, text, words):
     files = {'lab7/scripts/move2goal.py': NODE, 'lab7/scripts/helper.py': NODE}
     ready, reading = prepared(tmp_path, dict(files, **{'lab7/package.xml': text} if text else {}), LAB)
-    assert ready.package == 'submission' and any(words in remark for remark in reading.remarks)
-    copy = tmp_path / 'ws' / 'src' / 'lab7'
-    assert '<name>submission</name>' in (copy / 'package.xml').read_text()
-    assert (copy / 'scripts' / 'helper.py').exists()
-    assert ready.environment['ROS_PACKAGE_PATH'].startswith(str(copy))
+    assert ready.name == 'submission/move2goal.py' and words in ' '.join(reading.remarks)
+    assert ready.environment['ROS_PACKAGE_PATH'].startswith(str(tmp_path / 'ws' / 'src' / 'lab7'))
 
 
 def test_a_module_that_needs_much_memory_is_not_broken(tmp_path):
@@ -282,6 +267,11 @@ def test_a_module_that_needs_much_memory_is_not_broken(tmp_path):
                               env=dict(os.environ, PYTHONPATH=str(tmp_path)),
                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert (done.returncode == 0 and done.stdout.split() == ['{}']) is limit.endswith(':')
+
+
+def test_a_module_that_ends_python_costs_no_stand_in(tmp_path, monkeypatch):
+    monkeypatch.setattr(imports, 'TRY_IMPORTS', 'import os; os.abort()')
+    assert prepared(tmp_path, imported(FORMS[0]))[1].substituted == {'lab1': ['msg/MouseController.msg']}
 
 
 def test_no_link_is_followed(tmp_path):
@@ -300,7 +290,7 @@ def test_no_link_is_followed(tmp_path):
     with open(str(folder / 'core'), 'wb') as file:
         file.truncate(30000000)
     prepared(tmp_path, folder, LAB)
-    assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['keys', 'move2goal.py', 'package.xml']
+    assert sorted(os.listdir(str(tmp_path / 'ws' / 'src'))) == ['keys', 'move2goal.py']
     assert (home / 'bashrc').read_text() == 'mine\n'
     copied = [path for path in (tmp_path / 'ws').rglob('*') if path.is_file()]
     assert tmp_path / 'ws' / 'python' / 'keys' / 'msg' / '_Key.py' in copied
@@ -309,12 +299,11 @@ def test_no_link_is_followed(tmp_path):
 
 @pytest.mark.parametrize('name', [
     'move2goal "$(find rospy)".py', '-move2goal.py', os.fsdecode(b'move2goal\xfc.py')])
-def test_a_node_with_an_odd_name_gets_another_one(tmp_path, name):
-    ready, reading = prepared(tmp_path, {
-        name: 'class MoveToGoal: pass\nrospy.init_node("move_to_goal")\n', 'node.py': 'x = 1\n'}, LAB)
-    assert ready.program == str(tmp_path / 'ws' / 'src' / 'node_.py')
-    assert (tmp_path / 'ws' / 'src' / 'node.py').read_text() == 'x = 1\n'
-    assert 'got another name' in ' '.join(reading.remarks)
+def test_an_odd_name_of_a_node_is_not_shown(tmp_path, name):
+    ready, _ = prepared(tmp_path, {
+        name: PYTHON + 'class MoveToGoal: pass\nprint("runs")\n"""rospy.init_node("move_to_goal")"""\n'}, LAB)
+    assert ready.name == 'submission/node.py'
+    assert subprocess.check_output([ready.program], env=ready.environment, text=True) == 'runs\n'
 
 
 @pytest.mark.parametrize('code, message', [
@@ -442,24 +431,6 @@ def test_a_path_chooses_one_of_two_files_that_are_alike_and_the_advice_is_true(t
         find_node(folder, TURN, name='lab1/x.py')
 
 
-@pytest.mark.parametrize('name, near, is_one', [
-    ('maths', 'math', True), ('rospyy', 'rospy', True), ('numppy', 'numpy', True), ('ropsy', 'rospy', True),
-    ('sensor_msg', 'sensor_msgs', True), ('randon', 'random', True), ('cv3', 'cv2', False), ('smbus2', 'smbus', False),
-    ('tf2_geometry_msgs', 'geometry_msgs', False), ('ujson', 'json', False), ('apriltag_ros', 'apriltag', False)])
-def test_a_name_that_is_a_modules_but_for_a_letter_is_a_slip(tmp_path, name, near, is_one):
-    assert is_typo_of(name, near) is is_one
-
-
-def test_a_slip_is_no_module_of_the_robot(tmp_path):
-    """The marking does not replace the module, so the node ends as on any machine, and a line says why."""
-    for code in ('import maths', 'import maths\nmaths.pi', 'from tiime import sleep'):
-        ready, reading = prepared(tmp_path / str(len(code)), course(PYTHON + code))
-        assert reading.unused == [] and 'No module named' in subprocess.run(
-            [ready.program], env=ready.environment, stderr=subprocess.PIPE, text=True).stderr
-        said, = [said for said in reading.remarks if 'near it' in said]
-        assert said in reading.findings and re.search(r'imports (maths|tiime), .* near it: (math|time)\.', said)
-
-
 def test_a_folder_that_was_not_put_aside():
     for name in ('gold', 'copyright', 'holder', 'scaffold', '.'):
         assert not is_aside(name) and not is_aside(name + '/n.py') and is_aside(name + '/n_old.py')
@@ -507,7 +478,8 @@ def test_messages_that_cannot_be_read_are_told(tmp_path):
             return ['false']
     remarks = []
     folder = hand_in(tmp_path / 'lab1', {'msg/M.msg': 'int32 x\n'})
-    built = workspace.build({'lab1': folder}, tmp_path / 'python', {}, remarks, Fails())
+    node = hand_in(tmp_path, {'n.py': ''}) / 'n.py'
+    built = workspace.build({'lab1': folder}, node, tmp_path / 'python', {}, remarks, Fails())
     assert remarks == ['The messages and services could not be built.'] and built['msg'] == {}
 
 
@@ -536,6 +508,7 @@ def test_threads_that_look_up_the_packages_at_the_same_time_get_all_of_them(tmp_
     ("AttributeError: module 'numpy' has no attribute 'float'.", True),
     ("ImportError: cannot import name 'quat2euler' from 'squaternion' (/usr/x.py)", True),
     ("AttributeError: 'Thread' object has no attribute 'isAlive'", True),
+    ("ModuleNotFoundError: No module named 'beside'", True),
     ("AttributeError: module 'beside' has no attribute 'x'", False),
     ("AttributeError: 'Controller' object has no attribute 'x'", False), ('[INFO] AttributeError', False)])
 def test_an_error_that_another_machine_may_not_have_is_told_to_the_instructor(tmp_path, line, told):

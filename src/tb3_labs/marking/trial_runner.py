@@ -95,7 +95,7 @@ class TrialRunner:
             sandbox = NoSandbox() if os.geteuid() else OtherUser()
         environment = trial_environment(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, workspace, environment, sandbox)
-        marks.node = f'{launch.package}/{os.path.basename(launch.program)}'
+        marks.node = launch.name
         option = LABS[self.folder.lab].option
         if option is not None:
             marks.remarks.append(option.as_text(self.folder.options.option))

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
 from tb3_labs.marking.intake.archives import NotJudged, files_in, shortened
-from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, OwnModules, starts
+from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, programs_of, starts
 from tb3_labs.marking.intake.packages import (
-    FOLDERS, MANIFEST, is_aside, name_in, package_folder, packages_in)
+    FOLDERS, MANIFEST, is_aside, name_in, package_folder, source_of)
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 LISTENS_TO, USES = 'listens to ', 'uses '
@@ -85,18 +85,17 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 
 
 def _starting_program(module, programs, folder):
-    """Returns the first program that imports and starts `module`, or None. Returns None also if
-    `module` is itself a program that starts."""
+    """Returns the first program in the package of `module` that imports and starts it, or None.
+    Returns None also if `module` is itself a program that starts."""
     if starts(module.text):
         return None
     path = folder / module.path
-    imports = re.compile(r'^[ \t]*(from|import)\b.*\b({}|{})\b'.format(
-        *map(re.escape, (path.stem, path.parent.name))), re.MULTILINE)
+    package = source_of(path, folder)
     for each in programs:
-        if each.aside <= module.aside and imports.search(each.text) and starts(each.text):
-            script = folder / each.path
-            if path in OwnModules(script, folder, packages_in(folder, script)).texts:
-                return each
+        script = folder / each.path
+        if (each.aside <= module.aside and package in script.parents and starts(each.text)
+                and path in programs_of(script, package)):
+            return each
     return None
 
 

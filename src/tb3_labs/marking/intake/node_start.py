@@ -30,9 +30,8 @@ class NodeStart(NamedTuple):
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?
     program: str = ''           # the node's path; if '', rosrun finds the node
-    package: str = ''           # the name of the node's package
+    name: str = ''              # package/file, as it is shown
     copy: str = ''              # the folder of the submission
-    node_file: str = ''         # the path of the node's file in `copy`
 
     @classmethod
     def from_environment(cls) -> 'NodeStart':

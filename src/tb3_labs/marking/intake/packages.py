@@ -1,9 +1,7 @@
-"""Finds the packages of a submission, with their names, folders and messages. Finds out whether
-catkin would make a relay for a node, and which modules of a setup.py catkin would install.
+"""Finds the packages of a submission, with their names, folders, messages and modules.
 
 All files are only read. CMake is not run.
 """
-import fnmatch
 import os
 import re
 import shutil
@@ -25,31 +23,8 @@ FOLDERS = ('scripts', 'nodes', 'src')
 #: A file is put aside if a part of its path is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
-#: The text of catkin's relay script in devel. It runs the node's file in the source folder.
-RELAY = '''#!{}
-python_script = {!r}
-with open(python_script, 'r') as fh:
-    context = {{'__builtins__': __builtins__, '__doc__': None, '__file__': python_script,
-               '__name__': __name__, '__package__': None}}
-    exec(compile(fh.read(), python_script, 'exec'), context)
-'''
-#: Text of the relay that catkin makes for a module folder. The relay puts {0} first on the path.
-RELAYED_MODULE = '''import os
-import pkgutil
-import sys
-sys.path.insert(0, {0!r})
-__path__ = pkgutil.extend_path(__path__, __name__)
-if os.path.isfile({1!r}):
-    with open({1!r}) as fh:
-        exec(fh.read())
-'''
-#: This command of CMake makes relays.
-MAKES_RELAYS = 'catkin_install_python'
-CMAKE_VARIABLE = re.compile(r'\$\{[^${}]*\}')
 #: A comment of CMake. It ends at its closing bracket, or at the end of the line.
 CMAKE_COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
-#: CMake's variables for the folder of a package.
-SOURCE_FOLDER = re.compile(r'^\$\{(CMAKE_CURRENT|PROJECT)_SOURCE_DIR\}/')
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
@@ -65,17 +40,17 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
 def name_in(manifest: Path) -> Tuple[str, str]:
     """Returns (the name in a package.xml, ''), or ('', a sentence) if there is no valid name."""
     if not manifest.is_file():
-        return '', 'The package has no package.xml: one was made.'
+        return '', 'The package has no package.xml.'
     try:
         text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
         if '<!ENTITY' in text:      # an entity may expand to millions of others
             raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
     except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
-        return '', f'package.xml cannot be read ({error}): one was made.'
+        return '', f'package.xml cannot be read ({error}).'
     if NAME.fullmatch(name.replace('-', '_')):
         return name, ''
-    return '', f'The package is called {name[:60]!r}: it got another name.'
+    return '', f'The package is called {name[:60]!r}, which is not a name for ROS.'
 
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
@@ -106,7 +81,7 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
 
 def own_name(package: Path) -> str:
     """Returns the name in package.xml, or else the name in CMakeLists.txt, or else ''."""
-    names = [name_in(package / MANIFEST)[0], *_calls(package, 'project')]
+    names = [name_in(package / MANIFEST)[0], *calls_of('project', package)]
     return next((name.split()[0] for name in names if name.strip()), '')
 
 
@@ -145,42 +120,20 @@ def source_of(node: Path, folder: Path) -> Path:
     return node.parent.parent if in_usual else node.parent
 
 
-# -- the files that catkin would make
-
-def has_relay(source: Path, node: Path) -> bool:
-    """Does catkin make a relay for a node? `source` is the folder of its package."""
-    patterns = []
-    for call in _calls(source, MAKES_RELAYS):
-        if 'GLOBAL' not in call:
-            patterns += _patterns(call.partition('DESTINATION')[0])[1:]
-    if '*' in patterns:        # a variable of CMake may name any file
-        for call in _calls(source, '('):
-            patterns += _patterns(call)
-    path = node.relative_to(source).as_posix()
-    return any(pattern != '*' and fnmatch.fnmatchcase(path, pattern) for pattern in patterns)
-
-
-def _calls(source, command):
+def calls_of(command: str, package: Path) -> List[str]:
     """Returns the arguments of each call of a command in the CMakeLists.txt of a package."""
-    file = source / 'CMakeLists.txt'
+    file = package / 'CMakeLists.txt'
     text = file.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace') if file.is_file() else ''
     text = CMAKE_COMMENT.sub('', text).replace('"', ' ')
     return [part.partition(')')[0].lstrip(' (') for part in re.split(re.escape(
         command), text, flags=re.IGNORECASE)[1:]]
 
 
-def _patterns(arguments):
-    """Returns the paths in a package that CMake's `arguments` name. A variable becomes `*`."""
-    return [os.path.normpath(CMAKE_VARIABLE.sub('*', SOURCE_FOLDER.sub('', word)))
-            for word in arguments.split()]
-
-
 def modules_of(package: Path, name: str) -> List[Path]:
     """Returns the folders of modules that a package's setup.py installs. `name` is the package's
     name."""
     setup = package / 'setup.py'
-    if not setup.is_file() or (package / 'CMakeLists.txt').is_file() and not _calls(
-            package, 'catkin_python_setup'):
+    if not setup.is_file():
         return []
     text = setup.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace')
     names = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}

@@ -1,5 +1,4 @@
-"""Copies a submission, chooses its node, and finds the packages that the node needs and the modules
-that are missing.
+"""Copies a submission, chooses its node, and finds its packages and the node's missing modules.
 
 A process with limits does this, since a stranger's file may use all memory, or take hours to read.
 If a limit ends that process, the marking goes on.
@@ -12,10 +11,9 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, NamedTuple, Sequence
 
 from tb3_labs.marking.intake.archives import (
-    IGNORED_PATHS, SUBMISSIONS_PER_CLASS_ZIP, NotJudged, UnpackLimits, digest, shortened,
-    unpack)
+    IGNORED_PATHS, SUBMISSIONS_PER_CLASS_ZIP, NotJudged, UnpackLimits, digest, unpack)
 from tb3_labs.marking.intake.find_node import find_node
-from tb3_labs.marking.intake.imports import find_needs
+from tb3_labs.marking.intake.imports import find_missing
 from tb3_labs.marking.intake.packages import (
     MANIFEST, gather_definitions, name_in, own_name, packages_in, source_of)
 from tb3_labs.marking.intake.submissions import Submission, copy_submission
@@ -45,8 +43,7 @@ class ParsedSubmission(NamedTuple):
     node: str                       # the node's file
     package: str                    # the folder of the node's package
     name: str                       # the name in the package's package.xml; '' if it is not valid
-    bad_name: str                   # a sentence on why the name is not valid
-    packages: Dict[str, str]        # the packages that the node needs: name -> folder
+    packages: Dict[str, str]        # the submission's packages, the nearest last: name -> folder
     substituted: Dict[str, List[str]]   # missing package -> files of the course's types for it
     unused: List[str]               # missing modules that the node imports and does not use
 
@@ -119,39 +116,23 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
         path, why, findings = find_node(copy, names, package, name)
     except NotJudged as problem:    # the node may be in an archive that was not unpacked
         raise NotJudged(' '.join((not_unpacked or [str(problem)]) + remarks)) from None
-    node, found = copy / path, len(findings)
+    node = copy / path
     gather_definitions(copy)
     source, packages = source_of(node, copy), packages_in(copy, node)
-    needs = find_needs(node, copy, packages)
-    _refuse_missing(path, needs, packages)
-    findings = findings + [f'{path} imports {name}, and there is no such module; near it: {near}.'
-                           for name, near in sorted(needs.misspelt.items())]
-    elsewhere = [str(file.relative_to(copy)) for file in needs.elsewhere]
-    if elsewhere:
-        findings.append(f'{path} imports modules where Python does not look: '
-                        f'{shortened(elsewhere)}.')
-    for name in needs.packages:
-        if own_name(packages[name]) not in ('', name):
-            remarks.append(f'The package {name} was not handed in: the types of '
-                           f'{own_name(packages[name])} stand in for its own.')
-    return ParsedSubmission(
-        digest(copy), remarks + why + not_unpacked + findings[found:], findings, path,
-        str(source.relative_to(copy)), *name_in(source / MANIFEST),
-        {name: str(packages[name].relative_to(copy)) for name in needs.packages},
-        needs.substituted, needs.unused)
-
-
-def _refuse_missing(path, needs, packages):
-    """Raise ``NotJudged`` if the node, the file `path`, uses a module that is missing or broken."""
-    missing = [name for name in needs.missing if name not in packages]
-    if 'rclpy' in missing:
+    missing = find_missing(node, source, copy, packages)
+    if any(module.split('.')[0] == 'rclpy' for module in missing.used):
         raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')
-    if missing:
-        raise NotJudged(f'{path} imports {" and ".join(sorted(missing))}, which neither the '
-                        'submission nor the marking machine has.')
-    for name, module in sorted(needs.missing.items()):
-        raise NotJudged(f'{path} imports {module}, which the package {name} that was handed in '
-                        'does not have.')
-    for name, error in sorted(needs.broken.items()):
-        raise NotJudged('{} uses {}, which does not work on the marking machine: {}.'.format(
-            path, name, error.split(':')[0]))
+    if missing.used:
+        raise NotJudged('{} needs modules that do not work on the marking machine: {}.'.format(
+            path, ', '.join('{} ({})'.format(module, error.split(':')[0])
+                            for module, error in sorted(missing.used.items()))))
+    for name, place in packages.items():
+        if own_name(place) not in ('', name):
+            remarks.append(f'The package {name} was not handed in: the types of '
+                           f'{own_name(place)} stand in for its own.')
+    package_name, bad_name = name_in(source / MANIFEST)
+    remarks += why + not_unpacked + ([bad_name] if bad_name else [])
+    return ParsedSubmission(
+        digest(copy), remarks, findings, path, str(source.relative_to(copy)), package_name,
+        {name: str(place.relative_to(copy)) for name, place in packages.items()},
+        missing.substituted, missing.unused)

@@ -1,9 +1,8 @@
 """Makes the copy of a submission a workspace in which its node can run.
 
 A missing exec bit, line endings of Windows and a byte order mark are repaired in the copy, since
-the transfer to the marking machine may cause them. A name that is not valid in a command line
-or for a package is replaced. A missing module that the node imports but never uses is replaced by
-an empty module. A remark names each repair.
+the transfer to the marking machine may cause them. A missing module that the node imports but
+never uses is replaced by an empty module. A remark names each repair.
 
 catkin is not run, since a CMakeLists.txt is a program of the submission, and often needs packages
 that the marking machine lacks. A Python node needs only messages, services, and the modules of a
@@ -15,7 +14,6 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 from functools import lru_cache
 from pathlib import Path
@@ -25,26 +23,24 @@ import rospkg
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.packages import (
-    ACTIONS, MANIFEST, MESSAGES, RELAY, RELAYED_MODULE, SERVICES, has_relay, interface_files,
-    modules_of)
+    ACTIONS, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
 from tb3_labs.marking.intake.read_submission import ParsedSubmission
 from tb3_labs.marking.intake.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
 from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: The package.xml that replaces one without a usable name.
-SUBSTITUTE_MANIFEST = '''<package format="2"><name>{}</name><version>0.0.0</version>
-<description>-</description><maintainer email="nobody@example.org">-</maintainer>
-<license>-</license></package>
-'''
 #: A first line that begins in this way names a Python.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
+#: By this command of CMake catkin makes a program that starts a node without the node's first line.
+INSTALLS_PROGRAMS = 'catkin_install_python'
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
+#: So many packages are built, the nearest to the node.
+MOST_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 #: The name of a file that MAKE_MODULES makes.
@@ -56,7 +52,8 @@ LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
 #: Such an error may come from the version of Python or of a module on this machine.
 VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
-    r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive')$""", re.MULTILINE)
+    r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive'|"""
+    r"""ModuleNotFoundError: .*)$""", re.MULTILINE)
 #: The folder of a workspace with the copy of the submission.
 COPY = 'src'
 
@@ -71,36 +68,24 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     remarks = reading.remarks
     copy, made = workspace / COPY, workspace / 'python'
     source, node = copy / reading.package, copy / reading.node
-    packages = {name: copy / folder for name, folder in reading.packages.items()
-                if name != OWN_PACKAGE}
+    # a copy of geometry_msgs in a repository must not replace the machine's
+    own = [name for name in reading.packages if name not in system_messages()]
+    packages = {name: copy / reading.packages[name] for name in own[-MOST_PACKAGES:]}
     for name, files in reading.substituted.items():
         packages[name] = _stand_in(name, files, workspace / 'substituted' / name, remarks)
-    package_name = _usable_name(reading, source, packages, remarks)
-    if not NAME.fullmatch(node.stem if node.suffix == '.py' else node.name):
-        remarks.append(f'The file {printable(node.name)} got another name, since ROS allows '
-                       'letters, digits and _ in it.')
-        target = node.with_name('node.py')
-        while target.exists():
-            target = target.with_name(target.stem + '_.py')
-        node = node.rename(target)
-    relayed = has_relay(source, node)
-    _repair(node, remarks, reading.findings, relayed)
-    program = workspace / 'devel' / 'lib' / package_name / node.name if relayed else node
-    if relayed:
-        program.parent.mkdir(parents=True)
-        program.write_text(RELAY.format(sys.executable, str(node)), encoding='utf-8')
-        program.chmod(0o755)
+    _repair(node, source, remarks, reading.findings)
     environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
-    types = build(packages, made, environment, remarks, sandbox)
+    types = build(packages, node, made, environment, remarks, sandbox)
     for module in reading.unused:
         package = made
         for part in module.split('.'):
             package /= part
-            package.mkdir(parents=True, exist_ok=True)
-            (package / '__init__.py').write_text(EMPTY_MODULE)
+            package.mkdir(exist_ok=True)
+            if not (package / '__init__.py').exists():      # not one of its own modules
+                (package / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
         remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
@@ -108,7 +93,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
         NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
-        sandbox.isolates, str(program), package_name, str(copy), str(node))
+        sandbox.isolates, str(node), _shown_name(reading.name, node.name), str(copy))
 
 
 def _stand_in(name, files, folder, remarks):
@@ -123,21 +108,16 @@ def _stand_in(name, files, folder, remarks):
     return folder
 
 
-def _usable_name(reading, source, packages, remarks):
-    """Returns a usable name of the node's package. A new name is written into its package.xml."""
-    if reading.name and reading.name != OWN_PACKAGE:
-        return reading.name
-    remarks.append(reading.bad_name or
-                   f'The package is called {reading.name}, as this one: it got another name.')
-    # the node may import messages by this name
-    name = next((name for name, folder in packages.items() if folder == source), 'submission')
-    (source / MANIFEST).write_text(SUBSTITUTE_MANIFEST.format(name), encoding='utf-8')
-    return name
+def _shown_name(package, file):
+    """Returns package/file as roslaunch and a page can have it: a name that is not valid becomes
+    submission or node.py."""
+    has_name = NAME.fullmatch(file[:-3] if file.endswith('.py') else file)
+    return '{}/{}'.format(package if package not in ('', OWN_PACKAGE) else 'submission',
+                          file if has_name else 'node.py')
 
 
-def _repair(node, remarks, findings, relayed):
-    """Repair a node's file. If the file has a relay, its first line and its exec bit do not matter.
-    """
+def _repair(node, package, remarks, findings):
+    """Repair a node's file in the folder `package`."""
     code, repairs = node.read_bytes(), []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
@@ -151,12 +131,15 @@ def _repair(node, remarks, findings, relayed):
         repairs.append('is empty')
     elif b'\0' in code:
         repairs.append('is not text in UTF-8: save it as UTF-8')
-    elif not (relayed or code.startswith(b'#!')):
+    elif not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
-    elif python and not relayed and not shutil.which(os.fsdecode(python.group(1))):
+        if calls_of(INSTALLS_PROGRAMS, package):
+            findings.append(f'{INSTALLS_PROGRAMS} of its CMakeLists.txt may start it without the '
+                            'line #!/usr/bin/env python3.')
+    elif python and not shutil.which(os.fsdecode(python.group(1))):
         findings.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
                         'lacks: on another one it may run.')
-    if not relayed and not os.access(str(node), os.X_OK):
+    if not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
     remarks += [f'{node.name} {each}.' for each in repairs]
     node.write_bytes(code)
@@ -166,27 +149,36 @@ def _repair(node, remarks, findings, relayed):
 def version_errors(printed: str, copy: Path) -> List[str]:
     """Returns sentences for the instructor on printed errors that a node may not have on another
     machine. Errors of the submission's own modules, which are in `copy`, are left out."""
-    return [f'It ended with "{line}". With the versions of another machine, such as Noetic, it may '
-            'run.' for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
+    return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
+            for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
             if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
 
 
 # -- messages and services
 
-def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], remarks: List[str],
-          sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
+def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
+          remarks: List[str], sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the examples of their types, see
     message_examples.py, or None if they define no type. `packages` has name -> folder.
 
-    The messages are read in `sandbox` with this `environment`. Sentences are added to `remarks`.
+    Messages are made in the folder of their package's own modules, if it has one, since Python
+    looks for both there. The messages are read in `sandbox` with this `environment`. Sentences on
+    the packages whose names are in the text of `node` are added to `remarks`.
     """
+    own_modules = {own.name: own for name, package in packages.items()
+                   for own in modules_of(package, name)}
+    # Python first looks beside the node
+    own_modules.update({name: node.parent / name for name in packages
+                        if (node.parent / name / '__init__.py').is_file()})
+    folder.mkdir()
+    for name, own in own_modules.items():
+        (folder / name).symlink_to(own)
+    text = node.read_text(encoding='utf-8', errors='replace')
     files: List[List[str]] = []
     for name, package in packages.items():
-        for own in modules_of(package, name):
-            (folder / own.name).mkdir(parents=True, exist_ok=True)
-            (folder / own.name / '__init__.py').write_text(RELAYED_MODULE.format(
-                str(own.parent), str(own / '__init__.py')), encoding='utf-8')
-        files += _definitions(name, package, remarks)
+        definitions, problems = _definitions(name, package)
+        files += definitions
+        remarks += problems if name in text else []
     if not files:
         return None
     try:
@@ -206,24 +198,28 @@ def build(packages: Dict[str, Path], folder: Path, environment: Dict[str, str], 
         package_name, _, file = path.split(os.sep)
         # genmsg also names the searched folders, which are on the marking machine
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
-        remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
+        if package_name in text:
+            remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
     return done
 
 
-def _definitions(name, package, remarks):
-    """Yields [package, 'msg' or 'srv', name, text] of each message and service of a package."""
+def _definitions(name, package):
+    """Returns ([package, 'msg' or 'srv', name, text] of each message and service of a package,
+    sentences on the files that are not built)."""
     files = interface_files(package)
+    definitions, problems = [], []
     if files[ACTIONS]:
-        remarks.append(f'{name} has actions: they were not built.')
+        problems.append(f'{name} has actions: they were not built.')
     for kind in (MESSAGES, SERVICES):
         for file in files[kind]:
             stem = file[:-len(kind) - 1]
             if is_name(stem):
                 text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
-                yield [name, kind, stem, text]
+                definitions.append([name, kind, stem, text])
             else:
-                remarks.append(f'{name}/{printable(file)} was not built: ROS allows letters, '
-                               'digits and _ in the name of a type.')
+                problems.append(f'{name}/{printable(file)} was not built: ROS allows letters, '
+                                'digits and _ in the name of a type.')
+    return definitions, problems
 
 
 def _examples_of(definitions, environment, sandbox):
@@ -241,8 +237,8 @@ def _examples_of(definitions, environment, sandbox):
 
 @lru_cache(maxsize=None)
 def system_messages() -> Dict[str, List[str]]:
-    """Returns name -> folders of the messages, for all ROS packages of this machine; cached."""
+    """Returns name -> [the folder of its messages] for all ROS packages of this machine; cached.
+    The folder need not exist."""
     # A RosPack changes during a query, so two threads must not share it.
     ros = rospkg.RosPack()
-    folders = {name: os.path.join(ros.get_path(name), MESSAGES) for name in ros.list()}
-    return {name: [folder] for name, folder in folders.items() if os.path.isdir(folder)}
+    return {name: [os.path.join(ros.get_path(name), MESSAGES)] for name in ros.list()}

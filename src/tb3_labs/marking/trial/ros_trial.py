@@ -84,9 +84,9 @@ class Trial:
         """Record the faults and the assigned variables that lint finds in the node's file. If the
         package has several files of this name, no file is read."""
         package, name = self._name.split('/')
-        node_file = NodeStart.from_environment().node_file
-        if node_file:
-            files = {Path(node_file)}
+        program = NodeStart.from_environment().program
+        if program:
+            files = {Path(program)}
         else:
             folder = Path(rospkg.RosPack().get_path(package))
             files = {path.resolve() for depth in range(DEEPEST + 1)
