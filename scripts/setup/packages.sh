@@ -29,7 +29,6 @@ name_packages() {
   run_packages+=(python3-paramiko)    # roslaunch reaches the robot by it, but only recommends it
   run_packages+=(bubblewrap)    # mark.py keeps the programs of submissions in sandboxes
   run_packages+=(python3-tornado)    # the web server of the panel
-  run_packages+=(python3-pyflakes)    # the checks and mark.py read a node's text by it
   case $system in debian:*) test_packages+=(chromium chromium-driver python3-selenium) ;; esac    # elsewhere the panel is tested without a browser
   case $system in    # the mouse
     debian:12 | debian:13) run_packages+=(python3-pynput) ;;

@@ -15,7 +15,7 @@ WITH_ROS = {
     'actionlib', 'actionlib_msgs', 'diagnostic_msgs', 'diagnostic_updater', 'dynamic_reconfigure', 'genmsg', 'genpy',
     'geometry_msgs', 'move_base_msgs', 'nav_msgs', 'rosbag', 'rosgraph', 'rosgraph_msgs', 'roslaunch', 'roslib',
     'rosnode', 'rospkg', 'rosservice', 'rostest', 'rosunit', 'rospy', 'sensor_msgs', 'std_msgs', 'std_srvs',
-    'tf2_msgs', 'tf2_ros', 'visualization_msgs', 'matplotlib', 'pyflakes', 'pynput', 'tornado', 'yaml',
+    'tf2_msgs', 'tf2_ros', 'visualization_msgs', 'matplotlib', 'pynput', 'tornado', 'yaml',
     'tb3_labs.msg', 'tb3_labs.srv'}
 
 

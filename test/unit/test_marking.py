@@ -15,7 +15,7 @@ from made_run import made
 from recorded_trial import write_trial
 
 from tb3_labs.marking import marks
-from tb3_labs.marking.labs import imu, move2goal, turn
+from tb3_labs.marking.labs import imu, stimuli, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.intake import archives, node_start, sandbox, submissions
@@ -247,7 +247,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
 
 def test_the_drives_of_a_mark_are_in_their_drive_states():
     """The frame of the second drive stands at (1, 2) in the world, turned by 90 degrees."""
-    first = {'goal': move2goal.GOAL, 'local_T_world': [0.0, 0.0, 0.0]}
+    first = {'goal': stimuli.GOAL, 'local_T_world': [0.0, 0.0, 0.0]}
     second = {'goal': [4.0, 5.0, 0.0], 'local_T_world': [-2.0, 1.0, -math.pi / 2.0]}
     data = shown(observation(
         'move2goal',
@@ -260,7 +260,7 @@ def test_the_drives_of_a_mark_are_in_their_drive_states():
     assert x == pytest.approx([0.0, 0.1, 0.2, 0.0, 0.2], abs=0.002)
     assert y == pytest.approx([0.0, 0.0, 0.05, 0.0, 0.0], abs=0.002)
     assert yaw[-1] == pytest.approx(math.degrees(2.0) - 90.0, abs=0.2)
-    assert [goal for _, _, goal in data['goals']] == [list(move2goal.GOAL)] * 2 + [second['goal']]
+    assert [goal for _, _, goal in data['goals']] == [list(stimuli.GOAL)] * 2 + [second['goal']]
 
 
 def test_the_table_of_marks():

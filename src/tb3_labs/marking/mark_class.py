@@ -14,7 +14,7 @@ from tb3_labs.marking.intake.read_submission import unpack_class
 from tb3_labs.marking.intake.sandbox import (
     UNPROTECTED, OtherUser, Sandbox, protection_problem)
 from tb3_labs.marking.intake.submissions import (
-    Submission, students_named, submissions_in, without_wrapping)
+    Submission, check_names, submissions_in, without_wrapping)
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
 from tb3_labs.marking.trial_runner import (
@@ -192,10 +192,8 @@ def _submissions(arguments, work):
             print_problem(remark)
         source = without_wrapping(work / 'all')
     submissions = submissions_in(source, print_problem)
-    if arguments.only:
-        names = students_named([each.student for each in submissions], arguments.only)
-        submissions = [each for each in submissions if each.student in names]
-    return submissions
+    check_names(arguments.only, [each.student for each in submissions])
+    return [each for each in submissions if not arguments.only or each.student in arguments.only]
 
 
 def _choose_protection(arguments, work):

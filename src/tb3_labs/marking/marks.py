@@ -21,7 +21,7 @@ from tb3_labs.command_line import printable, reason
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.remarks import faults_in, remarks_on, tracebacks_before_the_end
+from tb3_labs.marking.trial.remarks import remarks_on, tracebacks_before_the_end
 from tb3_labs.marking.trial.observation import LONGEST, LONGEST_FAIR_GAP, NO_RECORDING, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
@@ -210,9 +210,8 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
     verdict_text = ' '.join(each.reason for each in marks.verdicts)
-    faults = [] if marks.is_full else faults_in(observation, verdict_text)
-    marks.remarks = (faults + marks.remarks + remarks_on(observation, verdict_text)
-                     + LABS[lab].remarks(observation, parts))
+    marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
+                     *LABS[lab].remarks(observation, parts)]
     marks.findings = list(marks.findings)
     try:
         if marks.is_full:
@@ -237,9 +236,9 @@ def _broken_link(observation: Observation,
     """Returns the first broken link in the parts of the lab that lost points. Returns None if no
     link is broken.
 
-    If the mistake is known without the links, None is returned, too. Such mistakes are an
-    exception, a sensor's topic that nobody publishes, and a command that is not finite. A part is
-    left out if all its criteria are beyond the handout.
+    Returns None also if the mistake is known already. Known mistakes are an exception, a sensor's
+    topic that nobody publishes, and a command that is not finite. A part of the lab is left out if
+    all its criteria are beyond the handout.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))

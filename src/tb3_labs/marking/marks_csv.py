@@ -8,8 +8,8 @@ The name of a criterion beyond the handout begins with 'extra_'. If it is worth 
 have 'yes' or 'no'. A submission that was not judged has empty cells. A text from a submission is
 never written as a formula.
 
-A person may write points into the column `decided`, with a `reason`. If a person edits the marker's
-points or remarks, these cells are the decision and the reason.
+A person may write points into the column `decided`, and a sentence into `reason`. If a person edits
+the marker's points, the edited cell is the decision. An edited remark is the reason.
 """
 import csv
 import io
@@ -26,8 +26,8 @@ from tb3_labs.report.page.document import Markup, document, safe, table
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
-#: A person may write a decision in these columns. To find it, the next run compares the cells with
-#: those that the marker wrote.
+#: A person may write a decision in these columns. The next run compares the cells with the cells
+#: that the marker wrote, and so finds the decision.
 DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
 #: A spreadsheet's cell has at most this many characters.
 LONGEST_CELL = 32767

@@ -5,14 +5,12 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
-A trial is kept until a file or a setting changes that acts on the trial (`trial_key`). Each run of
-mark.py makes verdicts, points and sentences from the bags.
+A trial is kept as long as no file and no setting that acts on the trial changes (`trial_key`). Each
+run of mark.py makes verdicts, points and sentences from the bags.
 """
 import fcntl
 import hashlib
-import importlib
 import json
-import re
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -87,8 +85,8 @@ class MarksFolder:
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
 
     def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
-        """Returns a student's Marks if the trial can be kept. Returns None if the `submission`,
-        which is a digest, or a setting or a file has changed since the trial."""
+        """Returns a student's Marks if the trial can be kept. Returns None if the digest
+        `submission`, a setting, or a file of the trial has changed since the trial."""
         record = self._records.get(student)
         if record is None:
             return None
@@ -104,8 +102,8 @@ class MarksFolder:
         """Record a tried submission, and write the student's page and results. Returns the Marks
         with points.
 
-        `submission` is the digest of the submission. It is not recorded if the machine delayed the
-        trial, so that the next run tries the submission again.
+        `submission` is the digest of the submission. If the machine delayed the trial, the digest
+        is not recorded, so that the next run tries the submission again.
         """
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
@@ -169,8 +167,8 @@ class MarksFolder:
                 if self.worth.get(name, before) != before:
                     raise ValueError(
                         f'{self._path} was marked with other points ({name}: {before:g}, not '
-                        f'{self.worth[name]:g}): give their file by --points; a file that is given '
-                        'counts for all')
+                        f'{self.worth[name]:g}): give the file of those points by --points, or the '
+                        'file of new points for the whole class')
 
     def _read_table(self):
         path = self._path / TABLE
@@ -238,13 +236,9 @@ def locked(path: Path) -> Iterator[None]:
 # -- the trials
 
 def trial_key(lab: str) -> str:
-    """Returns a hash of the files and constants that act on a trial of a lab. Criteria, points and
-    sentences do not act on a trial, since each run makes verdicts from the bag."""
-    files = trial_files(lab)
-    whole = hashlib.sha256(b''.join(path.read_bytes() for path in files))
-    whole.update(repr(values_in('\n'.join(
-        path.read_text(encoding='utf-8') for path in files if MARKING in path.parents))).encode())
-    return whole.hexdigest()
+    """Returns a hash of the files that act on a trial of a lab. Criteria, points and sentences do
+    not act on a trial, since each run makes verdicts from the bag."""
+    return hashlib.sha256(b''.join(path.read_bytes() for path in trial_files(lab))).hexdigest()
 
 
 def trial_files(lab: str) -> List[Path]:
@@ -252,17 +246,8 @@ def trial_files(lab: str) -> List[Path]:
     scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
                if path.name not in READING_FILES]
     return sorted(path for path in [
-        *scripts, *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT_SCRIPT,
+        *scripts, MARKING / 'labs' / 'stimuli.py', MARKING.parent / 'handout.py',
+        *MARKING.parent.glob('simulation/*.py'), PACKAGE / 'scripts' / ROBOT_SCRIPT,
         PACKAGE.parents[1] / 'lib' / OWN_PACKAGE / ROBOT_SCRIPT,     # of an installed package
         PACKAGE / 'launch' / 'fake_robot.launch',
         PACKAGE / 'launch' / 'checks' / f'check_{lab}.test'] if path.is_file())
-
-
-def values_in(scripts: str) -> Dict[str, Any]:
-    """Returns 'module NAME' -> value for the constants of the labs that the text of the scripts
-    names, such as headings and times."""
-    names = sorted(set(re.findall(r'\b[A-Z][A-Z0-9_]+\b', scripts)))
-    labs = [importlib.import_module('tb3_labs.marking.labs.' + path.stem)
-            for path in sorted(MARKING.glob('labs/*.py')) if not path.stem.startswith('ros_')]
-    return {f'{lab.__name__} {name}': getattr(lab, name)
-            for lab in labs for name in names if hasattr(lab, name)}

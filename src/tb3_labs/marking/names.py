@@ -1,7 +1,6 @@
 """The names of the labs and of the handouts' nodes, and rules for names in submissions."""
 import keyword
 import re
-from os.path import commonprefix
 from typing import NamedTuple, Tuple
 
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
@@ -34,13 +33,3 @@ LAB_NODES = {
 def is_name(text: str) -> bool:
     """Do ROS and Python allow `text` as the name of a package, a type or a field?"""
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
-
-
-def is_typo_of(name: str, near: str) -> bool:
-    """Does `name` differ from `near` by one letter, not the first, or by two exchanged letters?
-    Names that differ in digits alone, as cv and cv2, are not typing errors."""
-    begin = len(commonprefix([name, near]))
-    end = len(commonprefix([name[::-1], near[::-1]]))
-    return (begin > 0 and abs(len(name) - len(near)) < 2
-            and re.sub(r'\d', '', name) != re.sub(r'\d', '', near)
-            and max(len(name), len(near)) <= begin + end + 1 + (sorted(name) == sorted(near)))

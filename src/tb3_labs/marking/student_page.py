@@ -8,13 +8,9 @@ sees the results as soon as the marking has ended. An unjudged submission gets a
 Source: "Autograder Specifications", https://gradescope-autograders.readthedocs.io/en/latest/specs/.
 """
 import math
-import re
 from dataclasses import replace
-from html import escape, unescape
-from pathlib import Path
-from typing import Any, Dict, List
-
-import rospkg
+from html import escape
+from typing import Any, Dict
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, Verdict
@@ -36,9 +32,6 @@ COLOURS = {Outcome.MET: '#d9efd9', Outcome.MISSED: '#f6d5d0', Outcome.NOT_OFFERE
 
 #: The heading of the column with the reasons.
 SEEN_HEADING = 'what was seen, and where to look'
-#: Criteria and hints name a place in a lab sheet in this way. The groups are sheet, heading, step.
-PLACE_PATTERN = re.compile(r'doc/(\w+\.md), "([^"]*)"(?:, step (\d+))?')
-PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 #: Gradescope shows a visible test at once.
 VISIBILITY = 'visible'
 
@@ -51,66 +44,25 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 
 def student_page(marks: Marks, lab: str) -> str:
     """Returns a student's page, HTML. `lab` is the title of the lab."""
-    texts = SheetTexts()
-    parts, observation = _points_and_remarks(marks, texts), marks.observation
+    parts, observation = _points_and_remarks(marks), marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
-        parts.append(_verdicts(marks.graded, has_timeline, texts))
+        parts.append(_verdicts(marks.graded, has_timeline))
         if marks.extra:
-            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline, texts)]
+            parts += ['<h2>Beyond the handout</h2>', _verdicts(marks.extra, has_timeline)]
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
-                      hints(marks.link, marks.mistake, texts.linked)]
+                      hints(marks.link, marks.mistake)]
         parts += _last_lines(observation)
-    return document(f'{lab}: {marks.student}', parts + texts.parts, PAGE_STYLE)
+    return document(f'{lab}: {marks.student}', parts, PAGE_STYLE)
 
 
-def _points_and_remarks(marks, texts):
+def _points_and_remarks(marks):
     node = f'Node: {escape(marks.node)}.' if marks.node else ''
-    return [f'<p><b>{marks.points_text.capitalize()}.</b> {node}</p>'] + [
-        f'<p>{texts.linked(text)}</p>' for text in [*marks.decision_sentences, *marks.sentences]]
-
-
-class SheetTexts:
-    """The places in the lab sheets that a page names, and the texts at these places."""
-
-    def __init__(self) -> None:
-        #: place -> the text of the sheet at this place; '' without a text
-        self._texts: Dict[str, str] = {}
-
-    def linked(self, sentence: str) -> Markup:
-        """Returns the HTML of a sentence. Each place in the sentence becomes a link to the text."""
-        return Markup(PLACE_PATTERN.sub(self._link, escape(sentence, quote=False)))
-
-    def _link(self, found: Any) -> str:
-        name = found.group()
-        if name not in self._texts:
-            sheet, heading, step = (unescape(part) for part in found.groups(''))
-            self._texts[name] = _text_at(sheet, heading, step)
-        number = list(self._texts).index(name) + 1
-        return f'<a href="#place-{number}">{name}</a>' if self._texts[name] else name
-
-    @property
-    def parts(self) -> List[str]:
-        """The HTML of the texts."""
-        texts = [f'<details><summary>{name}</summary><pre id="place-{number}">{escape(text)}</pre>'
-                 '</details>' for number, (name, text) in enumerate(self._texts.items(), 1) if text]
-        return (['<h2>In the lab sheets</h2>'] if texts else []) + texts
-
-
-def _text_at(sheet: str, heading: str, step: str) -> str:
-    """Returns the text below a heading of a sheet, or the text of a step below the heading. Returns
-    '' if the sheet is missing."""
-    path = PACKAGE / 'doc' / sheet
-    if not path.is_file():      # an installed package has no pages
-        return ''
-    below = path.read_text(encoding='utf-8').partition(f'# {heading}\n')[2]
-    text = re.split('^#+ ', below, 1, re.MULTILINE)[0]
-    if step:
-        text = re.split(rf'^{step}\. ', text, 1, re.MULTILINE)[-1]
-        text = re.split(rf'^{int(step) + 1}\. ', text, 1, re.MULTILINE)[0]
-    return text.strip()
+    sentences = [*marks.decision_sentences, *marks.sentences]
+    return [f'<p><b>{marks.points_text.capitalize()}.</b> {node}</p>',
+            *(f'<p>{escape(sentence, quote=False)}</p>' for sentence in sentences)]
 
 
 def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
@@ -149,14 +101,14 @@ def recording_for_timeline(observation: Observation) -> RunData:
         frames=Poses.none())
 
 
-def _verdicts(verdicts, has_timeline, texts):
+def _verdicts(verdicts, has_timeline):
     rows, shown_reasons = [], set()
     for v in verdicts:
         shown = replace(v, reason='the same') if v.reason in shown_reasons else v
-        sentence = texts.linked(shown.sentence)
+        sentence = shown.sentence
         shown_reasons |= {v.reason} - {'', NOT_TRIED}
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
-            sentence = Markup(f'{sentence} <a href="#t={v.moment:.1f}">Watch it</a>')
+            sentence = Markup(f'{escape(sentence)} <a href="#t={v.moment:.1f}">Watch it</a>')
         points = f'{v.points:g} / {v.worth:g}' if v.worth else ''
         rows.append([v.criterion.meaning, symbol(v), points, sentence])
     heads = ['what is asked', '', 'points', SEEN_HEADING]
@@ -188,15 +140,13 @@ def _last_lines(observation):
 def results(marks: Marks) -> Dict[str, Any]:
     """Returns the content of results.json. It has a test for each criterion. Its `output` has the
     rest of the page."""
-    texts = SheetTexts()
-    parts = _points_and_remarks(marks, texts) + [
-        hints(marks.link, marks.mistake, texts.linked, has_timeline=False)]
+    parts = _points_and_remarks(marks) + [hints(marks.link, marks.mistake, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
     return {
         'score': round(float(marks.points), 2) if marks.is_known else 0.0,
         'execution_time': int(round(marks.seconds)),
-        'output': '\n'.join(parts + texts.parts),
+        'output': '\n'.join(parts),
         'output_format': 'html',
         'visibility': VISIBILITY,
         'stdout_visibility': 'hidden',

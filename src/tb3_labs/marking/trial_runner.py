@@ -30,7 +30,7 @@ from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.trial.from_bag import read_trial
 
-#: The names of the environment variables that the marking keeps from the caller's terminal.
+#: The marking takes over the environment variables with these names from the caller's terminal.
 INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
@@ -48,7 +48,7 @@ loggers: {rosout: {level: INFO, handlers: [stream], propagate: false}}
 '''
 #: The check of a submission is ended after this time [s].
 TIME_LIMIT = 300.0
-#: A running check is looked at with this period [s].
+#: The marking looks with this period whether a check still runs [s].
 POLL_PERIOD = 0.1
 
 
@@ -100,7 +100,8 @@ class TrialRunner:
         if option is not None:
             marks.remarks.append(option.as_text(self.folder.options.option))
         sandbox.hand_over(workspace)
-        # the check itself does not import modules of the submission
+        # The node's environment is in a file. If the check had this environment itself, the check
+        # would import modules of the submission.
         environment.update(launch.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # a new file, even if the log was a link
@@ -215,7 +216,8 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                ROS_TEST_RESULTS_DIR='results')     # below ROS_HOME, since rostest cuts at a blank
+                # a path below ROS_HOME, since rostest cuts a path at a blank
+                ROS_TEST_RESULTS_DIR='results')
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:

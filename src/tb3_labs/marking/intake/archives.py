@@ -74,9 +74,8 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
     """Returns (files to read, refused files and folders) below `folder`. Both lists lack
     the IGNORED_PATHS and the `ignored` folders.
 
-    Devices, unreadable files and folders that are too deep are refused. A link is refused unless it
-    leads to files that are read. A file with another name (a hard link) outside of `folder` is
-    refused too, since it may be another person's file.
+    Links, devices, unreadable files and folders that are too deep are refused. A file with another
+    name (a hard link) outside of `folder` is refused too, since it may be another person's file.
     """
     status: Dict[Path, os.stat_result] = {}
     refused: List[Path] = []
@@ -100,25 +99,7 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
     files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
              and each.st_nlink <= names_here[each.st_dev, each.st_ino]
              and os.access(str(path), os.R_OK)]
-    refused += sorted(set(status) - set(files))
-    linked = _linked_files(folder, refused, files)
-    return files + list(linked), [path for path in refused if path not in linked.values()]
-
-
-def _linked_files(folder, refused, files):
-    """Returns path -> link, for each path that leads to one of the `files` through a refused link.
-    The link leads to the file, or to the file's folder."""
-    linked = {}
-    for link in refused:
-        if os.path.islink(str(link)):
-            with suppress(OSError, RuntimeError, ValueError):   # broken, circular, or leads out
-                target = folder / link.resolve().relative_to(folder.resolve())
-                for path in files:
-                    if path == target:
-                        linked[link] = link
-                    elif path.parent == target:
-                        linked[link / path.name] = link
-    return linked
+    return files, refused + sorted(set(status) - set(files))
 
 
 class UnpackLimits:

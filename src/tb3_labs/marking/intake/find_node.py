@@ -18,7 +18,6 @@ from tb3_labs.marking.intake.packages import (
     FOLDERS, MANIFEST, is_aside, name_in, package_folder, source_of)
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
-LISTENS_TO, USES = 'listens to ', 'uses '
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first ranks are equal. This is the number of these ranks.
@@ -31,7 +30,7 @@ class Choice(NamedTuple):
     """The file that is chosen as the node."""
 
     path: str
-    remarks: List[str]      # the reason of the choice, for the student
+    remarks: List[str]      # for the student, if the choice was not clear
     findings: List[str]     # for the instructor, if another file may be the node
 
 
@@ -45,7 +44,7 @@ class _Candidate(NamedTuple):
     folder: int             # index in FOLDERS; len(FOLDERS) for another folder
     depth: int
     path: str
-    sign_texts: Tuple[str, ...]   # the signs that were found
+    found_signs: Tuple[bool, ...]       # see _signs
     text: str
 
 
@@ -72,16 +71,18 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
              if (not package or each.package == 0) and _can_be_the_node(each, names, name)
              and ('/' not in name or each.path == os.path.normpath(name))]
     if not found:
+        paths = sorted(each.path for each in programs)
         raise NotJudged('There is no {}{}, and no other file does what it should. {}'.format(
-            name or ' or '.join(names), ' in a package {}'.format(package) if package else '',
-            _what_was_found(sorted(each.path for each in programs),
-                            [str(path.relative_to(folder)) for path in handed_in], names)))
+            name or ' or '.join(names), f' in a package {package}' if package else '',
+            f'Python files that were found (--type chooses one of them): {shortened(paths)}.'
+            if paths else 'No Python file was found. Handed in: {}.'.format(
+                shortened([str(path.relative_to(folder)) for path in handed_in]) or 'nothing')))
     start = None if name else _starting_program(found[0], programs, folder)
     if start is None:
-        return Choice(found[0].path, _remarks(found, packages, names), _advice(found, names))
+        return Choice(found[0].path, *_remarks_and_findings(found, names))
     found = [each for each in found if each.path != start.path]
-    return Choice(start.path, [f'Judged was {start.path}, which starts {found[0].path}.'],
-                  _advice(found, names))
+    _, findings = _remarks_and_findings(found, names)
+    return Choice(start.path, [f'Judged was {start.path}, which starts {found[0].path}.'], findings)
 
 
 def _starting_program(module, programs, folder):
@@ -99,25 +100,24 @@ def _starting_program(module, programs, folder):
     return None
 
 
-def _advice(found, names):
-    """Returns a list, with a sentence for the instructor if another file may be the node."""
+def _remarks_and_findings(found, names):
+    """Returns two lists, each with at most one sentence on the choice of the first candidate."""
     best, *others = found
-    alike = [each for each in others if each[:COMPARED_RANKS] == best[:COMPARED_RANKS]]
-    if all(each.text == best.text for each in alike):
-        alike = []
-    why = 'It is as likely the node as {}, and they differ'
-    if not alike and best.name == len(names):
-        alike = [each for each in others if each[:2] == best[:2] and each.name < best.name]
-        why = 'It does more of what the lab asks than {}, which has the usual name'
-    if not alike and best.package > 1:
-        alike = [each for each in others if each.package < 2]
-        why = 'The usual package has {}, which was put aside by its name'
-    if not alike:
-        return []
-    other = alike[-1].path if '/' in alike[-1].path else './' + alike[-1].path
-    return ["Judged was {}. {}: --type {} chooses another one, with --only and the student's name."
-            .format(best.path, why.format(shortened([each.path for each in alike])),
-                    shlex.quote(other))]
+    if not others:
+        return [] if best.name < len(names) else [
+            f"There is no {' or '.join(names)}; judged was {best.path}."], []
+    remark = '{} files can be the node; judged was {}. The others: {}.'.format(
+        len(found), best.path, shortened([each.path for each in others]))
+    # another file may be the node if it is as likely, or has the usual name or the usual package
+    doubtful = [each for each in others if each.text != best.text and (
+        each[:COMPARED_RANKS] == best[:COMPARED_RANKS]
+        or each[:2] == best[:2] and each.name < best.name == len(names)
+        or each.package < 2 <= best.package)]
+    if not doubtful:
+        return [remark], []
+    other = doubtful[-1].path if '/' in doubtful[-1].path else './' + doubtful[-1].path
+    return [remark], [f'{remark} --type {shlex.quote(other)} chooses another one, with --only and '
+                      "the student's name."]
 
 
 def _is_program(path):
@@ -141,14 +141,14 @@ def _candidate(lab, path, package, text, packages, names):
     *folders, name = path.lower().split('/')
     package_names, depth = package
     own_names, outer_names = package_names + folders[depth:], folders[:depth]
-    sign_texts = _signs(lab, text)
+    found_signs = _signs(lab, text)
     lower = [usual.lower() for usual in names]
     return _Candidate(
         is_aside(path), min(_package_rank(usual, own_names, outer_names) for usual in packages),
-        3 + len(lab.uses) - len(sign_texts),
+        found_signs.count(False),
         lower.index(name) if name in lower else len(names),
         FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
-        len(folders), path, sign_texts, text)
+        len(folders), path, found_signs, text)
 
 
 def _package_rank(usual, own_names, outer_names):
@@ -170,59 +170,21 @@ def _normalized(name):
 
 
 def _signs(lab, text):
-    """Returns the signs of the lab's node in a program. A sign is a clause, as 'listens to imu'."""
+    """Returns whether a program listens to the lab's topic, has the handout's class, has the
+    handout's name of the node, and has each of the lab's `uses`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
-    return tuple(sign for pattern, sign in (
-        (r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.sensors[0]),
-         LISTENS_TO + lab.sensors[0]),
-        (rf'^[ \t]*class\s+{lab.class_name}\b', 'has the class ' + lab.class_name),
-        (r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
-         'is the node ' + lab.node_name),
-        *[(RESET_CALL.format(use[:-1]) if use.endswith('(') else topic.format(use),
-           USES + use.rstrip('(')) for use in lab.uses]
-    ) if re.search(pattern, code, re.MULTILINE))
+    return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in (
+        r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.sensors[0]),
+        rf'^[ \t]*class\s+{lab.class_name}\b',
+        r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
+        *(RESET_CALL.format(use[:-1]) if use.endswith('(') else topic.format(use)
+          for use in lab.uses)))
 
 
 def _can_be_the_node(candidate, names, name):
-    signs = [sign for sign in candidate.sign_texts if not sign.startswith(USES)]
+    listens, has_class, has_node_name, *_ = candidate.found_signs
     # a node of another lab may listen to the same topic
     is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
-    listens = any(sign.startswith(LISTENS_TO) for sign in signs)
     return candidate.name < len(names) or not name and (
-        len(signs) >= 2 or listens and not is_other)
-
-
-def _remarks(found, packages, names):
-    """Returns a list, with a sentence for the student if the choice was not clear."""
-    best, *others = found
-    if not others:
-        signs = ' and '.join(sign for sign in best.sign_texts if not sign.startswith(USES))
-        return [] if best.name < len(names) else [
-            f"There is no {' or '.join(names)}; judged was {best.path}, which {signs}."]
-    why = 'it comes first'
-    for rank, reason in enumerate((
-            'the others were put aside', 'it is in the package ' + ' or '.join(packages),
-            'it ' + ' and '.join(sign for sign in best.sign_texts
-                                 if sign not in others[0].sign_texts),
-            'it has the usual name')):
-        if best[rank] != others[0][rank]:
-            why = reason
-            break
-    if all(each.package == 3 for each in found) and any(packages):
-        why += f" (there is no package {' or '.join(packages)})"
-    return ['{} files can be the node; judged was {}, because {}. The others: {}.'.format(
-        len(found), best.path, why, shortened([other.path for other in others]))]
-
-
-def _what_was_found(programs, handed_in, names):
-    near = [path for path in handed_in if path not in programs
-            and os.path.basename(path).lower().startswith(tuple(map(str.lower, names)))]
-    if near:
-        return f'Near it: {shortened(near)}; the name of a Python file ends in .py.'
-    if programs:
-        return ('Python files that were found (--type chooses one of them): {}.'
-                .format(shortened(programs)))
-    return 'No Python file was found at all. ' + (
-        f'Handed in: {shortened(handed_in)}.' if handed_in else
-        'Nothing that a person writes was handed in.')
+        listens + has_class + has_node_name >= 2 or listens and not is_other)

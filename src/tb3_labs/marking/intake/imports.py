@@ -17,7 +17,7 @@ from typing import Dict, List, NamedTuple, Set, Tuple
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import MESSAGES, SERVICES, interface_files, own_name
 from tb3_labs.marking.names import is_name
-from tb3_labs.marking.text.source_analysis import nodes_of
+from tb3_labs.marking.source_analysis import nodes_of
 
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'

@@ -6,7 +6,8 @@ All these processes end together with the marker.
 The node is in a sandbox inside that network. The sandbox has its own processes, its own /tmp and
 home. In it the node sees only the parts of the system that it needs, read-only. The node's
 processes, memory and disk are limited. An ordinary user makes the sandbox with a user namespace.
-If root starts the node, it runs as a user that owns nothing: Linux does not count root's processes.
+If root marks, the node runs as a user that owns nothing, since Linux does not count root's
+processes.
 """
 import functools
 import inspect
@@ -31,8 +32,9 @@ PREFIXES, MODULES = 'CMAKE_PREFIX_PATH', 'PYTHONPATH'
 #: A sandbox gets each variable of the instructor whose name begins with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH', 'PATH',
                       'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
-#: Each of OWN_FOLDERS has at most ROOM bytes.
+#: The folder of rospy's log files in a sandbox.
 LOGS = HOME + '/.ros/log'
+#: Each of OWN_FOLDERS has at most this size [bytes].
 ROOM = 100 * 10 ** 6
 #: These parts of /etc are in a sandbox, for host names, time zone, libraries, fonts and ROS.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
@@ -217,9 +219,12 @@ def _own_package():
 
 
 def _with_parents(mounts):
-    """Returns bubblewrap's options for these mounts. A mount comes after the folders above it,
-    since Python may be in a hidden folder, and a hidden folder may be in a folder of ROS. Options
-    make the folders above, since only root can enter some that bubblewrap itself makes."""
+    """Returns bubblewrap's options for these mounts.
+
+    A mount comes after the mounts above it, since Python may be in a hidden folder, and a hidden
+    folder may be in a folder of ROS. The options also make the folders above a mount. If bubblewrap
+    made these folders by itself, only root could enter some of them.
+    """
     options, made = [], {Path('/')}
     for mount in sorted(mounts, key=lambda mount: len(Path(mount[-1]).parts)):
         for folder in reversed(Path(mount[-1]).parents):

@@ -13,7 +13,6 @@ import os
 import re
 import shutil
 import stat
-import unicodedata
 from collections import Counter
 from pathlib import Path
 from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
@@ -100,25 +99,14 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     return students
 
 
-def students_named(students: Sequence[str], wanted: Iterable[str]) -> List[str]:
-    """Returns the students with the `wanted` names. If a name fits one student alone, it may differ
-    in upper and lower case, and in the way in which Unicode writes a letter with an accent.
-
-    Raises ``ValueError``, which has similar names, if a name fits no student or several students.
+def check_names(wanted: Iterable[str], students: Sequence[str]) -> None:
+    """Raises ``ValueError``, which has similar names, if a `wanted` name is not a student's name.
     """
-    def folded(text: str) -> str:
-        return unicodedata.normalize('NFC', text).casefold()
-    found = []
     for name in wanted:
-        same = [name] if name in students else [
-            student for student in students if folded(student) == folded(name)]
-        if len(same) != 1:
-            near = [student for student in students if folded(name) in folded(student)]
-            near = near or difflib.get_close_matches(name, students)
+        if name not in students:
+            near = difflib.get_close_matches(name, students)
             raise ValueError('no submission is called {}; {}: {}'.format(
                 name, 'near it' if near else 'these are', shortened(near or students, 10)))
-        found += same
-    return found
 
 
 class Submission(NamedTuple):
@@ -181,9 +169,9 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path,
 
     Returns (remarks on files that are left out, remarks on archives that are not unpacked).
 
-    ``has_node()`` tries to find the node in the copy. If the node is beside the zip files, they are
-    not unpacked, since they do not belong to the code. GENERATED_FOLDERS are copied only if the
-    node is nowhere else.
+    ``has_node()`` tries to find the node in the copy. Zip files beside the node are not unpacked,
+    since such files do not belong to the code. GENERATED_FOLDERS are copied only if the node is
+    nowhere else.
     """
     remarks = _copy(handed_in, folder, has_node, GENERATED_FOLDERS)
     if not has_node():

@@ -9,6 +9,8 @@ from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, T
 
 import numpy as np
 
+from tb3_labs.marking.labs.stimuli import (
+    EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST, LOST_STOP_TIME, START_TIME, STOP_TIME)
 from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
@@ -85,7 +87,7 @@ class Verdict:
         points = 'extra' if self.criterion.extra and not self.worth else \
             f'{self.points:g} of {self.worth:g}'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
-        outcome = self.outcome.value.upper()    # a reader finds capitals among many lines
+        outcome = self.outcome.value.upper()    # capitals are easy to find among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
             outcome = 'not yet' if self.outcome is Outcome.MISSED else self.outcome.value
         return f'  {outcome:11}  {points:8}  {text}'
@@ -115,8 +117,8 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: 
 
 
 def _quoted_once(reason: Reason, quoted: Set[str]) -> Reason:
-    """Returns the Reason, and adds its exception to the set `quoted`. If the set had the exception
-    already, the Reason says "the same exception" in its place."""
+    """Returns the Reason, and adds the exception in the Reason to the set `quoted`. If `quoted`
+    already has the exception, the returned Reason has the words "the same exception" instead."""
     before, stopped, error = reason.partition(STOPPED_BY + ', ')
     if not stopped or error not in quoted:
         quoted.add(error)
@@ -126,17 +128,6 @@ def _quoted_once(reason: Reason, quoted: Set[str]) -> Reason:
 
 # ----- criteria of several labs: start and Ctrl+C -----
 
-#: Keys of the facts of a Ctrl+C.
-EXIT_SECONDS = 'took'       # how long the node took to end [s]; None if it was killed
-EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
-#: A node must subscribe to its topic within this time after its start [s].
-START_TIME = 15.0
-#: A node must end within this time after Ctrl+C [s]. rospy itself needs up to 2 s.
-EXIT_TIME = 5.0
-#: A stop is "at once" if the zero velocity comes within this time [s].
-STOP_TIME = 0.5
-#: If a sensor or a device falls silent, a node must stop the robot within this time [s].
-LOST_STOP_TIME = 1.0
 #: Returns the words for a limit [s].
 within = 'within {:g} s'.format
 IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(STOP_TIME)
@@ -190,8 +181,6 @@ def prints(observation: Observation, text: str) -> Reason:
 
 # ----- criteria of several labs: stopping the robot -----
 
-#: The part of a lab in which a sensor or an input device falls silent.
-LOST = 'lost'
 #: The Reason if a node ends its commands without a zero velocity. Then the robot stops by itself,
 #: half a second after the last command.
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'

@@ -1,5 +1,5 @@
-"""The stimuli and the criteria of the gamepad node in the Transformation lab. The node drives the
-robot, hands the robot over, and resets the local frame."""
+"""The criteria of the gamepad node in the Transformation lab. The node drives the robot, hands the
+robot over, and resets the local frame."""
 from functools import partial
 from pathlib import Path
 from typing import Dict
@@ -13,40 +13,14 @@ from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
     Criterion, Reason, ends_cleanly, not_stopped, scaled, starts, steers, stops_robot,
     stops_when_lost, within)
+from tb3_labs.marking.labs.stimuli import (
+    BOTH_STICKS, BUTTONS, CALLS, HAND_OVER, IS_ORIGIN, IS_UNIT, LATCHED, LEFT_STICK_DOWN,
+    LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQUISHED, RESET_BUTTON, RESET_TIME,
+    RESET_WITHOUT_SERVICE, RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT, SERVICE_NAME, STICKS, STICKS_LET_GO,
+    STICK_TIME, TAKE_BACK, UP_HANDED_OVER, UP_TAKEN_BACK)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
-from tb3_labs.watch.input_links import FORWARD_STICK, TURNING_STICK
-
-#: The parts of the lab.
-STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
-#: The stimuli of the sticks.
-LEFT_STICK_UP, LEFT_STICK_DOWN = FORWARD_STICK, 'left stick down'
-BOTH_STICKS = 'left stick half up, right stick half right'
-RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = TURNING_STICK, 'right stick right'
-STICKS_LET_GO = 'sticks let go'
-#: stimulus -> (left stick, up is positive; right stick, left is positive), each from -1 to 1
-STICK_POSITIONS = {
-    LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
-    RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
-    BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
-#: The stimulus by the axes that have no function. No criterion judges it. In the recording one sees
-#: whether a wrong node follows such an axis.
-OTHER_AXES = 'other axes'
-#: The stimuli of the buttons.
-HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
-    'A', 'left stick up after A', 'B', 'left stick up after B')
-RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
-#: The stimulus in which the pad sends no more messages.
-PAD_SILENT = 'pad silent'
-#: Keys of the facts of A and B.
-RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message
-LATCHED = 'heard late'          # after A, does a new subscriber get the value?
-#: Keys of the facts of Y.
-CALLS = 'calls'                 # the number of calls
-SERVICE_NAME = 'name'           # the name of the called service
-IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
-IS_UNIT = 'unit'                # did each quaternion have the length 1?
 
 #: The bounds of the command for a full stick.
 FULL_SPEED = (0.15, MAX_LINEAR_SPEED + ROUNDING)       # [m/s]
@@ -56,12 +30,6 @@ HALF_SHARE = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. Such a wait takes
 #: 1 s or more.
 UNBLOCKED_TIME = 0.7
-#: The marker holds a stick for this time [s].
-STICK_TIME = 0.8
-#: After A or B, a value comes on ctrl_relinq within this time [s].
-PUBLISH_TIME = 1.0
-#: After Y, the node calls the reset, or prints an error, within this time [s].
-RESET_TIME = 2.5
 #: The default of the lab's option `pad`.
 HANDOUT_PAD = 'handout'
 #: The step of the sheet with the usual mistakes of a reset.

@@ -1,4 +1,4 @@
-"""The stimuli and the criteria of the IMU exercise, in which a node prints the IMU's heading."""
+"""The criteria of the IMU exercise, in which a node prints the IMU's heading."""
 import re
 from typing import List
 
@@ -6,24 +6,12 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
     CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, ends_cleanly, prints, starts)
+from tb3_labs.marking.labs.stimuli import (
+    HAIR_BELOW_ZERO, HEADING, HEADING_DEG, ODD_SAMPLES, READING_TIME, STANDING_HEADINGS,
+    VALID_HEADING_DEG, VALID_TIME, ZERO_QUATERNION)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, why_unprinted
 from tb3_labs.watch.chains import HEADING_EXERCISE
-
-#: The parts of the exercise.
-HEADING, ODD_SAMPLES = 'heading', 'odd samples'
-#: stimulus -> the heading at which the robot stands [deg]
-STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
-#: The node must print its line at each heading within this time [s].
-READING_TIME = 1.5
-#: The stimuli by samples that a real IMU seldom sends.
-HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
-#: After the quaternion of zeros the marker sends samples with this heading [deg].
-VALID_HEADING_DEG = 57.0
-#: The marker sends these samples for this time [s].
-VALID_TIME = 0.9
-#: Key of a fact of a stimulus, the IMU's heading while the robot stands [deg].
-HEADING_DEG = 'heading_deg'
 
 #: A printed heading may differ from the IMU's heading by this [deg].
 HEADING_TOLERANCE = 1.0

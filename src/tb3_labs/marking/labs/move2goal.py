@@ -1,5 +1,5 @@
-"""The stimuli and the criteria of the Transformation lab, in which a node drives to a goal in a
-local frame, and resets this frame."""
+"""The criteria of the Transformation lab, in which a node drives to a goal in a local frame, and
+resets this frame."""
 import math
 import re
 from functools import partial
@@ -15,47 +15,24 @@ from tb3_labs.handout import (
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
     ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost, within)
+from tb3_labs.marking.labs.stimuli import (
+    ANGLE_BEFORE_RESET, AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE,
+    DRIVE_TIME, DROVE_STRAIGHT, FARTHEST, FIRST_DRIVE, OBSERVATION_TIME, ODOMETRY_SILENT, OFFSET,
+    OFFSET_DRIVE, PRINT_TIME, REACTION_TIME, RESET, RESET_ANSWER_TIME, RESET_ELSEWHERE,
+    RESET_IN_DRIVE, RESET_PROBLEM, RESET_TO_ORIGIN, SECOND_DRIVE, TURN_TIME_IN_DRIVE,
+    WITHOUT_CONTROL, WRONG_NAME)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.chains import (
     FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, Place)
 
-#: The parts of the lab.
-DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
-#: The stimuli of the part DRIVE.
-WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
-#: The stimuli of the part RESET.
-RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
-RESET_IN_DRIVE = 'reset in a drive'
-#: The stimuli of the other parts.
-CONTROL_TAKEN = 'control taken'
-RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
-OFFSET_DRIVE = 'drive with an offset IMU'
-ODOMETRY_SILENT = 'odometry silent'
-#: Keys of the facts of a reset.
-RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
-WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
-DROVE_STRAIGHT = 'straight'     # was the robot turned to the goal, and did it drive forward then?
-
-#: The marker observes the node for this time, before the node has control and at the goal [s].
-OBSERVATION_TIME = 1.5
 #: After its arrival the node may send commands for this time [s].
 SILENT_AFTER = 0.5
-#: The reset service answers within this time [s].
-ANSWER_TIME = 3.0
-#: After the answer the node prints its line on the reset within this time [s].
-PRINT_TIME = 0.5
-#: Between the first drive and the reset, the marker turns the robot by this angle [deg].
-ANGLE_BEFORE_RESET = 100.0
-#: After a reset in a drive, the node turns the robot for at most this time [s].
-TURN_TIME_IN_DRIVE = 3.0
 #: After a reset in a drive, the node turns the robot by at least this angle [deg].
 LEAST_TURN = 20.0
 REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
-#: The goal of a drive as (x [m], y [m], heading [rad]).
-GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
 #: The robot may coast by this after a stop command.
 COAST_DISTANCE = 0.02       # [m]
@@ -63,12 +40,6 @@ COAST_DEG = 2.0
 #: The tolerances of the criterion beyond the handout.
 EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0
-#: After the node got control, its drive begins within this time [s].
-REACTION_TIME = 4.0
-#: A drive lasts at most this time [s].
-DRIVE_TIME = 50.0
-#: A drive may go this far from its start [m].
-FARTHEST = 3.0
 #: Words for the requirement on the heading, and for the limits of place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
@@ -249,8 +220,8 @@ CRITERIA = [
               f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, f'a service /{SET_POSE} resets the local frame, also in a drive',
-              THE_RESET, _resets, limits=f'answers {within(ANSWER_TIME)}; in a drive it turns by '
-              f'{LEAST_TURN:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
+              THE_RESET, _resets, limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
+              f'turns by {LEAST_TURN:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
               THE_RESET, _says_reset, limits=within(PRINT_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '

@@ -15,8 +15,8 @@ from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Empty
 
 from tb3_labs.handout import CTRL_RELINQ, JOY, PAD_AXES, PAD_BUTTONS, SET_POSE
-from tb3_labs.marking.labs import gamepad as lab
-from tb3_labs.marking.labs.criteria import LOST
+from tb3_labs.marking.labs import stimuli
+from tb3_labs.marking.labs.gamepad import Y_STEP
 from tb3_labs.marking.labs.ros_move2goal import RESET_NAMES, fields_of
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, Repeater
 from tb3_labs.ros.clocks import wait_until
@@ -67,7 +67,7 @@ class HeldPad(Repeater):
 
 
 def _stick_up(trial, pad, name):
-    trial.observe(name, lab.STICK_TIME, lambda: pad.sticks(1.0))
+    trial.observe(name, stimuli.STICK_TIME, lambda: pad.sticks(1.0))
     pad.sticks()
     time.sleep(DELIVERY_TIME)
 
@@ -77,9 +77,9 @@ def sticks(trial):
     with ResetServices(trial):
         trial.node.start()
         with HeldPad(trial.option) as pad:
-            for name, place in lab.STICK_POSITIONS.items():
-                trial.observe(name, lab.STICK_TIME, lambda: pad.sticks(*place))
-            with trial.stimulus(lab.OTHER_AXES):
+            for name, place in stimuli.STICK_POSITIONS.items():
+                trial.observe(name, stimuli.STICK_TIME, lambda: pad.sticks(*place))
+            with trial.stimulus(stimuli.OTHER_AXES):
                 pad.push_other_axes()
 
 
@@ -92,20 +92,20 @@ def buttons(trial):
             trial.node.start()
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
-            with trial.stimulus(lab.RESET_BUTTON) as stimulus:
+            with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
                 for names in ((SET_POSE,), RESET_NAMES):    # at first, only the right name is there
                     if calls:
                         break
                     services.offer(names)
                     pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
-                    wait_until(lambda: calls, lab.RESET_TIME - Y_PRESS_TIME)
+                    wait_until(lambda: calls, stimuli.RESET_TIME - Y_PRESS_TIME)
                     time.sleep(DELIVERY_TIME)
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
-                    lab.CALLS: len(calls), lab.SERVICE_NAME: calls[0][0] if calls else '',
-                    lab.IS_ORIGIN: all(map(is_origin, requests)),
-                    lab.IS_UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{remark} See {lab.Y_STEP}.'
+                    stimuli.CALLS: len(calls), stimuli.SERVICE_NAME: calls[0][0] if calls else '',
+                    stimuli.IS_ORIGIN: all(map(is_origin, requests)),
+                    stimuli.IS_UNIT: all(map(is_unit, requests))})
+            trial.remark(f'{remark} See {Y_STEP}.'
                          for remark in trial.findings_in_text()['remarks'])
             if not all(map(has_covariance, requests)):
                 trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
@@ -124,41 +124,42 @@ def _start_driving(trial, pad):
 def _hand_over(trial, pad):
     received, received_late = [], []
     listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: received.append(message.data))
-    with trial.stimulus(lab.HAND_OVER) as stimulus:
+    with trial.stimulus(stimuli.HAND_OVER) as stimulus:
         pad.press(pad.numbers.relinquish_button)
-        wait_until(lambda: True in received, lab.PUBLISH_TIME)
+        wait_until(lambda: True in received, stimuli.PUBLISH_TIME)
         time.sleep(DELIVERY_TIME)
         late_listener = rospy.Subscriber(CTRL_RELINQ, Bool, received_late.append)
-        stimulus.facts[lab.LATCHED] = wait_until(lambda: received_late, lab.PUBLISH_TIME)
-        stimulus.facts[lab.RELINQUISHED] = received[-1] if received else None
+        stimulus.facts[stimuli.LATCHED] = wait_until(lambda: received_late, stimuli.PUBLISH_TIME)
+        stimulus.facts[stimuli.RELINQUISHED] = received[-1] if received else None
         late_listener.unregister()
-    _stick_up(trial, pad, lab.UP_HANDED_OVER)
+    _stick_up(trial, pad, stimuli.UP_HANDED_OVER)
     received.clear()
-    with trial.stimulus(lab.TAKE_BACK) as stimulus:
+    with trial.stimulus(stimuli.TAKE_BACK) as stimulus:
         pad.press(pad.numbers.regain_button)
-        wait_until(lambda: received and not received[-1], lab.PUBLISH_TIME)
-        stimulus.facts[lab.RELINQUISHED] = received[-1] if received else None
+        wait_until(lambda: received and not received[-1], stimuli.PUBLISH_TIME)
+        stimulus.facts[stimuli.RELINQUISHED] = received[-1] if received else None
     listener.unregister()
     time.sleep(DELIVERY_TIME)
-    _stick_up(trial, pad, lab.UP_TAKEN_BACK)
+    _stick_up(trial, pad, stimuli.UP_TAKEN_BACK)
 
 
 def no_service(trial):
     """Press Y while no reset service exists. Push a stick as soon as Y is released."""
     trial.node.start()
-    with HeldPad(trial.option) as pad, trial.stimulus(lab.RESET_WITHOUT_SERVICE):
+    with HeldPad(trial.option) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
-        time.sleep(lab.RESET_TIME)
+        time.sleep(stimuli.RESET_TIME)
 
 
 def lost(trial):
     """Let the gamepad fall silent while it drives the robot."""
     with HeldPad(trial.option) as pad:
-        trial.falls_silent(lab.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
+        trial.falls_silent(stimuli.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
 
-PARTS = {lab.STICKS: sticks, lab.BUTTONS: buttons, lab.NO_SERVICE: no_service, LOST: lost}
+PARTS = {stimuli.STICKS: sticks, stimuli.BUTTONS: buttons, stimuli.NO_SERVICE: no_service,
+         stimuli.LOST: lost}
 
 
 # -- a reset service of any type

@@ -12,8 +12,7 @@ from std_msgs.msg import Bool, Empty
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CTRL_RELINQ, SET_POSE
-from tb3_labs.marking.labs import move2goal as lab
-from tb3_labs.marking.labs.criteria import LOST
+from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, LONGEST, WAS_MOVING
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
 from tb3_labs.marking.trial.ros_student_node import OFFERS
@@ -100,8 +99,8 @@ class ResetCaller:
             except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
                 answers.append(str(problem)[:200])
         threading.Thread(target=call, daemon=True).start()
-        if not wait_until(lambda: answers, lab.ANSWER_TIME):
-            return f'{self.name} did not answer within {lab.ANSWER_TIME:g} s'
+        if not wait_until(lambda: answers, stimuli.RESET_ANSWER_TIME):
+            return f'{self.name} did not answer within {stimuli.RESET_ANSWER_TIME:g} s'
         return answers[0]
 
 
@@ -131,17 +130,17 @@ class Control:
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
         self._trial.motion(
-            name, self.give, lab.REACTION_TIME, ARRIVAL_REST_TIME, lab.DRIVE_TIME,
-            {GOAL_POSE: lab.GOAL,
+            name, self.give, stimuli.REACTION_TIME, ARRIVAL_REST_TIME, stimuli.DRIVE_TIME,
+            {GOAL_POSE: stimuli.GOAL,
              LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
-            lambda: recorder.pose.distance_to(start) > lab.FARTHEST)
+            lambda: recorder.pose.distance_to(start) > stimuli.FARTHEST)
 
     def start_driving(self):
         """Make the node drive. Returns True in the middle of the drive, False without a drive.
 
         A running node gets a reset. If it does not run, or cannot be reset, it is started again.
         """
-        return self._trial.set_in_motion(self._is_ready, self.give, lab.REACTION_TIME)
+        return self._trial.set_in_motion(self._is_ready, self.give, stimuli.REACTION_TIME)
 
     def _is_ready(self):
         self.take()
@@ -163,9 +162,9 @@ def drive(trial):
     control = Control(trial)
     start = trial.recorder.pose
     trial.node.start()
-    trial.observe(lab.WITHOUT_CONTROL, lab.OBSERVATION_TIME)
-    control.drive(lab.FIRST_DRIVE, start=start)
-    trial.observe(lab.AT_GOAL, lab.OBSERVATION_TIME)
+    trial.observe(stimuli.WITHOUT_CONTROL, stimuli.OBSERVATION_TIME)
+    control.drive(stimuli.FIRST_DRIVE, start=start)
+    trial.observe(stimuli.AT_GOAL, stimuli.OBSERVATION_TIME)
 
 
 def reset(trial):
@@ -175,22 +174,22 @@ def reset(trial):
         trial.node.start()
         trial.robot.leave_origin()
     time.sleep(0.3)
-    trial.robot.turn_to(trial.recorder.heading_deg + lab.ANGLE_BEFORE_RESET)
+    trial.robot.turn_to(trial.recorder.heading_deg + stimuli.ANGLE_BEFORE_RESET)
     caller = ResetCaller(trial)
     if not caller.name:
-        trial.not_offered([lab.RESET_TO_ORIGIN, lab.SECOND_DRIVE], OFFERS_NO_RESET)
-    if _reset(trial, lab.RESET_TO_ORIGIN, caller):
-        control.drive(lab.SECOND_DRIVE)
+        trial.not_offered([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
+    if _reset(trial, stimuli.RESET_TO_ORIGIN, caller):
+        control.drive(stimuli.SECOND_DRIVE)
         _reset_in_drive(trial, control, caller)
 
 
-def _reset(trial, name, caller, pose=Pose2(), seconds=lab.PRINT_TIME, straight=True):
+def _reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_TIME, straight=True):
     """Call the reset service with `pose`, and wait for `seconds` [s]. This is recorded as the
     stimulus `name`. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - INTERRUPTION_TIME),
-             lab.DROVE_STRAIGHT: straight, lab.WRONG_NAME: caller.wrong_name}
+             stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
-        problem = stimulus.facts[lab.RESET_PROBLEM] = caller.call(pose)
+        problem = stimulus.facts[stimuli.RESET_PROBLEM] = caller.call(pose)
         time.sleep(seconds)
     return not problem
 
@@ -200,14 +199,15 @@ def _reset_in_drive(trial, control, caller):
     middle of the drive, reset the frame again."""
     control.take()
     caller.call(Pose2())
-    x, y, _ = lab.GOAL
+    x, y, _ = stimuli.GOAL
     trial.robot.turn_to(trial.recorder.heading_deg + math.degrees(math.atan2(y, x)))
     begun = trial.recorder.now
     control.give()
     straight = wait_until(
-        lambda: any(row[1] for row in trial.recorder.commands_since(begun)), lab.REACTION_TIME)
+        lambda: any(row[1] for row in trial.recorder.commands_since(begun)), stimuli.REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
-    _reset(trial, lab.RESET_IN_DRIVE, caller, seconds=lab.TURN_TIME_IN_DRIVE, straight=straight)
+    _reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
+           straight=straight)
     control.take()
 
 
@@ -215,7 +215,7 @@ def control_taken(trial):
     """Take control away in a drive. Then send Ctrl+C in another drive."""
     control = Control(trial)
     facts = {WAS_MOVING: control.start_driving()}
-    trial.observe(lab.CONTROL_TAKEN, lab.OBSERVATION_TIME, control.take, facts)
+    trial.observe(stimuli.CONTROL_TAKEN, stimuli.OBSERVATION_TIME, control.take, facts)
     trial.ctrl_c_in_motion(control.start_driving)
     control.take()
 
@@ -226,10 +226,10 @@ def declared(trial):
     trial.node.start()
     caller = ResetCaller(trial)
     if not caller.takes_pose:
-        trial.not_offered([lab.RESET_ELSEWHERE, lab.DECLARED_DRIVE],
+        trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE],
                           'its reset takes no pose' if caller.name else OFFERS_NO_RESET)
-    if _reset(trial, lab.RESET_ELSEWHERE, caller, DECLARED_POSE):
-        control.drive(lab.DECLARED_DRIVE, DECLARED_POSE)
+    if _reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):
+        control.drive(stimuli.DECLARED_DRIVE, DECLARED_POSE)
 
 
 def offset(trial):
@@ -240,22 +240,22 @@ def offset(trial):
     board = rospy.Publisher(ROBOT_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
     if not trial.robot.turn_to(100.0):     # the reset makes this difference to the IMU [deg]
-        trial.not_offered([lab.OFFSET_DRIVE],
+        trial.not_offered([stimuli.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()
     time.sleep(3.2)     # the board recalibrates for a shorter time
     trial.node.start()
     reset_to_origin(trial)
-    control.drive(lab.OFFSET_DRIVE)
+    control.drive(stimuli.OFFSET_DRIVE)
     control.take()
 
 
 def lost(trial):
     """Let the odometry fall silent in a drive."""
     control = Control(trial)
-    trial.sensor_falls_silent(lab.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
+    trial.sensor_falls_silent(stimuli.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
     control.take()
 
 
-PARTS = {lab.DRIVE: drive, lab.RESET: reset, lab.CONTROL: control_taken, lab.DECLARED: declared,
-         lab.OFFSET: offset, LOST: lost}
+PARTS = {stimuli.DRIVE: drive, stimuli.RESET: reset, stimuli.CONTROL: control_taken,
+         stimuli.DECLARED: declared, stimuli.OFFSET: offset, stimuli.LOST: lost}

@@ -11,9 +11,9 @@ from std_msgs.msg import Header
 
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO
-from tb3_labs.marking.labs import imu as imu_lab
-from tb3_labs.marking.labs import turn as turn_lab
-from tb3_labs.marking.labs.criteria import LOST
+from tb3_labs.marking.labs import stimuli
+from tb3_labs.marking.labs.imu import headings
+from tb3_labs.marking.labs.turn import any_full_speed
 from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, INTERRUPTION_TIME, Repeater
 from tb3_labs.marking.trial.ros_student_node import LISTENS
@@ -34,14 +34,14 @@ TURN_REST_TIME = 0.4
 def exercise(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # later, a node may change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # a node may change it later
     node.start()
-    for name, degrees in imu_lab.STANDING_HEADINGS.items():
+    for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)
         heading = (trial.recorder.heading_deg + offset) % 360.0
-        with trial.stimulus(name, {imu_lab.HEADING_DEG: heading}):
-            wait_until(lambda: not node.alive or len(imu_lab.headings(node.printed)) > 2,
-                       imu_lab.READING_TIME)
+        with trial.stimulus(name, {stimuli.HEADING_DEG: heading}):
+            wait_until(lambda: not node.alive or len(headings(node.printed)) > 2,
+                       stimuli.READING_TIME)
     trial.ctrl_c()
 
 
@@ -52,12 +52,12 @@ def odd_samples(trial):
         def send(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))
             time.sleep(seconds)
-        with trial.stimulus(imu_lab.HAIR_BELOW_ZERO):
+        with trial.stimulus(stimuli.HAIR_BELOW_ZERO):
             for yaw in YAWS_BELOW_ZERO:
                 send(to_quaternion(yaw), ODD_SAMPLE_TIME)
-        with trial.stimulus(imu_lab.ZERO_QUATERNION):
+        with trial.stimulus(stimuli.ZERO_QUATERNION):
             send(Quaternion(), ODD_SAMPLE_TIME)
-            send(to_quaternion(math.radians(imu_lab.VALID_HEADING_DEG)), imu_lab.VALID_TIME)
+            send(to_quaternion(math.radians(stimuli.VALID_HEADING_DEG)), stimuli.VALID_TIME)
     trial.node.stop()
 
 
@@ -154,13 +154,13 @@ def mouse_of(trial, names):
 def turns(trial):
     """Ask for six turns, then type an invalid input. Each turn begins at its own heading, even if
     the turn before failed."""
-    for name, turn in turn_lab.TURN_STIMULI.items():
+    for name, turn in stimuli.TURN_STIMULI.items():
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
     _begin_at(trial, 40.0)      # a right node ends the last turn at this heading [deg]
-    trial.observe(turn_lab.NONSENSE, turn_lab.ANSWER_TIME,
-                  lambda: trial.node.type(turn_lab.TYPED_NONSENSE))
+    trial.observe(stimuli.NONSENSE, stimuli.ANSWER_TIME,
+                  lambda: trial.node.type(stimuli.TYPED_NONSENSE))
 
 
 def _begin_at(trial, heading):
@@ -173,41 +173,41 @@ def _begin_at(trial, heading):
         trial.node.start()
 
 
-def _try_turn(trial, name, typed, facts=(), seconds=turn_lab.TURN_TIME):
-    trial.motion(name, lambda: trial.node.type(typed), turn_lab.TURN_REACTION, TURN_REST_TIME,
+def _try_turn(trial, name, typed, facts=(), seconds=stimuli.TURN_TIME):
+    trial.motion(name, lambda: trial.node.type(typed), stimuli.TURN_REACTION, TURN_REST_TIME,
                  seconds, facts)
 
 
 def mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
-    with mouse_of(trial, turn_lab.MOUSE_ALONE) as hand:
-        trial.observe(turn_lab.NOT_ACTIVE, turn_lab.MOUSE_TIME,
+    with mouse_of(trial, stimuli.MOUSE_ALONE) as hand:
+        trial.observe(stimuli.NOT_ACTIVE, stimuli.MOUSE_TIME,
                       lambda: hand.at(0.0, 1.0, active=False))
         hand.at(0.0, 0.0, seconds=0.2)
-        for name, place in turn_lab.MOUSE_PLACES.items():
-            trial.observe(name, turn_lab.MOUSE_TIME, lambda: hand.at(*place))
+        for name, place in stimuli.MOUSE_PLACES.items():
+            trial.observe(name, stimuli.MOUSE_TIME, lambda: hand.at(*place))
         hand.at(0.0, 1.0, seconds=0.4)
-        trial.observe(turn_lab.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
+        trial.observe(stimuli.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
 
 
 def both(trial):
     """Ask for a turn while the mouse is active. Then move the mouse after a turn, and in a turn."""
     if not _is_idle(trial):
         trial.node.start()
-    with mouse_of(trial, turn_lab.BESIDE_TURNS) as hand:
+    with mouse_of(trial, stimuli.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        _try_turn(trial, turn_lab.TURN_BESIDE, LEFT_KEY, seconds=turn_lab.BESIDE_MOUSE_TIME)
-        trial.observe(turn_lab.AFTER_TURN, turn_lab.MOUSE_TIME, lambda: hand.at(0.0, 1.0))
+        _try_turn(trial, stimuli.TURN_BESIDE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
+        trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)
-        was_moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), turn_lab.TURN_REACTION)
+        was_moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION)
         time.sleep(INTERRUPTION_TIME)
-        with trial.stimulus(turn_lab.IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
+        with trial.stimulus(stimuli.IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
             hand.at(0.0, 1.0)
-            wait_until(lambda: turn_lab.any_full_speed(
+            wait_until(lambda: any_full_speed(
                 trial.recorder.commands_since(stimulus.begin), 1.0, -1.0),
-                turn_lab.MOUSE_REACTION)
+                stimuli.MOUSE_REACTION)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 
@@ -217,22 +217,22 @@ def _is_idle(trial):
 
 def _set_turning(trial):
     return trial.set_in_motion(lambda: _is_idle(trial), lambda: trial.node.type(LEFT_KEY),
-                               turn_lab.TURN_REACTION)
+                               stimuli.TURN_REACTION)
 
 
 def lost(trial):
     """Let the mouse fall silent in a drive. Then let the IMU fall silent in a turn."""
     trial.node.start()
-    with suppress(NotOffered), mouse_of(trial, [turn_lab.MOUSE_SILENT]) as hand:
+    with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
         was_moving = trial.moves_after(lambda: hand.at(0.0, 1.0), 0.5)
         time.sleep(INTERRUPTION_TIME)
-        trial.falls_silent(turn_lab.MOUSE_SILENT, was_moving, lambda: hand.hold(None))
+        trial.falls_silent(stimuli.MOUSE_SILENT, was_moving, lambda: hand.hold(None))
         hand.at(0.0, 0.0, active=False, seconds=0.3)
-    trial.sensor_falls_silent(turn_lab.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
+    trial.sensor_falls_silent(stimuli.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
 
 
-EXERCISE_PARTS = {imu_lab.HEADING: exercise, imu_lab.ODD_SAMPLES: odd_samples}
-PARTS = {turn_lab.TURNS: turns, turn_lab.MOUSE: mouse, turn_lab.BOTH: both,
-         turn_lab.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
-         LOST: lost}
+EXERCISE_PARTS = {stimuli.HEADING: exercise, stimuli.ODD_SAMPLES: odd_samples}
+PARTS = {stimuli.TURNS: turns, stimuli.MOUSE: mouse, stimuli.BOTH: both,
+         stimuli.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
+         stimuli.LOST: lost}

@@ -1,8 +1,7 @@
-"""The stimuli and the criteria of the IMU lab, in which the keyboard turns the robot, and the mouse
-drives it."""
+"""The criteria of the IMU lab, in which the keyboard turns the robot, and the mouse drives it."""
 import re
 from functools import partial
-from typing import Iterable, List, NamedTuple, Sequence
+from typing import Iterable, List, Sequence
 
 import numpy as np
 
@@ -13,70 +12,26 @@ from tb3_labs.marking.labs.criteria import (
     ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
     Criterion, Reason, ends_cleanly, not_stopped, prints, scaled, starts, steers, stops_robot,
     stops_when_lost, within)
+from tb3_labs.marking.labs.stimuli import (
+    AFTER_TURN, ANSWER_TIME, BESIDE_MOUSE_TIME, BOTH, CARPET_SLIP, DEACTIVATED, HALF_WAY,
+    IMU_SILENT, IN_TURN, MOUSE, MOUSE_LEFT, MOUSE_PLACES, MOUSE_REACTION, MOUSE_SILENT, MOUSE_TIME,
+    MOUSE_UP, NEAR_MIDDLE, NONSENSE, NOT_ACTIVE, SHUTDOWN, TURNS, TURN_BESIDE, TURN_REACTION,
+    TURN_STIMULI, TURN_TIME, TYPED_NONSENSE)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
-from tb3_labs.watch.input_links import TURN_BESIDE_MOUSE
-
-#: The parts of the lab.
-TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
-#: The stimuli in which the IMU falls silent in a turn, and the mouse in a drive.
-IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
 #: Steps of the sheet.
 MOUSE_STEP, START_STEP, LAW_STEP, RIGHT_STEP, CTRL_C_STEP = (
     TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
-
-
-class TurnStimulus(NamedTuple):
-    """A turn that the marker asks for."""
-
-    typed: str              # the letter
-    requested_deg: float    # the requested angle, left positive [deg]
-    begins_deg: float       # the heading at which the turn begins [deg]
-    slip: float = 0.0       # the share of the wheels' travel that slips
-
-
-#: The slip on a carpet, as a share of the wheels' travel. On a carpet, a node that turns for a
-#: fixed time turns too little.
-CARPET_SLIP = 0.3
-TURN_STIMULI = {
-    LEFT_KEY: TurnStimulus(LEFT_KEY, TURN_DEG, 40.0),
-    'l across 180': TurnStimulus(LEFT_KEY, TURN_DEG, 130.0),
-    'r across 180': TurnStimulus(RIGHT_KEY, -TURN_DEG, 220.0, CARPET_SLIP),
-    RIGHT_KEY: TurnStimulus(RIGHT_KEY, -TURN_DEG, 130.0, CARPET_SLIP),
-    'r across 0': TurnStimulus(RIGHT_KEY, -TURN_DEG, 40.0, CARPET_SLIP),
-    'l across 0': TurnStimulus(LEFT_KEY, TURN_DEG, -50.0, CARPET_SLIP),
-}
 #: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
 TURNS_ACROSS = [name for name in TURN_STIMULI if 'across' in name]
-NONSENSE = 'nonsense'       # the stimulus of an invalid input
-TYPED_NONSENSE = 'x'        # the invalid input
 #: After a stop command the robot may coast by this angle [deg].
 COAST_DEG = 1.0
-#: A turn begins within this time after its letter was typed [s].
-TURN_REACTION = 3.0
-#: A turn lasts at most this time [s].
-TURN_TIME = 8.0
-#: A turn beside an active mouse may take this time [s]. The turn is slow if the node sends a zero
-#: for each message of the mouse.
-BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
-#: The node answers an invalid input within this time [s].
-ANSWER_TIME = 1.0
 #: A person can read an answer of at most this many lines.
 MOST_LEGIBLE_LINES = 1000
 #: The tolerance of a turn in the criterion beyond the handout [deg].
 EXACT_DEG = 1.0
-#: The stimuli of the mouse without turns, and of the mouse beside turns.
-MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
-    'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
-    'mouse half right and half down', 'mouse deactivated')
-BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
-    TURN_BESIDE_MOUSE, 'mouse after a turn', 'mouse in a turn')
-#: stimulus -> the place (x, y) of the active mouse. x is positive to the right, y upward, both from
-#: -1 to 1.
-MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
-                HALF_WAY: (0.6, -0.6)}
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
@@ -85,10 +40,6 @@ EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
 #: The bounds of a speed for a mouse at 0.6 of the way to the edge [m/s] or [rad/s]. They are wide,
 #: since the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
-#: The marker holds the mouse at a place for this time [s].
-MOUSE_TIME = 0.8
-#: After the marker moved the mouse in a turn, the mouse drives the robot within this time [s].
-MOUSE_REACTION = 4.0
 #: Words for the limits of the mouse and of the turns.
 MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
     '{:.2f} at ({:g}, {:g})'.format(within(MOUSE_TIME), *EDGE_SPEED, OTHER_SPEED, *HALF_WAY_SPEED,

@@ -19,7 +19,7 @@ MOST_PRINTED = 20000
 #: A terminal's code for a colour.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 #: kind of event -> the list of the Observation that gets the sentence of the event
-SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings', 'fault': 'faults'}
+SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:

@@ -1,7 +1,7 @@
-"""The criteria judge a node by an Observation. It has the stimuli of a trial, and the node's
-reactions.
+"""An Observation has the stimuli of a trial, and the node's reactions. The criteria judge a node by
+its Observation.
 
-:mod:`tb3_labs.marking.trial.from_bag` reads an Observation from the bag of the trial.
+:mod:`tb3_labs.marking.trial.from_bag` reads an Observation from the bag of a trial.
 
 Units: seconds since the recording began, m/s, rad/s, metres, radians. The yaw of the true poses is
 continuous over whole turns. The marker's own commands are left out.
@@ -50,8 +50,8 @@ class NotTried(NotObserved):
 
 
 class Ended(NotObserved):
-    """The node ended during a stimulus. The text of the exception is not a clause, but the node's
-    output during the stimulus."""
+    """The node ended during a stimulus. The text of the exception is the node's output during the
+    stimulus, and not a clause."""
 
 
 @dataclass
@@ -76,8 +76,8 @@ class NodeProcess:
     end: Optional[float] = None     # None while the process runs
     ended_by_itself: bool = False
     printed: str = ''               # the first part and the last part of the output
-    #: Subscribed topics that nobody publishes. If the node subscribes to all topics that it needs,
-    #: the list is empty.
+    #: The subscribed topics that nobody publishes. The list is empty if the node subscribes to all
+    #: topics that it needs.
     unheard: List[str] = field(default_factory=list)
     needed: str = ''                # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the names of the node at the master
@@ -103,7 +103,6 @@ class Observation:
     #: stimulus -> the reason why the node could not get the stimulus
     not_offered: Dict[str, str] = field(default_factory=dict)
     remarks: List[str] = field(default_factory=list)    # sentences for the student
-    faults: List[str] = field(default_factory=list)     # sentences on the text of the node's file
     marker_error: str = ''      # the marker's own error, which ended the trial
     findings: List[str] = field(default_factory=list)   # sentences for the instructor
     #: kind of message -> the number of messages that were not recorded

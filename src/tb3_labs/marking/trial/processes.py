@@ -1,5 +1,5 @@
-"""Runs a program and reads its output. Kills the programs of a submission that use too much memory,
-disk or processes.
+"""Runs a program, and records its output. Kills the programs of a submission if they use too much
+memory or disk, or if they are too many.
 
 Linux limits the memory of single processes only, and old versions of bubblewrap cannot limit the
 size of a folder. Therefore this module adds up memory and sizes.
@@ -23,6 +23,9 @@ MOST_PROCESSES = 100
 MOST_OTHER_MEMORY = 600 * 10 ** 6
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
+#: In each second, the last part of the output is recorded. It has at most this many characters, or
+#: a tenth of this in a full bag.
+PRINTED_A_SECOND = 20000
 
 
 class Program:
@@ -78,6 +81,49 @@ class Program:
         """End the process group at once (SIGKILL)."""
         self.send(signal.SIGKILL)
         self._process.wait()
+
+
+class NodeOutput:
+    """Records the output of one process of the node, at most PRINTED_A_SECOND."""
+
+    def __init__(self, recording):
+        """`recording` is the Recording of the trial."""
+        self._recording, self._guard = recording, threading.Lock()
+        self._text, self._left_out, self._lines, self._free_at = '', 0, 0, 0.0
+        #: The end of the output since the last `flush`.
+        self.last = ''
+
+    def add(self, text):
+        """Record a part of the output. A part that comes soon after another part is recorded later,
+        with the next part or by `flush`."""
+        with self._guard:
+            self.last = (self.last + text)[-PRINTED_A_SECOND:]
+            self._text += text
+            excess = len(self._text) - self._most_characters
+            if excess > 0:
+                self._left_out += excess
+                self._lines += self._text.count('\n', 0, excess)
+                self._text = self._text[excess:]
+            if self._recording.now >= self._free_at:
+                self._record()
+
+    @property
+    def _most_characters(self):
+        return PRINTED_A_SECOND // (10 if self._recording.is_full else 1)
+
+    def flush(self):
+        """Record the waiting output. Call this before each event, so that the event is later."""
+        with self._guard:
+            self._record()
+            self.last = ''
+
+    def _record(self):
+        if self._text:
+            if self._left_out:
+                self._recording.event('unprinted', characters=self._left_out, lines=self._lines)
+            at = self._recording.output(self._text)
+            self._free_at = at + len(self._text) / self._most_characters
+            self._text, self._left_out, self._lines = '', 0, 0
 
 
 class ResourceWatch:

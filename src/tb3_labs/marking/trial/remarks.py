@@ -27,8 +27,6 @@ TWIST = 'geometry_msgs/Twist'
 STILL_DEG = 3.0
 #: Clauses that quote an exception begin with these words.
 STOPPED_BY = 'an exception had stopped it'
-#: Python's words on an undefined name. lint.py uses the same words.
-UNDEFINED = re.compile(r"name '\w+' is not defined")
 
 #: A traceback begins with these words. In a log they may stand in the middle of a line.
 TRACEBACK = 'Traceback (most recent call last)'
@@ -55,13 +53,6 @@ def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
     return remarks + [
         f'{number} {what} came on {CMD_VEL}: they are not recorded, and not judged.'
         for what, number in sorted(observation.omitted.items())]
-
-
-def faults_in(observation: Observation, verdict_text: str) -> List[str]:
-    """Returns the sentences on faults in the node's file. An undefined name that `verdict_text`,
-    the text of the verdicts, has is left out."""
-    return [fault for fault in observation.faults if not any(
-        text in verdict_text for text in UNDEFINED.findall(fault))]
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:

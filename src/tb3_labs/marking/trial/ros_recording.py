@@ -54,9 +54,6 @@ LINE_LENGTH = 300
 MOST_BYTES = 10000
 #: A command that equals the last command is recorded only after this time [s].
 SAME_COMMAND = 0.04
-#: In each second, the last part of the output is recorded. It has at most this many characters, or
-#: a tenth of this in a full bag.
-PRINTED_A_SECOND = 20000
 #: A bag of this size is full [bytes].
 FULL_SIZE = 3 * 10 ** 6
 #: Only these topics are recorded in a full bag.
@@ -103,6 +100,14 @@ class Recording:
                  for name, fact in facts.items()}
         return self.add(EVENTS, String(json.dumps(dict(short, kind=kind))), at)
 
+    def output(self, text):
+        """Record a part of the node's output, and return its time [s]."""
+        return self.add(PRINTED, String(text))
+
+    @property
+    def now(self):
+        return ros_time()
+
     def close(self):
         """Write the waiting messages, and close the bag.
 
@@ -124,48 +129,6 @@ class Recording:
         except OSError as problem:      # for example a full disk
             self.problem = problem
             os.remove(self._path)
-
-
-class NodeOutput:
-    """Records the output of one process of the node, at most PRINTED_A_SECOND."""
-
-    def __init__(self, recording):
-        self._recording, self._guard = recording, threading.Lock()
-        self._text, self._left_out, self._lines, self._free_at = '', 0, 0, 0.0
-        #: The end of the output since the last `flush`.
-        self.last = ''
-
-    def add(self, text):
-        """Record a part of the output. A part that comes soon after another part is recorded later,
-        with the next part or by `flush`."""
-        with self._guard:
-            self.last = (self.last + text)[-PRINTED_A_SECOND:]
-            self._text += text
-            excess = len(self._text) - self._most_characters
-            if excess > 0:
-                self._left_out += excess
-                self._lines += self._text.count('\n', 0, excess)
-                self._text = self._text[excess:]
-            if ros_time() >= self._free_at:
-                self._record()
-
-    @property
-    def _most_characters(self):
-        return PRINTED_A_SECOND // (10 if self._recording.is_full else 1)
-
-    def flush(self):
-        """Record the waiting output. Call this before each event, so that the event is later."""
-        with self._guard:
-            self._record()
-            self.last = ''
-
-    def _record(self):
-        if self._text:
-            if self._left_out:
-                self._recording.event('unprinted', characters=self._left_out, lines=self._lines)
-            at = self._recording.add(PRINTED, String(self._text))
-            self._free_at = at + len(self._text) / self._most_characters
-            self._text, self._left_out, self._lines = '', 0, 0
 
 
 class Recorder:

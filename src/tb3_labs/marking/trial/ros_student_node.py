@@ -15,10 +15,10 @@ import rospy
 import rosservice
 
 from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
-from tb3_labs.marking.labs.criteria import START_TIME
+from tb3_labs.marking.labs.stimuli import START_TIME
 from tb3_labs.marking.trial.observation import NotTried
-from tb3_labs.marking.trial.processes import Program, ResourceWatch
-from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES, NodeOutput
+from tb3_labs.marking.trial.processes import NodeOutput, Program, ResourceWatch
+from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.intake.node_start import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
@@ -65,8 +65,9 @@ class StudentNode:
     def start(self, *arguments, listens=()):
         """End the last process of the node, and start a new process.
 
-        Raises ``NotTried`` if the new process is not ready in time. If the first process was not
-        ready, no other process is started. By default the node needs its `sensors`, else `listens`.
+        The node needs the topics `listens`. By default these are its `sensors`. A process that
+        subscribes to the first needed topic is ready. Raises ``NotTried`` if the new process is not
+        ready in time. If the first process was not ready, no other process is started.
         """
         needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
         self.stop()

@@ -15,13 +15,12 @@ import rospy
 
 from tb3_labs.marking.intake.node_start import OWN_PACKAGE, NodeStart
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
-from tb3_labs.marking.labs.criteria import (
+from tb3_labs.marking.labs.stimuli import (
     EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)
 from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
+from tb3_labs.marking.source_analysis import text_of
 from tb3_labs.marking.trial.observation import (
     CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
-from tb3_labs.marking.text import lint
-from tb3_labs.marking.text.source_analysis import text_of
 from tb3_labs.marking.trial.ros_recording import Recorder, Recording
 from tb3_labs.marking.trial.ros_stimuli import DELIVERY_TIME, INTERRUPTION_TIME, Robot
 from tb3_labs.marking.trial.ros_student_node import StudentNode
@@ -80,20 +79,18 @@ class Trial:
         findings = text_of([copy] if copy else own + others)
         return dict(findings, up=text_of(own)['up'] or findings['up'])
 
-    def record_faults(self):
-        """Record the faults and the assigned variables that lint finds in the node's file. If the
-        package has several files of this name, no file is read."""
+    def record_assigned(self):
+        """Record the lines of the node's file that assign each variable. If the package has several
+        files of this name, no file is read."""
         package, name = self._name.split('/')
         program = NodeStart.from_environment().program
         if program:
-            files = {Path(program)}
+            files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(package))
-            files = {path.resolve() for depth in range(DEEPEST + 1)
+            files = {str(path.resolve()) for depth in range(DEEPEST + 1)
                      for path in folder.glob('*/' * depth + name)}
-        faults, assigned = lint.read(files.pop()) if len(files) == 1 else ([], {})
-        for fault in faults:
-            self.recording.event('fault', text=fault)
+        assigned = text_of(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
@@ -205,7 +202,7 @@ def record_trial(lab, package, executable, parts, path, option, print_line):
     trial = Trial(lab, package, executable, path, option, print_line)
     end_with_the_marker(trial.recording)
     try:
-        trial.record_faults()
+        trial.record_assigned()
         for name, act in SCRIPTS[lab].items():
             if not parts or name in parts:
                 trial.part = name

@@ -2,7 +2,7 @@
 import math
 import re
 from html import escape
-from typing import Callable, Optional, Sequence, Tuple
+from typing import Optional, Sequence, Tuple
 
 from tb3_labs.watch.broken_link import BrokenLink
 from tb3_labs.watch.chains import Link
@@ -102,17 +102,16 @@ def _html(text: str) -> str:
 
 
 def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
-          linked: Callable[[str], str] = escape, has_timeline: bool = True) -> str:
+          has_timeline: bool = True) -> str:
     """Returns the HTML of three hints; '' if nothing was `found`. The hints are the question of the
     link, the place that explains the link, and the sentence `mistake`. Each hint is folded within
-    the hint before it, so that a student can still find the mistake alone. ``linked(text)`` makes
-    HTML of a text that names a place in a lab sheet."""
+    the hint before it, so that a student can still find the mistake alone."""
     if found is None:
         return ''
     link, broken = found
     watch = f' <a href="#t={broken.moment:.1f}">Watch it</a>' if has_timeline else ''
     last = FOLDED.format('The mistake', escape(mistake) + watch, '')
-    second = FOLDED.format('Hint 2: where it is explained', linked(f'See {link.place}.'), last)
+    second = FOLDED.format('Hint 2: where it is explained', escape(f'See {link.place}.'), last)
     return '<section id="hints"><h2>What went wrong</h2>\n<p>Open one hint, then try again ' \
         'before you open the next.</p>\n{}</section>'.format(FOLDED.format(
             'Hint 1: what to look at', escape(link.question), second))

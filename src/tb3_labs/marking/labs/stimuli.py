@@ -1,0 +1,171 @@
+"""The stimuli of the labs: their names, values and times, and the keys of their facts.
+
+mark.py repeats all trials after a change of this file.
+"""
+import math
+from typing import NamedTuple
+
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, LEFT_KEY, RIGHT_KEY, TURN_DEG
+
+# -- several labs
+
+#: Keys of the facts of a Ctrl+C.
+EXIT_SECONDS = 'took'       # how long the node took to end [s]; None if it was killed
+EXIT_SIGNAL = 'signal'      # the signal that ended the node; 0 without a signal
+#: A node must subscribe to its topic within this time after its start [s].
+START_TIME = 15.0
+#: A node must end within this time after Ctrl+C [s]. rospy itself needs up to 2 s.
+EXIT_TIME = 5.0
+#: A stop is "at once" if the zero velocity comes within this time [s].
+STOP_TIME = 0.5
+#: If a sensor or a device falls silent, a node must stop the robot within this time [s].
+LOST_STOP_TIME = 1.0
+#: The part of a lab in which a sensor or an input device falls silent.
+LOST = 'lost'
+
+# -- the IMU exercise
+
+#: The parts of the exercise.
+HEADING, ODD_SAMPLES = 'heading', 'odd samples'
+#: stimulus -> the heading at which the robot stands [deg]
+STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
+#: The node must print its line at each heading within this time [s].
+READING_TIME = 1.5
+#: The stimuli by samples that a real IMU seldom sends.
+HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
+#: After the quaternion of zeros the marker sends samples with this heading [deg].
+VALID_HEADING_DEG = 57.0
+#: The marker sends these samples for this time [s].
+VALID_TIME = 0.9
+#: Key of a fact of a stimulus, the IMU's heading while the robot stands [deg].
+HEADING_DEG = 'heading_deg'
+
+# -- the IMU lab
+
+#: The parts of the lab.
+TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
+#: The stimuli in which the IMU falls silent in a turn, and the mouse in a drive.
+IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
+
+
+class TurnStimulus(NamedTuple):
+    """A turn that the marker asks for."""
+
+    typed: str              # the letter
+    requested_deg: float    # the requested angle, left positive [deg]
+    begins_deg: float       # the heading at which the turn begins [deg]
+    slip: float = 0.0       # the share of the wheels' travel that slips
+
+
+#: The slip on a carpet, as a share of the wheels' travel. On a carpet, a node that turns for a
+#: fixed time turns too little.
+CARPET_SLIP = 0.3
+#: The turns, by their names.
+TURN_STIMULI = {
+    LEFT_KEY: TurnStimulus(LEFT_KEY, TURN_DEG, 40.0),
+    'l across 180': TurnStimulus(LEFT_KEY, TURN_DEG, 130.0),
+    'r across 180': TurnStimulus(RIGHT_KEY, -TURN_DEG, 220.0, CARPET_SLIP),
+    RIGHT_KEY: TurnStimulus(RIGHT_KEY, -TURN_DEG, 130.0, CARPET_SLIP),
+    'r across 0': TurnStimulus(RIGHT_KEY, -TURN_DEG, 40.0, CARPET_SLIP),
+    'l across 0': TurnStimulus(LEFT_KEY, TURN_DEG, -50.0, CARPET_SLIP),
+}
+NONSENSE = 'nonsense'       # the stimulus of an invalid input
+TYPED_NONSENSE = 'x'        # the invalid input
+#: A turn begins within this time after its letter was typed [s].
+TURN_REACTION = 3.0
+#: A turn lasts at most this time [s].
+TURN_TIME = 8.0
+#: A turn beside an active mouse may take this time [s]. The turn is slow if the node sends a zero
+#: for each message of the mouse.
+BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
+#: The node answers an invalid input within this time [s].
+ANSWER_TIME = 1.0
+#: The stimuli of the mouse without turns, and of the mouse beside turns.
+MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
+    'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
+    'mouse half right and half down', 'mouse deactivated')
+BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
+    'l beside the mouse', 'mouse after a turn', 'mouse in a turn')
+#: stimulus -> the place (x, y) of the active mouse. x is positive to the right, y upward, both from
+#: -1 to 1.
+MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.0, 0.0),
+                HALF_WAY: (0.6, -0.6)}
+#: The marker holds the mouse at a place for this time [s].
+MOUSE_TIME = 0.8
+#: After the marker moved the mouse in a turn, the mouse drives the robot within this time [s].
+MOUSE_REACTION = 4.0
+
+# -- the Transformation lab, move to goal
+
+#: The parts of the lab.
+DRIVE, RESET, CONTROL, DECLARED, OFFSET = 'drive', 'reset', 'control', 'declared', 'offset'
+#: The stimuli of the part DRIVE.
+WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at the goal'
+#: The stimuli of the part RESET.
+RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
+RESET_IN_DRIVE = 'reset in a drive'
+#: The stimuli of the other parts.
+CONTROL_TAKEN = 'control taken'
+RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
+OFFSET_DRIVE = 'drive with an offset IMU'
+ODOMETRY_SILENT = 'odometry silent'
+#: Keys of the facts of a reset.
+RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
+WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
+DROVE_STRAIGHT = 'straight'     # was the robot turned to the goal, and did it drive forward then?
+#: The marker observes the node for this time, before the node has control and at the goal [s].
+OBSERVATION_TIME = 1.5
+#: The reset service answers within this time [s].
+RESET_ANSWER_TIME = 3.0
+#: After the answer the node prints its line on the reset within this time [s].
+PRINT_TIME = 0.5
+#: Between the first drive and the reset, the marker turns the robot by this angle [deg].
+ANGLE_BEFORE_RESET = 100.0
+#: After a reset in a drive, the node turns the robot for at most this time [s].
+TURN_TIME_IN_DRIVE = 3.0
+#: The goal of a drive as (x [m], y [m], heading [rad]).
+GOAL = (GOAL_X, GOAL_Y, math.radians(GOAL_YAW_DEG))
+#: After the node got control, its drive begins within this time [s].
+REACTION_TIME = 4.0
+#: A drive lasts at most this time [s].
+DRIVE_TIME = 50.0
+#: A drive may go this far from its start [m].
+FARTHEST = 3.0
+
+# -- the Transformation lab, gamepad
+
+#: The parts of the lab.
+STICKS, BUTTONS, NO_SERVICE = 'sticks', 'buttons', 'no service'
+#: The stimuli of the sticks.
+LEFT_STICK_UP, LEFT_STICK_DOWN = 'left stick up', 'left stick down'
+BOTH_STICKS = 'left stick half up, right stick half right'
+RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT = 'right stick left', 'right stick right'
+STICKS_LET_GO = 'sticks let go'
+#: stimulus -> (left stick, up is positive; right stick, left is positive), each from -1 to 1
+STICK_POSITIONS = {
+    LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
+    RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
+    BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
+#: The stimulus by the axes that have no function. No criterion judges it. In the recording one sees
+#: whether a wrong node follows such an axis.
+OTHER_AXES = 'other axes'
+#: The stimuli of the buttons.
+HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
+    'A', 'left stick up after A', 'B', 'left stick up after B')
+RESET_BUTTON, RESET_WITHOUT_SERVICE = 'Y', 'Y without a service'
+#: The stimulus in which the pad sends no more messages.
+PAD_SILENT = 'pad silent'
+#: Keys of the facts of A and B.
+RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message
+LATCHED = 'heard late'          # after A, does a new subscriber get the value?
+#: Keys of the facts of Y.
+CALLS = 'calls'                 # the number of calls
+SERVICE_NAME = 'name'           # the name of the called service
+IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
+IS_UNIT = 'unit'                # did each quaternion have the length 1?
+#: The marker holds a stick for this time [s].
+STICK_TIME = 0.8
+#: After A or B, a value comes on ctrl_relinq within this time [s].
+PUBLISH_TIME = 1.0
+#: After Y, the node calls the reset, or prints an error, within this time [s].
+RESET_TIME = 2.5

@@ -1,0 +1,207 @@
+"""Finds three properties of a submission in its text, since no trial shows them:
+
+* the sign of y in the submission's own mouse client,
+* a function that assigns an angle to an orientation instead of a quaternion,
+* the lines that assign each variable.
+
+This module is also a program, since the text is a stranger's. :func:`text_of` starts the program
+with limits, and the program prints the result of :func:`analyse`.
+"""
+import ast
+import json
+import math
+import os
+import re
+import subprocess
+import sys
+from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple, Union
+
+#: The limits of a process that reads a stranger's text: memory [bytes], processor time [s].
+PROCESS_LIMITS = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0']
+#: A larger file is not read [bytes].
+LARGEST_TEXT = 200000
+#: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
+NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
+#: The result has at most this many variables, and lines of a variable.
+MOST_NAMES, MOST_LINES = 200, 6
+#: The name of a variable that holds y.
+Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
+#: A variable or a function with such a name has a position in pixels, where y points down.
+PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
+#: The results of these functions grow with their arguments.
+GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
+#: These syntax tree nodes give a value to a variable or a field.
+ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
+ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
+    'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
+
+#: variable -> the slope of its value: positive if the value grows with the pixel's y, negative if
+#: the value falls, 0 if the value does not depend on y, NaN if this is unknown.
+Slopes = Dict[str, float]
+
+
+def text_of(paths: Iterable[str]) -> Dict[str, Any]:
+    """Returns the findings in the programs `paths`, and in the programs below the folders `paths`.
+
+    `up` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction is
+    unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
+    variable, see `assigned`.
+    """
+    done = subprocess.run(
+        [*PROCESS_LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], cwd='/',
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, universal_newlines=True)
+    return dict(json.loads(done.stdout)) if done.returncode == 0 else analyse([])
+
+
+def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
+    """Returns the findings in `texts`; see `text_of`."""
+    signs: Set[int] = set()
+    remarks: List[str] = []
+    lines: Dict[str, List[int]] = {}
+    for nodes in map(nodes_of, texts):
+        if _publishes_mouse(nodes):
+            signs |= {1 if slope > 0.0 else -1 for slope in _slopes_sent(nodes)}
+        remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
+                    if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
+        lines.update(assigned(nodes))
+    return {'up': -signs.pop() if len(signs) == 1 else 0, 'remarks': remarks, 'assigned': lines}
+
+
+def nodes_of(text: Union[str, bytes]) -> List[Any]:
+    """Returns the nodes of a program's syntax tree, first the module; [] if `text` is not valid
+    Python, or nested too deeply."""
+    try:
+        return list(ast.walk(ast.parse(text)))
+    except NOT_READ:
+        return []
+
+
+def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
+    """Returns name -> the lines that assign this variable or field. A field of a field also appears
+    as FIELD.NAME."""
+    lines: Dict[str, List[int]] = {}
+    for node in nodes:
+        if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
+            names = [node.id] if isinstance(node, ast.Name) else []
+            if isinstance(node, ast.Attribute):
+                names = [node.attr]
+                if isinstance(node.value, ast.Attribute):
+                    names.append(f'{node.value.attr}.{node.attr}')
+            for name in names:
+                lines.setdefault(name, []).append(node.lineno)
+    return {name: sorted(set(at))[:MOST_LINES] for name, at in lines.items()}
+
+
+def _gives_angle(function: ast.FunctionDef) -> bool:
+    """Does a function assign an angle, its last argument, to a field of an orientation? An argument
+    with the name of a quaternion's component, such as z or q_w, is not an angle."""
+    angle = function.args.args[-1].arg if function.args.args else 'x'
+    return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
+        isinstance(node, ast.Assign) and _dotted_name(node.value) == angle
+        and any('.orientation.' in _dotted_name(target) for target in node.targets)
+        for node in ast.walk(function))
+
+
+def _dotted_name(node: Any) -> str:
+    """Returns a variable's name, such as `a.b`, without `.data`. Returns '' for an expression."""
+    if isinstance(node, ast.Attribute):
+        return _dotted_name(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
+    return node.id if isinstance(node, ast.Name) else ''
+
+
+def _last_name(node: Any) -> str:
+    return _dotted_name(node).split('.')[-1]
+
+
+# -- the sign of y in a mouse client
+
+def _publishes_mouse(nodes: List[Any]) -> bool:
+    calls = [node for node in nodes
+             if isinstance(node, ast.Call) and _last_name(node.func) == 'Publisher']
+    arguments = [each for call in calls
+                 for each in (*call.args, *(word.value for word in call.keywords))]
+    return any(isinstance(each, ast.Constant) and each.value in ('mouse_info', '/mouse_info')
+               for each in arguments)
+
+
+def _slopes_sent(nodes: List[Any]) -> List[float]:
+    """Returns the known slopes of the values that a mouse client assigns to y in a message."""
+    steps: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
+    # in Python 3.8 a keyword has no line number
+    steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
+    slopes: Slopes = {}
+    for step in steps + steps:      # twice, since the last function may be the mouse's callback
+        for name, slope in _assigned_slopes(step, slopes):
+            # a later constant, such as a reset to 0, does not change a known slope
+            if slope or not slopes.get(name):
+                slopes[name] = slope
+    sent = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
+    read = {_dotted_name(node) for node in nodes
+            if isinstance(getattr(node, 'ctx', None), ast.Load)}
+    unread = sent - read       # a client does not read the fields of its message
+    return [slopes[name] for name in unread or sent if abs(slopes[name]) > 0.0]
+
+
+def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
+    """Yields (name, slope) for each variable to which a node of ASSIGNMENTS gives a value."""
+    if isinstance(node, ast.FunctionDef):       # def on_move(self, x, y)
+        slope = 1.0 if PIXEL_NAME.search(node.name) else math.nan
+        for parameter in node.args.args:
+            if Y_NAME.fullmatch(parameter.arg):
+                yield parameter.arg, slope
+    elif isinstance(node, ast.keyword):         # MouseController(yPos=...)
+        yield f'message.{node.arg}', _slope(node.value, slopes)
+    elif isinstance(node, ast.AugAssign):       # y -= 540
+        result = ast.BinOp(node.target, node.op, node.value)
+        yield _dotted_name(node.target), _slope(result, slopes)
+    else:
+        for target in node.targets:
+            if not isinstance(target, ast.Tuple):
+                yield _dotted_name(target), _slope(node.value, slopes)
+            elif len(target.elts) > 1:          # x, y = position is read as y = position[1]
+                part = ast.Subscript(node.value, ast.Constant(1), ast.Load())
+                yield _dotted_name(target.elts[1]), _slope(part, slopes)
+
+
+def _slope(node: Any, slopes: Slopes) -> float:
+    """Returns the slope of an expression, see Slopes."""
+    name = _dotted_name(node)
+    if name in slopes:
+        return slopes[name]
+    if name and not Y_NAME.fullmatch(_last_name(node)):
+        return 0.0
+    if name:        # event.y
+        return 1.0 if PIXEL_NAME.search(_last_name(getattr(node, 'value', None))) else math.nan
+    if isinstance(node, ast.UnaryOp):
+        return _sign(node) * _slope(node.operand, slopes)
+    if isinstance(node, ast.BinOp):
+        left, right = _slope(node.left, slopes), _slope(node.right, slopes)
+        if isinstance(node.op, (ast.Add, ast.Sub)):
+            return left + right if isinstance(node.op, ast.Add) else left - right
+        return left * _sign(node.right) + right * _sign(node.left)
+    called = getattr(node, 'func', getattr(node, 'value', None))
+    if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:
+        return 1.0      # get_position() or position[1]
+    parts = [_slope(part, slopes) for part in ast.iter_child_nodes(node)]
+    if isinstance(node, ast.Subscript) or _last_name(called) in GROWING_FUNCTIONS:
+        return sum(parts)
+    return math.nan if any(parts) else 0.0
+
+
+def _sign(factor: Any) -> float:
+    """Returns -1 if a factor has a minus in front, else 1."""
+    return -1.0 if isinstance(getattr(factor, 'op', None), ast.USub) else 1.0
+
+
+def _python_texts(paths: Iterable[str]) -> Iterator[bytes]:
+    for path in paths:
+        below = [os.path.join(folder, name) for folder, _, names in os.walk(path)
+                 for name in names if name.endswith('.py')]
+        for file in below or [path]:
+            if os.path.isfile(file) and os.path.getsize(file) <= LARGEST_TEXT:
+                with open(file, 'rb') as opened:
+                    yield opened.read()
+
+
+if __name__ == '__main__':
+    print(json.dumps(analyse(_python_texts(sys.argv[1:]))))

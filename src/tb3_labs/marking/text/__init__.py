@@ -1,1 +1,0 @@
-"""What the marker reads in the text of a submission, in processes with limits."""
