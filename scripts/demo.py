@@ -7,11 +7,11 @@ with it. demo.sh reads from the exit status whether every drive ended within tol
 
 Subscribes
     goal_state    std_msgs/String: the state of move_to_goal
-    current_goal  geometry_msgs/PoseStamped: its goal, in local
-    local_pose    geometry_msgs/PoseStamped: the pose by its sensors, in local
+    current_goal  geometry_msgs/PoseStamped: the goal of move_to_goal, in local
+    local_pose    geometry_msgs/PoseStamped: the robot's pose by its sensors, in local
     ground_truth  geometry_msgs/PoseStamped: the true pose, in world
     has_control   std_msgs/Bool: may move_to_goal drive?
-    ctrl_relinq   std_msgs/Bool: another node's False, after control was given, is a person's stop
+    ctrl_relinq   std_msgs/Bool: a later False of another node is a person's stop
 Publishes
     ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
@@ -54,12 +54,12 @@ RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'c
                    'ctrl_relinq', '/tf')
 
 WHAT_NEXT = """
-Everything is left running. Drive it on the page of the panel, or in a second terminal, after
+All nodes still run. Drive the robot on the page of the panel, or in a second terminal, after
 source scripts/setup.sh:
-  rosservice call /reset_pose -- 0 0 0        here is the origin: drive again
+  rosservice call /reset_pose -- 0 0 0        the robot is at the origin, and drives again
   rosrun tb3_labs send_goal.py 1 1 90         another goal
-  rostopic echo /local_pose/pose              where it believes to be
-Ctrl+C here ends everything."""
+  rostopic echo /local_pose/pose              the pose that the robot believes
+Ctrl+C here ends all nodes."""
 
 
 class ControlTaken(Exception):
@@ -126,7 +126,8 @@ class Demo:
 
     def _drive(self, after_reset):
         """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. On a
-        busy computer late sensors may end a drive before the robot moves. Then it begins again."""
+        busy computer late sensors may end a drive before the robot moves. Then the drive begins
+        again."""
         after_reset = after_reset or self._await('has_control')[1]
         _, world_T_local = self._await('ground_truth', rospy.get_time())
         for attempt in range(MOST_ATTEMPTS):
@@ -174,7 +175,7 @@ class Demo:
 
 def try_reset():
     """Declare the local frame again at the robot's place. Returns whether move_to_goal accepts the
-    reset. On a busy computer sensors are late, and move_to_goal refuses it."""
+    reset. On a busy computer sensors are late, and move_to_goal refuses a reset."""
     with contextlib.suppress(rospy.ServiceException):
         return rospy.ServiceProxy('reset_pose', ResetPose)(0.0, 0.0, 0.0).success
 

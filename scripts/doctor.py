@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Tells what is wrong with this computer, its network, or a robot: one line for each thing.
+"""Finds faults of this computer, its network, or a robot. Each finding is one line.
 
-Example: rosrun tb3_labs doctor.py robot3. A line begins with ok, warning or FAULT, and says what to
-do. It takes up to 12 s with a robot, 3 s without a master, longer if a name resolves slowly. Exit
-status: 0 without a FAULT, 1 with one, 2 if the arguments are wrong.
+Example: rosrun tb3_labs doctor.py robot3. A line begins with ok, warning or FAULT, and ends with an
+instruction. The doctor needs up to 12 s with a robot, 3 s without a master, and more if a name
+resolves slowly. The exit status is 0 without a FAULT, 1 with a FAULT, and 2 for wrong arguments.
 
-It changes nothing: as a node that publishes nothing it listens for 5 s to imu, odom, joint_states
-and cmd_vel in the robot's namespace.
+The doctor changes nothing. For 5 s it listens to imu, odom, joint_states and cmd_vel in the robot's
+namespace, as a node that publishes nothing.
 """
 import argparse
 import os

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The simulated robot: it behaves like a TurtleBot3 with its firmware, on the same topics.
+"""The simulated robot. It behaves like a TurtleBot3 with its firmware, on the same topics.
 
 Subscribes
     cmd_vel       geometry_msgs/Twist          linear.x [m/s], angular.z [rad/s]
@@ -12,20 +12,20 @@ Publishes (frames are in the node's namespace: robot3/odom in /robot3)
     /tf_static    tf2_msgs/TFMessage           world -> odom: true place of the odometry's origin
     ground_truth  geometry_msgs/PoseStamped    frame world, 50 Hz: for tests, never for control
     /clock        rosgraph_msgs/Clock          with use_sim_time, 200 per simulated second
-    The network (~network) delays imu, odom, joint_states and /tf. Messages of one topic that were
-    delayed together are sent to each subscriber in one write.
+    The network (~network) delays imu, odom, joint_states and /tf. If messages of one topic were
+    delayed together, each subscriber gets them in one write.
 Parameters
     ~speed        pace of /clock, times real time, with use_sim_time (1)
-    ~network      quiet, good, busy, bad: a set of network settings (simulation/network.py); a
-                  setting that is given by its own name takes precedence (quiet)
-    ~host         default, laptop, pi: the same for the computer that the robot's board is connected
-                  to: rates, lags, stamps (simulation/simulator_config.py)
-    ~mystery      1 to 9999: one hidden fault (simulation/mystery_robot.py), the same for the same
-                  number. There is no ground_truth, no /tf_static, and no setting that may change.
-                  0: none (0)
+    ~network      quiet, good, busy, bad: a set of network settings, see simulation/network.py
+                  (quiet). A setting that is also given by its own name keeps the given value
+    ~host         default, laptop, pi: a set of rates, lags and stamps for the computer to which the
+                  robot's board is connected, see simulation/simulator_config.py (default)
+    ~mystery      1 to 9999: the number of one hidden fault, see simulation/mystery_robot.py. Then
+                  there is no ground_truth and no /tf_static, and no setting may change.
+                  0: no hidden fault (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
-                  default. All that are not in STARTING may change while it runs:
+                  default. While the robot runs, each field that is not in STARTING may change:
                   dynparam set /turtlebot3 network_cut true
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
@@ -52,7 +52,7 @@ class FakeTurtlebot3Config(Config):
                            low=0.1, high=20.0)
     network: str = setting('quiet', 'named network between robot and computer',
                            choices=tuple(NETWORKS))
-    host: str = setting('default', "named computer that the robot's board is connected to",
+    host: str = setting('default', "named computer to which the robot's board is connected",
                         choices=tuple(HOSTS))
     mystery: int = setting(0, 'number of a hidden fault to find by measuring; 0: none',
                            low=0, high=LAST_NUMBER)

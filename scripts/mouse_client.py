@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Publishes the mouse of this computer, for the mouse controller of the IMU lab.
 
-Scrolling down activates the mouse, and scrolling up deactivates it at once. While the mouse is
-active, its position is sent at a steady rate, so a robot notices when this node dies. While it is
-not active, its position is sent when it moves.
+Scrolling down activates the mouse, and scrolling up deactivates the mouse at once. While the mouse
+is active, its position is sent at a steady rate, so a robot notices when this node dies. While the
+mouse is not active, its position is sent when the mouse moves.
 
 Publishes
     mouse_info   tb3_labs/MouseController: status, and the position on the screen, -1 to 1, x to

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Judges an answer to a mystery robot: which fault is hidden in it, and how large is it?
+"""Judges an answer to a mystery robot. The answer is the name of the hidden fault, and its value.
 
     roslaunch tb3_labs fake_robot.launch mystery:=7        the robot; measure it, then:
     rosrun tb3_labs mystery.py --answer 7 "imu offset" 130
 
-It needs no master and no robot. The exit status is 0 only if fault and value are right.
+The command needs no master and no robot. The exit status is 0 only if fault and value are right.
 """
 import importlib
 import sys
@@ -24,13 +24,13 @@ def parse(argv):
     """Returns the command line's arguments."""
     parser = Parser(
         prog='mystery.py', epilog='example: mystery.py --answer 7 "imu offset" 130',
-        description='Judges an answer to a mystery robot: roslaunch tb3_labs fake_robot.launch '
-        'mystery:=NUMBER hides one fault, NUMBER is from 1 to {}.'.format(LAST_NUMBER))
+        description='Judges an answer to a mystery robot. roslaunch tb3_labs fake_robot.launch '
+        'mystery:=NUMBER hides one fault. NUMBER is from 1 to {}.'.format(LAST_NUMBER))
     choice = parser.add_mutually_exclusive_group(required=True)
     choice.add_argument('--answer', nargs='+', metavar=('NUMBER', 'FAULT [VALUE]'),
                         help='judge this fault, and its value in the unit that --list shows')
     choice.add_argument('--list', action='store_true',
-                        help='list the faults, their units, and how they show')
+                        help='list the faults, their units, and their symptoms')
     return parser.parse_args(argv)
 
 
@@ -66,7 +66,7 @@ def _answer(values):
 
 
 def _description(name, fault):
-    value = f'  value [{fault.unit}], right within {fault.tolerance:g}: {fault.value}.'
+    value = f'  Value [{fault.unit}], right within {fault.tolerance:g}: {fault.quantity}.'
     lines = [name]
     for text in (value, '  ' + fault.symptom):
         lines += textwrap.wrap(text, 100, subsequent_indent='  ')

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Shows the robot on a page in any browser, and lets it be driven there.
 
-It prints the page's address. A page that drives is a pad, or a mouse: the node `gamepad` or
-`controller` must run. One page drives at a time; every page may stop the robot.
+The panel prints the page's address. A page drives as a pad or as a mouse. So the node `gamepad` or
+the node `controller` must run. One page drives at a time. Every page may stop the robot.
 
 Subscribes
     imu, odom, cmd_vel, joy, local_pose, goal_state, current_goal, has_control, control_holder,
@@ -15,26 +15,20 @@ Publishes, when a person asks for it on a page
     ctrl_relinq             std_msgs/Bool: False for each stop
     cmd_vel                 geometry_msgs/Twist: one zero for each stop
 Calls
-    reset_pose              tb3_labs/ResetPose, or, if no node offers that:
-    set_pose                tb3_labs/SetInitialPose
+    reset_pose              tb3_labs/ResetPose
+    set_pose                tb3_labs/SetInitialPose, if no node offers reset_pose
 Parameters
     ~port, ~address, ~control, ...: see PanelConfig in tb3_labs.panel.access
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
-import sys
-
 import rospy
 
 from tb3_labs.panel.access import PanelConfig
+from tb3_labs.panel.ros_pages import Pages
 from tb3_labs.ros.node import run
 from tb3_labs.ros.parameters import read_config, read_model
-
-try:
-    from tb3_labs.panel.ros_pages import Pages
-except ModuleNotFoundError as missing:
-    sys.exit(f'panel: {missing}: sudo apt install python3-tornado')
 
 
 class Panel:

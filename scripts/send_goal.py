@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends move_to_goal to a goal in the local frame, and prints its progress and its end.
+"""Sends a goal in the local frame to move_to_goal, and prints the states of the drive and its end.
 
 Usage: send_goal.py X Y YAW_DEG    [m, m, deg]; Ctrl+C or a closed terminal cancels the goal
        send_goal.py 1 1 90         for example
@@ -9,8 +9,7 @@ The exit status is 0 only if the goal was reached.
 Calls
     move2goal        move_base_msgs/MoveBaseAction
 Subscribes
-    goal_state       std_msgs/String: its words are printed
-    distance_error, angle_error_deg   std_msgs/Float32 [m, deg]
+    goal_state       std_msgs/String: each new text is printed
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
@@ -21,10 +20,10 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
-from std_msgs.msg import Float32, String
+from std_msgs.msg import String
 
 from tb3_labs.command_line import number_or_text
-from tb3_labs.control.goal_state import DRIVING, WAITING_FOR_CONTROL, is_over, to_go
+from tb3_labs.control.goal_state import WAITING_FOR_CONTROL, is_over
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import Interrupted, catch_signals, pause
@@ -35,26 +34,16 @@ HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with 
     'them, such as: 1 1 90'
 #: Longest wait for an answer of move_to_goal [s].
 SERVER_TIMEOUT = 2.0
-#: Time between two lines of progress [s].
-LINE_PERIOD = 2.0
+#: Time between two checks whether move_to_goal still runs [s].
+SERVER_PERIOD = 2.0
 
 
-class Progress:
-    """Prints `goal_state` when it changes, and the remaining distance and angle."""
+class StatePrinter:
+    """Prints `goal_state` when it changes."""
 
     def __init__(self):
-        self._remaining = {}    # {topic: latest value [m] or [deg]}
         self._last_state = None
-        for topic in ('distance_error', 'angle_error_deg'):
-            subscribe(topic, Float32, lambda message, topic=topic: self._remaining.update(
-                {topic: message.data}))
         subscribe('goal_state', String, self._on_state, queue_size=None)
-
-    def print_progress(self):
-        """Print the remaining distance and angle, if the robot drives."""
-        if self._last_state in DRIVING and len(self._remaining) == 2:
-            remaining = to_go(self._remaining['distance_error'], self._remaining['angle_error_deg'])
-            print(f'{self._last_state}: {remaining}', flush=True)
 
     def _on_state(self, message):
         is_of_the_last_goal = self._last_state is None and is_over(message.data)
@@ -84,18 +73,16 @@ def drive(goal):
         MoveBaseGoal(target_pose=to_pose_stamped(goal, 'local', 0.0)), on_transition)
     rospy.on_shutdown(lambda: ended.is_set() or sent.cancel())
     try:
-        progress = Progress()
+        StatePrinter()
         while not ended.is_set():
-            pause(0.0)    # raises Interrupted again, if rospy caught it
-            has_ended = ended.wait(LINE_PERIOD)
+            pause(0.0)    # raises Interrupted again if rospy caught the first one
+            has_ended = ended.wait(SERVER_PERIOD)
             if rospy.is_shutdown():
                 return 1
             if not has_ended and not client.status_sub.get_num_connections():
                 print('send_goal: move_to_goal is gone, and the goal with it: start it, give it '
                       'control, and send the goal again', file=sys.stderr)
                 return 1
-            if not has_ended:
-                progress.print_progress()
     except Interrupted:
         sent.cancel()
         ended.wait(SERVER_TIMEOUT)    # move_to_goal reports the canceled goal

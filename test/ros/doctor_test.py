@@ -64,7 +64,7 @@ FOUND_ON_HOSTS = (
     ('bad laptop', 'Address', 'FAULT', '10.77.9.9 is not an address .*10.77.2.2'),
     ('cut', 'Master', 'FAULT', '10.77.2.2:11311 (does not answer|cannot be reached)'),
     ('bad computer', 'NAT', 'FAULT', 'WSL behind NAT: no robot can reach 172.20.0.5.*wslconfig'),
-    ('bad computer', 'Address', 'FAULT', 'ROS_HOSTNAME=localhost means, on the robot, the robot'),
+    ('bad computer', 'Address', 'FAULT', 'ROS_HOSTNAME=localhost: on the robot this address is the robot'),
     ('bad computer', 'Master', 'FAULT', '10.1.1.1:11311 (does not answer|cannot be reached)'))
 
 

@@ -36,7 +36,7 @@ class Scenes(DriveCase):
 
     @classmethod
     def setUpClass(cls):
-        """open() calls it, after the master of the scene has started."""
+        """Do nothing. open() calls the method of the base class after the start of the master."""
 
     def open(self, port, **on_robot):
         """Start all nodes, and a master at this port. `on_robot` has options of the robot's Node."""

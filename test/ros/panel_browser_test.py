@@ -144,10 +144,10 @@ class PanelBrowserTest(PanelCase):
         publisher.unregister()
         self.page.wait_until(lambda: not self.page.is_shown('inside'), 10.0, 'a page without them')
 
-    def test_keys_turn_and_space_stops(self):
+    def test_a_button_turns_and_space_stops(self):
         start = self.rest()
         self.let_pass(SILENCE)    # until the controller has heard setUp's STOP, which ends a turn
-        self.page.press_key('3')    # the button that turns right by 90 degrees
+        self.page.click('turn-right')
         self.assert_turns(start, -1)
         since = rospy.get_time()
         self.page.press_key(' ')

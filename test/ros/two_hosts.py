@@ -56,7 +56,7 @@ class TwoHosts:
         return ['ip', 'netns', 'exec', PREFIX + name]
 
     def enter(self, name):
-        """This thread, and those that it starts, are on that host from now on."""
+        """From now on this thread, and each thread that it starts, is on that host."""
         os.environ.update(self.environment(name))
         with open('/run/netns/' + PREFIX + name) as host:
             _join(host)

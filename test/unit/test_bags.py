@@ -61,8 +61,7 @@ def events(run):
     estimate.pose.pose = to_pose_stamped(Pose2(3.0, 4.0, 0.5), 'local', 0.0).pose
     yield 2.0, 'initialpose', estimate
     yield 3.0, 'ctrl_relinq', Bool(True)
-    for time, buttons in ((3.0, [0, 0, 1]), (3.1, [0, 0, 1]), (3.2, [1, 0, 1])):
-        yield time, 'joy', Joy(axes=[0.0], buttons=buttons)
+    yield 3.0, 'joy', Joy(axes=[0.0], buttons=[0, 0, 1])
 
 
 def test_resets_turns_and_control_that_were_recorded(tmp_path):
@@ -71,22 +70,18 @@ def test_resets_turns_and_control_that_were_recorded(tmp_path):
     assert (list(run.turn_requests.time), run.dropped['turn_requests']) == ([pytest.approx(2.0, abs=5e-3)], 1)
     assert math.degrees(run.turn_requests.value[0]) == pytest.approx(-90.0)
     assert list(run.control.value) == [1.0] and run.devices == ('joy',)
-    assert run.pad.time == pytest.approx([3.0, 3.1, 3.2], abs=5e-3)
 
 
 def devices(run):
-    """A pad with too many axes, a mouse, and a command in fields that no wheel follows."""
-    yield 3.0, 'joy', Joy(axes=[0.0, 0.5] + 8 * [0.25], buttons=[0, 1])
+    """A mouse, and a command in fields that no wheel follows."""
     yield 3.5, 'mouse_info', MouseController(Header(stamp=rospy.Time.from_sec(BEGIN + 3.5)), Bool(True), -1.0, 0.5)
     yield 4.0, 'cmd_vel', Twist(Vector3(0.1, 0.2, 0.3), Vector3(0.4, 0.5, 0.6))
     yield 4.5, 'cmd_vel', Twist(Vector3(0.1, math.nan, 0.0), Vector3(0.0, 0.0, 0.6))
     yield 5.0, 'cmd_vel', Twist(Vector3(math.nan, 0.0, 0.0), Vector3(0.0, 0.0, 0.6))
 
 
-def test_the_devices_and_all_fields_of_a_command(tmp_path):
+def test_the_mouse_and_all_fields_of_a_command(tmp_path):
     run = read_run(write_bag(tmp_path / 'devices.bag', sources=(sensors, devices)))
-    assert run.pad.axes.tolist() == [[0.0, 0.5] + 6 * [0.25]]
-    assert run.pad.buttons.tolist() == [[0.0, 1.0] + 14 * [0.0]]
     assert (run.mouse.x[0], run.mouse.y[0], run.mouse.active[0]) == (-1.0, 0.5, 1.0)
     sent = run.commands
     assert [part[0] for part in (sent.linear, sent.sideways, sent.upward, sent.rolling, sent.pitching,
@@ -174,7 +169,7 @@ def test_a_recording_is_read_until_its_clock_is_set(by, is_shared, run, tmp_path
         time = getattr(run, part).time[:len(samples)]
         assert time[-1] == pytest.approx(4.0, abs=0.05)
         assert samples.time == pytest.approx(time, abs=0.02) and samples.arrival == pytest.approx(time, abs=0.02)
-    assert read.pad.time == pytest.approx([3.0, 3.1, 3.2], abs=0.02)
+    assert read.control.time == pytest.approx([3.0], abs=0.02)
 
 
 def test_a_clock_that_is_set_forward_by_less_than_an_hour_looks_like_a_silence(run, tmp_path):

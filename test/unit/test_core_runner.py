@@ -17,7 +17,7 @@ class RecordedCalls(list):
     def stop(self):
         self.append('a zero')
 
-    def feed(self):
+    def note_message(self):
         """Nothing sleeps here."""
 
     send = set_awake = list.append

@@ -44,8 +44,8 @@ def test_the_true_pose_decides(reached, good):
 
 @pytest.fixture
 def demo(monkeypatch):
-    """A Demo without a node. It takes the place of its publisher, too. move_to_goal takes control at a
-    True after a False, but ignores the first `ignored` True."""
+    """A Demo without a node, which is also its own publisher. move_to_goal takes control at a True after a False, but
+    ignores the first `ignored` such messages."""
     kind = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
     monkeypatch.setitem(kind._give_control.__globals__, 'wait_until',
                         lambda condition, seconds: any(condition() for _ in range(3)))

@@ -166,14 +166,11 @@ JUDGEMENTS = [
     (judge_refused(ok('imu', '200/s'), ['norm'], 500), WARNING, '1 of 500'),
     (judge_refused(ok('imu', '200/s'), [], 500), OK, '200/s'),
     (judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint'),
-    # the clock; a busy computer sets the clock of its board ahead
-    (judge_clock(0.004, 0.008), OK, 'right within 0.004 s'), (judge_clock(0.05, 0.02), OK, 'right within 0.04 s'),
-    (judge_clock(0.3, 0.002), WARNING, "robot's clock is 0.3 s behind (to 0.001 s), or all its messages", 'date'),
-    (judge_clock(-0.3, 0.002), WARNING, "robot's clock is 0.3 s ahead", 'date'),
-    (judge_clock(-0.3, 1.0), WARNING, '0.8 s ahead (to 0.5 s)'),
-    (judge_clock(-0.11), WARNING, 'the stamps are 0.11 s ahead'),
-    (judge_clock(-0.22, 0.002), WARNING, 'the stamps are 0.22 s ahead', 'other programs on the robot'),
-    (judge_clock(-7200.0, 0.004), FAULT, '7200.0 s ahead', 'date'), (judge_clock(40.0, 0.004), FAULT, '40.0 s behind'),
+    # the clock
+    (judge_clock(0.09), OK, 'right within 0.1 s'), (judge_clock(-0.09), OK, 'right within 0.1 s'),
+    (judge_clock(0.3), WARNING, "robot's clock is 0.3 s behind, or all its messages come so late", 'date'),
+    (judge_clock(-0.3), WARNING, "robot's clock is 0.3 s ahead: tf may", 'other programs', 'date'),
+    (judge_clock(-7200.0), FAULT, '7200.0 s ahead', 'date'), (judge_clock(40.0), FAULT, '40.0 s behind'),
     # gyro and wheels
     (judge_gyro('it lies', 'let it rest', True), FAULT, 'it lies', 'let it rest'),
     (judge_gyro('', '', False), WARNING, 'cannot be compared'),
@@ -369,17 +366,12 @@ def examined(robot, monkeypatch, change=lambda topic, message, number: None):
     return {line.subject: line for line in examine('/')}
 
 
-@pytest.mark.parametrize('names, words', [
-    (['arm', 'hand'], '/joint_states, as /pad publishes it, has no wheel_left_joint'),
-    (['wheel_left_joint', 'wheel_right_joint'], 'the odometry runs on but the wheels stand')])
-def test_wheels_that_are_missing_or_stand_have_a_line(robot, monkeypatch, names, words):
+def test_wheels_that_stand_beside_a_moving_odometry_have_a_line(robot, monkeypatch):
     def change(topic, message, number):
         if topic == 'odom':
             message.pose.pose.position.x = 0.0005 * number
             message.twist.twist.linear.x = 0.2
-        elif topic == 'joint_states':
-            message.name = names
-    check(examined(robot, monkeypatch, change)['Wheels'], FAULT, words)
+    check(examined(robot, monkeypatch, change)['Wheels'], FAULT, 'the odometry runs on but the wheels stand')
 
 
 def test_a_sound_robot_is_found_sound(robot, monkeypatch):

@@ -30,7 +30,7 @@ def test_a_drive_is_given_up_within_2_s_when_the_battery_is_cut(settings, way):
 
 @pytest.mark.parametrize('after', [0.3, 1.0])
 def test_a_turn_is_given_up_within_2_s_when_the_battery_is_cut(after):
-    """The odometry has no forward speed: the gyro shows that the robot does not turn."""
+    """In a turn the odometry has no forward speed, but the gyro shows that the robot stands."""
     drives, turns = navigator(), controller()
     for core, begin in ((drives, lambda: drives.set_goal(Pose2(-1.0, 0.1, 0.0))),
                         (turns, lambda: turns.request_turn(180.0, watched.robot.now))):

@@ -8,12 +8,12 @@ from tb3_labs.simulation import ros_fake_robot
 #: Times of a computer that pauses after a second [s].
 PAUSE_AT, PAUSE = 1.0, 0.4
 END = 2.0
-#: Stands in for the publisher of a /clock.
+#: Takes the place of the publisher of /clock.
 SILENT = SimpleNamespace(publish=lambda message: None)
 
 
 class Computer:
-    """Stands in for the module time; the robot's steps cost it no time."""
+    """Takes the place of the module `time`. The steps of the robot take no time."""
 
     def __init__(self):
         self.now = 0.0
@@ -44,8 +44,8 @@ class TimedRobot:
 @pytest.mark.parametrize('clock, speed, made_up', [
     (None, 1.0, PAUSE), (SILENT, 1.0, 0.0), (SILENT, 5.0, 0.0)])
 def test_a_pause(clock, speed, made_up, monkeypatch):
-    """The robot catches up with real time, but not with its own clock: nodes would see their sensors silent, then all
-    samples at once."""
+    """The robot catches up with real time, but not with its own clock. Otherwise nodes would see silent sensors, and
+    then all samples at once."""
     computer = Computer()
     monkeypatch.setattr(ros_fake_robot, 'time', computer)
     robot = TimedRobot(computer)

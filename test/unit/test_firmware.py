@@ -14,7 +14,7 @@ from tb3_labs.simulation.simulator import Simulator
 
 BURGER = robot_model('burger')
 RADIUS, TRACK = 0.033, 0.16             # of a wheel; between the wheels [m]
-TICK = 2.0 * math.pi / 4096             # of the motor's encoder [rad]
+TICK_ANGLE = 2.0 * math.pi / 4096             # of the motor's encoder [rad]
 STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
 
 
@@ -22,7 +22,7 @@ STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
     (0.1, 0.0, 126, 126), (-0.1, 0.0, -126, -126),     # 0.1 m/s is 126.4 steps
     (0.0, 1.0, -101, 101), (0.0, -1.0, 101, -101),     # 0.08 m/s is 101.1 steps
     (0.1, 1.0, 25, 227), (9.0, 0.0, 265, 265), (0.0, -9.0, 265, -265),
-    # rosserial's floats, as they ran: full speed, 1.494, 0.999 rad/s
+    # after rosserial, on a real board: full speed, 1.494, 0.999 rad/s
     (math.nan, 0.0, 265, 265), (-math.inf, 0.0, -265, -265), (-math.nan, 0.0, -265, -265),
     (0.0, math.nan, -151, 151), (0.0, math.inf, -101, 101), (0.0, -math.inf, 101, -101)])
 def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
@@ -32,20 +32,20 @@ def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
 def test_odometry_of_two_intervals_by_hand():
     odometer = Odometer(BURGER, Pose2(1.0, 2.0, 0.3), imu_yaw=1.0)
     sample = odometer.update(0.5, (100, 300), 1.2)
-    way = RADIUS * 200 * TICK                          # the mean of both wheels
+    way = RADIUS * 200 * TICK_ANGLE                          # the mean of both wheels
     x, y = 1.0 + way * math.cos(0.4), 2.0 + way * math.sin(0.4)
     assert (sample.stamp, sample.pose.x, sample.pose.y, sample.pose.yaw) == pytest.approx(
         (0.5, x, y, 0.5))
     assert (sample.linear, sample.angular) == pytest.approx((2.0 * way, 0.4))
-    assert odometer.wheel_speeds == pytest.approx((200 * TICK, 600 * TICK))
-    assert odometer.wheel_angles == pytest.approx((100 * TICK, 300 * TICK))
+    assert odometer.wheel_speeds == pytest.approx((200 * TICK_ANGLE, 600 * TICK_ANGLE))
+    assert odometer.wheel_angles == pytest.approx((100 * TICK_ANGLE, 300 * TICK_ANGLE))
     # backwards, and turning to the right
     sample = odometer.update(0.75, (50, 150), 0.8)
-    back = -RADIUS * 100 * TICK
+    back = -RADIUS * 100 * TICK_ANGLE
     assert (sample.pose.x, sample.pose.y, sample.pose.yaw) == pytest.approx(
         (x + back * math.cos(0.3), y + back * math.sin(0.3), 0.1))
     assert (sample.linear, sample.angular) == pytest.approx((4.0 * back, -1.6))
-    assert odometer.wheel_speeds == pytest.approx((-200 * TICK, -600 * TICK))
+    assert odometer.wheel_speeds == pytest.approx((-200 * TICK_ANGLE, -600 * TICK_ANGLE))
 
 
 # Stamps --------------------------------------------------------------------------------------------

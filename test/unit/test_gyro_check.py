@@ -100,7 +100,7 @@ BAD_WHEELS = {'slip': 0.4}, {'wheel_mismatch': 0.08}, {'wheel_mismatch': -0.08},
     {'imu_noise_deg': 1.0, 'gyro_noise': 0.02, 'imu_offset_deg': 180.0},
     {'imu_drift_deg_per_min': 60.0}, {'model': 'waffle'}, {'yaw_lag': 0.0, 'wheel_lag': 0.03},
     dict(SLOW, slip=0.05), {'slip': 1.0},
-    {'dropouts_per_min': 60.0}, dict(HOSTS['pi'], **NETWORKS['bad']), HOSTS['laptop'],
+    dict(HOSTS['pi'], **NETWORKS['bad']), HOSTS['laptop'],
     *BAD_WHEELS], ids=str)
 def test_no_sound_robot_is_accused(settings):
     watched = Watched(**settings)

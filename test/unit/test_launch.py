@@ -85,23 +85,11 @@ def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
     ('gamepad', 'pad:=lab9', 'pad:=lab9: there is no params/pad_lab9.yaml; pad:= is one of '),
     ('turn', 'node:=plian', 'node:=plian: there is no nodes/plian.xml; node:= is one of finished, plain'),
     ('turn', 'set:={max_ang_z:0,5}', 'a blank is missing'),
-    ('move2goal', 'params:=latin.yaml', 'params:=latin.yaml: it is not text in UTF-8: save it as UTF-8'),
-    ('move2goal', 'params:=empty.yaml', 'params:=empty.yaml: goal_y has no value in it'),
-    ('fake_robot', 'start_yaw_deg:=1' + 400 * '0', 'a whole number beyond 2147483647 is not valid'),
-    ('fake_robot', 'start_yaw_deg:=-2147483648', 'a whole number beyond 2147483647 is not valid'),
-    ('move2goal', 'params:=large.yaml', 'params:=large.yaml: a whole number beyond 2147483647 is not valid'),
-    ('fake_robot', 'mystery:=2147483647', ''), ('fake_robot', 'start_yaw_deg:=9999999999.0', ''),
-    ('record', 'bag:=20261127161033', ''), ('move2goal', 'params:=right.yaml', ''), ('move2goal', 'params:=.', ''),
+    ('record', 'bag:=20261127161033', ''),
     ('gamepad', 'pad:=xbox set:={}', ''), ('turn', 'sim:=true node:=plain', ''), ('robot', 'robot:=robot3', ''),
     ('turn', 'model:=waffle __ns:=robot3 params:=my.yaml', '')])
-def test_a_wrong_argument_is_one_line_with_a_correction(
-        file, given, line, tmp_path, monkeypatch):
+def test_a_wrong_argument_is_one_line_with_a_correction(file, given, line):
     path = LAUNCH / (file + '.launch')
-    monkeypatch.chdir(tmp_path)
-    for name, text in (('latin', '# Gr\xf6\xdfe\n'), ('empty', 'goal_x: 1.0\ngoal_y:   # later\n'),
-                       ('large', 'goal_x: 9_999_999_999\n'),
-                       ('right', '# 99999999999 m:\ngoal_x: 1.0\nrobot:\n  slip: 0.1\n')):
-        (tmp_path / (name + '.yaml')).write_text(text, encoding='latin-1')
     for words in (['tb3_labs', path.name], ['--screen', str(path)]):
         problem = launch_arguments.problem_of(words + given.split(), path)
         assert line in problem and bool(line) == bool(problem) and '\n' not in problem
@@ -117,8 +105,6 @@ def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, part):
     words, path = ['tb3_labs', 'fake_robot.launch', 'set:=' + value], LAUNCH / 'fake_robot.launch'
     assert launch_arguments.problem_of(words, path) == (part and (
         "set:={}: {!r} is not a name with a value, such as goal_x: 0.5 (with a point)".format(value, part)))
-    words[2] = 'set:={slip: 9999999999}'
-    assert launch_arguments.problem_of(words, path) == words[2] + ': a whole number beyond 2147483647 is not valid'
 
 
 # ----- included files and parameters -----

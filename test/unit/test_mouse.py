@@ -7,7 +7,7 @@ from tb3_labs.supervision.events import Age, Event
 
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
-    """A message of one mouse; was a mouse deactivated?"""
+    """Give a message to `mouse`. Returns whether a mouse was deactivated."""
     return mouse.received(Event(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
@@ -69,7 +69,7 @@ def test_a_mouse_that_is_deactivated_as_a_silence_ends_drives_when_it_is_activat
 
 
 def two_active_mice():
-    """The page was activated last."""
+    """Returns the Mouse with two active mice. The page was activated last."""
     mouse = inactive_mouse('mouse')
     hear(mouse, False, 0.0, 0.0, 0.0, 'page')
     for name in 'mouse', 'page':

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.panel.requests import BrowserPad, Grip, PageRequest, Viewer, read_request
+from tb3_labs.panel.requests import BrowserPad, Grip, PageRequest, OpenPage, read_request
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}
@@ -173,16 +173,16 @@ def test_a_pad_is_a_joy_with_the_numbers_of_its_functions(pad, config, axes, but
 
 def test_a_number_that_json_does_not_have_is_never_sent():
     with pytest.raises(ValueError):
-        Viewer(print).send('picture', heading_deg=math.nan)
+        OpenPage(print).send('picture', heading_deg=math.nan)
 
 
 def test_answers_have_the_number_of_their_request():
     messages = []
-    viewer = Viewer(lambda text: messages.append(json.loads(text)))
-    viewer.answer(PageRequest('stop', id=7), True, 'done')
-    viewer.answer(PageRequest('stop'), True, 'done')    # without a number nobody waits for it
-    viewer.answer(PageRequest('stop'), False, 'why')
-    viewer.answer(None, False, 'unreadable')
+    page = OpenPage(lambda text: messages.append(json.loads(text)))
+    page.answer(PageRequest('stop', id=7), True, 'done')
+    page.answer(PageRequest('stop'), True, 'done')    # without a number nobody waits for it
+    page.answer(PageRequest('stop'), False, 'why')
+    page.answer(None, False, 'unreadable')
     assert messages == [
         {'type': 'answer', 'id': 7, 'ok': True, 'text': 'done'},
         {'type': 'refused', 'text': 'why'}, {'type': 'refused', 'text': 'unreadable'}]

@@ -90,7 +90,7 @@ def test_a_typo_is_refused_in_one_line(script, words, answer, mains, tmp_path, m
 
 @pytest.mark.parametrize('first', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_signals_in_quick_succession_interrupt_a_marking_once(first, monkeypatch, capsys):
-    """Signals that arrive while the first one is handled are handled, too: Event.set() within set() never returns."""
+    """Python handles a later signal inside the handler of the first one. Event.set() inside of set() never returns."""
     mark, numbers, entered = main_of('mark.py'), (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), []
     before = {number: signal.getsignal(number) for number in numbers}
 

@@ -69,7 +69,7 @@ def test_each_noise_is_as_large_as_asked_for_and_of_its_own():
     (0.0, {'rate_noise': 0.001}, 0.0), (0.00319, {}, 0.0), (-0.00319, {}, 0.0),
     (0.0032, {}, 0.0032), (-0.0032, {}, -0.0032), (0.0, {'drift': 0.002}, 0.002)])
 def test_the_gyros_dead_zone_is_3_steps_of_2000_deg_s_over_16_bit(rate, how, shown):
-    """0.1831 deg/s, 0.003196 rad/s; the yaw is not touched."""
+    """3 steps are 0.1831 deg/s, or 0.003196 rad/s. The dead zone does not change the yaw."""
     model = imu(**how)
     model.follow(0.0, TurnCurve(0.0, rate, 0.0, 0.0))
     for sample in model.measure([0.01 * k for k in range(500)]):

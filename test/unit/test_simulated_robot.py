@@ -36,21 +36,21 @@ def test_pose_while_the_speed_changes():
 def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
     robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
                               reset_pause=0.31))
-    assert robot.sensors.origin == Pose2()          # the odometry starts at the true pose
+    assert robot.sensors.world_T_odom == Pose2()          # the odometry starts at the true pose
     for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
         drive(robot, 1.0, linear, angular)
-        robot.step(0.6)                 # the command has timed out: it stands
+        robot.step(0.6)                 # the command has timed out, so the robot stands
         robot.reset()
         sample = odom_of(robot.step(0.4))[-1]
-        assert close(robot.sensors.origin @ sample.pose, robot.truth)
+        assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth)
     drive(robot, 1.0, 0.1, 0.4)
     sample = odom_of(robot.step(0.1))[-1]
-    here = robot.sensors.origin @ sample.pose
+    here = robot.sensors.world_T_odom @ sample.pose
     assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
     drive(robot, 0.5, 0.1, 0.0)
     robot.reset()                       # in motion
     sample = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1]
-    assert close(robot.sensors.origin @ sample.pose, robot.truth, metres=3 * TICK)
+    assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth, metres=3 * TICK)
 
 
 def test_the_wheels_are_as_old_as_their_lag_says():
@@ -72,7 +72,7 @@ def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
     robot = Simulator(STIFF)
     drive(robot, 0.1, 0.1, 0.0)
     switch(robot, network_cut=True)
-    drive(robot, 0.4, -0.05, 0.0)    # delayed, and no command for the timeout
+    drive(robot, 0.4, -0.05, 0.0)    # these commands do not arrive during the cut
     assert robot.true_velocity[0] > 0.09
     robot.command(0.2, 0.0)
     for seconds in (0.1, 5.0):
@@ -101,19 +101,12 @@ def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
         assert other[1:] != frozen[0][1:]
 
 
-def test_dropouts_silence_both_sensors_and_what_is_no_fault_leaves_them_alone():
-    plain = Simulator(SimulatorConfig(dropouts_per_min=6.0, imu_rate=60.0, imu_frozen=True))
-    tuned, stamps = Simulator(plain.config), []
-    samples = plain.step(120.0)
-    for k in range(120):
-        switch(tuned, motor_lag=0.001 * k)
-        stamps += [sample.stamp for sample in tuned.step(1.0)]
-    assert stamps == [sample.stamp for sample in samples]
-    lengths = [gap for gap in (b - a for a, b in zip(stamps, stamps[1:])) if gap > 0.02]
-    # 10 s to the next, 2.3 s long on average: 10 in two minutes, give or take 3
-    assert 4 < len(lengths) < 20
-    assert min(lengths) >= 0.3 and max(lengths) <= 4.3 + 0.02
-    assert len({sample.yaw for sample in imu_of(samples)}) == 1
+def test_a_change_of_what_is_no_fault_leaves_a_frozen_sensor_alone():
+    robot, yaws = Simulator(SimulatorConfig(imu_rate=60.0, imu_frozen=True)), set()
+    for k in range(20):
+        switch(robot, motor_lag=0.001 * k)
+        yaws.update(sample.yaw for sample in imu_of(robot.step(0.1)))
+    assert len(yaws) == 1
 
 
 def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand():

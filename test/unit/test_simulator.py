@@ -10,7 +10,7 @@ from simulated import QUIET, close, drive, imu_of, odom_of, switch
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, STARTING, SimulatorConfig
+from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
 
 
 def test_a_long_step_gives_every_sample_that_is_due():
@@ -38,14 +38,14 @@ def same(samples, others):
        st.sampled_from([{'sensor_latency': 0.02}, NETWORKS['good'], NETWORKS['bad'],
                         {'stalls_per_min': 120.0}]))
 def test_how_time_is_cut_changes_nothing(cuts, seed, network):
-    config = SimulatorConfig(seed=seed, dropouts_per_min=30.0, **network)
+    config = SimulatorConfig(seed=seed, **network)
     fine, coarse = Simulator(config), Simulator(config)
     for robot in fine, coarse:
         robot.command(0.15, 1.0)
     samples = [sample for cut in cuts for sample in fine.step(cut)]
     assert same(samples, coarse.step(sum(cuts)))
     assert close(fine.truth, coarse.truth)
-    # and goes on with it on another network
+    # the same is true after a change of the network
     other = replace(config, network_cut=False, **NETWORKS['busy'])
     samples = []
     for robot in fine, coarse:
@@ -65,8 +65,8 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
 # Settings -----------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('name', sorted(
-    {item.name for item in fields(SimulatorConfig)} - set(STARTING) - set(SENSOR_FAULT_SETTINGS)
-    - {'network_cut'}))
+    {item.name for item in fields(SimulatorConfig)} - set(STARTING)
+    - {'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'network_cut'}))
 def test_physics_may_change_while_it_drives(name):
     """A change of settings keeps the motion so far: no pose jumps."""
     robot = Simulator(QUIET)

@@ -137,7 +137,7 @@ def test_a_finer_tolerance_is_no_mistake(is_typed):
     """The node slows down, and ends within half a degree."""
     run = played(node_with(command=lambda self, error: max(-1.5, min(1.5, 0.03 * error)),
                            is_over=lambda self, error: abs(error) < 0.5))
-    assert first_broken(NodeRun(run if is_typed else untyped(run)), CHAINS['turn'], weak=False) is None
+    assert first_broken(NodeRun(run if is_typed else untyped(run)), CHAINS['turn']) is None
 
 
 WRONG = {
@@ -154,15 +154,14 @@ WRONG = {
         (lambda self, letter: self.curr_yaw + math.pi / 2.0, 'goal_yaw became 41.57; it should be 130')],
     'error': [
         (lambda self: self.goal_yaw - self.curr_yaw, 'by the short way'),
-        (lambda self: abs(self.goal_yaw - self.curr_yaw) % 360.0, 'the command was +1.50 rad/s; for errors to '
-         'the left it was right'),
+        (lambda self: abs(self.goal_yaw - self.curr_yaw) % 360.0,
+         'for an error of -90 degrees the command was +1.50 rad/s'),
         (lambda self: self.curr_yaw - self.goal_yaw, 'For an error of +90 degrees the command was -1.50')],
     'command': [
         (lambda self, error: 0.1 * error, 'the command was +9.00 rad/s, at most 1.5'),
         (lambda self, error: 0.0, 'after l, for an error of 90 degrees, angular.z stayed 0'),
         (lambda self, error: 1.5 if error < -15.0 else min(1.5, 0.1 * error),
-         'for errors to the left it was right'),
-        (lambda self, error: math.copysign(0.5, error), 'by the handout it is +1.50')],
+         'for an error of -90 degrees the command was +1.50 rad/s')],
     'is_over': [
         (lambda self, error: error < 10.0, 'After r, at an error of -90 degrees, turning stayed False'),
         (lambda self, error: abs(error) < 45.0, 'ended at an error of +38'),
@@ -230,50 +229,10 @@ class Queue(HandoutNode):
         return command
 
 
-class Renewed(HandoutNode):
-    """Each letter is typed again, and then the other one, while it turns."""
-
-    ticks, last = 0, 'l'
-
-    def letter(self, letter):
-        self.ticks, self.last = 0, letter
-        super().letter(letter)
-
-    def control(self):
-        self.ticks += 1
-        if self.turning and self.ticks in (3, 6):
-            super().letter({3: self.last, 6: 'l' if self.last == 'r' else 'r'}[self.ticks])
-        return super().control()
-
-
-class Sided(HandoutNode):
-    """`turning` is the side of the turn: 1 or -1, 0 at its end."""
-
-    def letter(self, letter):
-        super().letter(letter)
-        self.turning = 1 if letter == 'l' else -1
-
-    def control(self):
-        side, command = self.turning, super().control()
-        self.turning = side if self.turning else 0
-        return command
-
-
-@pytest.mark.parametrize('kind', [Queue, Renewed, Sided])
-def test_a_right_node_with_a_queue_or_with_sides_is_not_accused(kind):
-    run = played(kind())
+def test_a_right_node_with_a_queue_is_not_accused():
+    run = played(Queue())
     assert len(set(run.commands.angular)) > 5
     assert told(untyped(run)) == ''
-
-
-@pytest.mark.parametrize('runs, accused', [(True, True), (False, False)])
-def test_the_mouse_is_not_answered_by_a_node_that_does_not_run(runs, accused):
-    run, at = played(HandoutNode()), np.arange(0.02, 0.7, 0.06)
-    rows = run.variables
-    seen = told(replace(
-        untyped(run), variables=rows if runs else rows.take(rows.arrival > 0.9),
-        mouse=MouseSamples(at, at, 0.0 * at, 0.8 + 0.0 * at, 1.0 + 0.0 * at)))
-    assert ('nothing came on cmd_vel' in seen) is accused and bool(seen) is accused
 
 
 # -- what a variable follows

@@ -41,7 +41,7 @@ def examine(namespace):
     if not python.remedy:
         from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
         yield from examine_messages(
-            graph, here.outgoing_address, min(peer.round_trip for peer in alive.values()),
+            graph, here.outgoing_address,
             is_wall_time=not Peer(master.uri).ask('getParam', '/use_sim_time'))
 
 

@@ -113,8 +113,8 @@ class Address:
 
     @property
     def lan_address(self) -> str:
-        """The address on the way to the master. If the master is on this computer, the first own
-        address."""
+        """The address on the way to the master, or the first own address if the master is on this
+        computer."""
         for address in (self.outgoing_address, *self.own):
             if address and not is_loopback(address):
                 return address
@@ -142,7 +142,7 @@ def judge_address(here: Address) -> Line:
     if not here.ros_ip and not here.ros_hostname:
         unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
         if here.master_here:
-            return ok('Address', unset + 'good for this computer alone')
+            return ok('Address', unset + 'this is right for this computer alone')
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
     source = 'ROS_{}={}'.format('HOSTNAME' if here.ros_hostname else 'IP', quoted(here.advertised))
@@ -154,9 +154,10 @@ def judge_address(here: Address) -> Line:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):
         if here.master_here:
-            return ok('Address', source + ': this computer alone; for a real robot set ROS_IP')
-        return fault('Address', source + ' means, on the robot, the robot itself: it cannot reach '
-                     'this computer', here.advice)
+            return ok('Address', source + ' is right for this computer alone; for a real robot set '
+                      'ROS_IP')
+        return fault('Address', source + ': on the robot this address is the robot itself, so the '
+                     'robot cannot reach this computer', here.advice)
     if here.resolved not in here.own:
         return fault('Address', '{} is not an address of this computer (it has {})'.format(
             source, ', '.join(here.own) or 'none'), here.advice)
@@ -169,8 +170,8 @@ def nat_kind() -> str:
     """Returns 'WSL' or 'a container' if this Linux runs there, and does not use the network of the
     host. Otherwise returns ''.
 
-    The host's network has an interface loopback0 in WSL (mirrored), and a hardware interface in a
-    container.
+    A WSL with the network of its host (mirrored) has the interface loopback0. A container with the
+    network of its host has a hardware interface.
     """
     interfaces = [name for _, name in socket.if_nameindex()]
     with open('/proc/version') as file:
@@ -186,14 +187,14 @@ def judge_nat(kind: str, outgoing_address: str, others_elsewhere: bool) -> Line:
     """Can a robot reach this computer through NAT? `kind` is the result of :func:`nat_kind`.
     `others_elsewhere` is true if the master or the robot is on another computer."""
     if not kind:
-        return ok('NAT', 'this computer has no network of its own behind another computer')
+        return ok('NAT', 'this computer is not behind NAT')
     if not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT_NETWORK:
-        return ok('NAT', f'this is {kind}, but its address is not one of NAT')
+        return ok('NAT', f'this is {kind}, but its address is not behind NAT')
     if not others_elsewhere:
         return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
             kind, outgoing_address))
     remedy = 'start the container with the network of its host'
     if kind == 'WSL':
-        remedy = ('networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; else '
-                  'use a Linux of its own')
+        remedy = ('networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; or use '
+                  'a computer with Linux')
     return fault('NAT', f'this is {kind} behind NAT: no robot can reach {outgoing_address}', remedy)

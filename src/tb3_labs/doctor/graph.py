@@ -31,12 +31,10 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A name that is at least so like a right name may be a mistake.
+#: A name with at least this likeness to a right name may be a mistake.
 POSSIBLE_LIKENESS = 0.65
-#: A name that is at least so like a right name is certainly a mistake.
+#: A name with at least this likeness to a right name is certainly a mistake.
 SURE_LIKENESS = 0.8
-#: A line names at most this number of nodes.
-MOST_NAMED_NODES = 3
 TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
@@ -137,9 +135,9 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_name(self, topic, node, names):
-        """Returns the right topic that is most like the `topic` of a node, and their likeness. The
-        right topics are this robot's topics with one of `names`. Returns ('', 0.0) if `topic` is
-        right, or belongs to another robot."""
+        """Returns (right topic, likeness): the right topic that is most like the `topic` of a node.
+        The right topics are this robot's topics with one of `names`. Returns ('', 0.0) if `topic`
+        is right, or belongs to another robot."""
         place, _, word = topic.rpartition('/')
         if topic in [self.namespace + name for name in LAB_TOPICS] or (
                 self._is_of_another_robot(place + '/', topic, node)):
@@ -210,8 +208,8 @@ def judge_robot(graph: RobotGraph) -> Line:
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
-    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if a node
-    publishes the right name, the wrong name of another node must have SURE_LIKENESS."""
+    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if one
+    node publishes the right name, a wrong name of another node needs SURE_LIKENESS."""
     for subject, text, users, partners, names in (
             ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
              graph.subscribers, graph.publishers, LAB_TOPICS),
@@ -232,8 +230,8 @@ def judge_names(graph: RobotGraph) -> Iterator[Line]:
                     partner = min(partners[right], key=lambda each: each not in graph.robot_nodes)
                     findings.append(text.format(node, topic, right, partner))
         if findings:
-            yield warning(subject, '; '.join(findings[:MOST_NAMED_NODES]),
-                          'mend the name in its code, or by <remap> in its launch file')
+            yield warning(subject, '; '.join(findings),
+                          'correct the name in the code, or by <remap> in the launch file')
 
 
 # The connections from this computer -------------------------------------------------------------
@@ -289,9 +287,9 @@ def judge_return_path(drivers: Mapping[str, str], received: Collection[str], rob
         return ok('Way back', 'the robot is on this computer')
     if here.resolved != here.outgoing_address:
         return fault('Way back', 'the robot cannot reach {}: it needs the address {}'.format(
-            here.advertised, here.outgoing_address or 'nowhere'), here.advice)
+            here.advertised, here.outgoing_address or 'of this computer'), here.advice)
     if here.advertised != here.outgoing_address:
         return warning('Way back', 'the robot must resolve the name {}; start a lab, then this '
-                       'line shows it'.format(here.advertised), here.advice)
+                       'line shows whether it does'.format(here.advertised), here.advice)
     return ok('Way back', '{} is the address towards the robot; start a lab, then this line shows '
               'a firewall'.format(here.advertised))

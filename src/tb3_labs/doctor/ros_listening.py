@@ -14,7 +14,7 @@ from tb3_labs.doctor import fault
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
     LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
-    judge_stream, judge_wheels)
+    judge_stream)
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.localization.odometry_jumps import EncoderWatch
@@ -42,35 +42,32 @@ class ReceivedMessage(NamedTuple):
     kind: str = ''    # the type that the sender states, or ''
 
 
-def examine_messages(graph, address, round_trip, is_wall_time):
-    """Yields the lines on the messages of a RobotGraph's robot. `round_trip` is the least time from
-    a call of a robot's node to the answer [s]. `is_wall_time` is true if the stamps come from a
-    real clock. For `address` see :func:`listen`."""
+def examine_messages(graph, address, is_wall_time):
+    """Yields the lines on the messages of a RobotGraph's robot. `is_wall_time` is true if
+    stamps come from a real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
     # checks.py judges commands of other types
     commands = [each for each in received
                 if each.topic == 'cmd_vel' and each.kind in ('', COMMAND_TYPE)]
     yield judge_drivers(Counter(each.sender for each in commands))
-    watch, encoders, samples, refused = run_watches(received, graph.namespace + 'reset')
+    samples, refused = read_samples(received)
     for name in SENSORS:
         arrivals = [each.at for each in received if each.topic == name]
         line = judge_stream(graph.namespace + name, arrivals, ended,
                             next(iter(graph.sensors[name]), ''))
         yield judge_refused(line, refused[name], len(arrivals))
-    wheels = [sample for sample in samples if isinstance(sample, WheelSample)]
-    joints = [each.sender for each in received if each.topic == 'joint_states']
-    if joints and not wheels and not refused['joint_states']:
-        yield judge_wheels(graph.namespace + 'joint_states', joints[0])
+    encoders = encoder_watch_of(samples)
     if encoders.problem():
         yield fault('Wheels', *encoders.problem().split('; '))
     delays = [each.at - each.message.header.stamp.to_sec() for each in received
               if each.topic in SENSORS and each.message.header.stamp]
     if delays and is_wall_time:
-        yield judge_clock(min(delays), round_trip)
+        yield judge_clock(min(delays))
+    watch = gyro_watch_of(samples, graph.namespace + 'reset')
     cause, _, remedy = watch.problem().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
-    drift = drift_of([sample[:2] for sample in samples if isinstance(sample, ImuSample)],
-                     [sample[1:] for sample in wheels])
+    drift = drift_of([sample[:2] for _, sample in samples if isinstance(sample, ImuSample)],
+                     [sample[1:] for _, sample in samples if isinstance(sample, WheelSample)])
     if drift is not None and watch.has_compared and not watch.problem():
         yield judge_drift(drift, graph.namespace)
 
@@ -98,25 +95,38 @@ def listen(namespace, address):
         rospy.signal_shutdown('the doctor has heard enough')
 
 
-def run_watches(received, reset_topic):
-    """Returns a GyroWatch and an EncoderWatch that have taken in the samples of all valid messages,
-    these samples, and {topic: reasons of its invalid messages}."""
-    watch, encoders = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic), EncoderWatch()
-    timing, samples, refused = SampleTiming(), [], {topic: [] for topic in SAMPLE_READERS}
+def read_samples(received):
+    """Returns [(time of arrival [s], sample)] of the valid messages, and {topic: reasons of the
+    invalid messages}. A command has no sample."""
+    samples, refused = [], {topic: [] for topic in SAMPLE_READERS}
     for topic, at, _, message, _ in received:
         try:
-            sample = SAMPLE_READERS[topic][1](message)
+            samples.append((at, SAMPLE_READERS[topic][1](message)))
         except ValueError as problem:
             # a node may publish joint states of an arm, without the wheels
             if topic != 'joint_states' or set(WHEEL_JOINTS).issubset(message.name):
                 refused[topic].append(str(problem))
-            continue
+    return samples, refused
+
+
+def gyro_watch_of(samples, reset_topic):
+    """Returns a GyroWatch that has taken in the samples of :func:`read_samples`."""
+    watch = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic)
+    timing = SampleTiming()
+    for at, sample in samples:
         if isinstance(sample, ImuSample):
             watch.on_imu(timing.on_imu(sample, at))
         elif isinstance(sample, WheelSample):
             watch.on_wheels(sample)
-            encoders.on_wheels(sample)
+    return watch
+
+
+def encoder_watch_of(samples):
+    """Returns an EncoderWatch that has taken in the samples of :func:`read_samples`."""
+    watch = EncoderWatch()
+    for _, sample in samples:
+        if isinstance(sample, WheelSample):
+            watch.on_wheels(sample)
         elif isinstance(sample, OdometrySample):
-            encoders.on_odometry(sample)
-        samples.append(sample)
-    return watch, encoders, samples, refused
+            watch.on_odometry(sample)
+    return watch

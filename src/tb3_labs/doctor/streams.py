@@ -7,7 +7,6 @@ from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
 from tb3_labs.doctor import Line, fault, ok, warning
-from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: The doctor listens for this long [s].
@@ -16,8 +15,6 @@ LISTENING_TIME = 5.0
 CLOCK_WARNING_OFFSET = 0.1
 #: With a larger offset no node that uses stamps works [s].
 CLOCK_FAULT_OFFSET = 1.0
-#: While the robot's computer is busy, the clock of the board is ahead by up to this [s].
-MOST_BOARD_AHEAD = 0.25
 #: A larger drift disturbs a lab [deg/min].
 MOST_DRIFT = 2.0
 #: A node still works if it refuses this share of a sensor's messages.
@@ -58,7 +55,8 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
             judge, effect = fault, 'a drive is given up'
         return judge(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
                      'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
-                     'a cable) or a busy computer holds messages; else the robot'.format(topic))
+                     'a cable) or a busy computer delays messages; otherwise the robot is '
+                     'silent'.format(topic))
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
 
 
@@ -71,39 +69,27 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
     judge = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
     return judge(line.subject, 'every node refuses {} of {} messages: {}'.format(
         len(reasons), count, reasons[0]), "stand the robot on its wheels; switch its board off and "
-                 'on; if it stays, the sensor is broken')
+                 'on; if this line stays, the sensor is broken')
 
 
-def judge_clock(least_delay: float, round_trip: float = 0.0) -> Line:
+def judge_clock(least_delay: float) -> Line:
     """Does the robot's clock agree with this computer's clock? `least_delay` is the least time
-    from a stamp (the robot's clock) to the arrival (this computer's clock) [s]. `round_trip` is the
-    time from a call of a robot's node to the answer, and the fastest message took less [s]."""
-    offset, exact = 0.5 * round_trip - least_delay, max(0.5 * round_trip, 0.001)
-    if abs(offset) <= max(CLOCK_WARNING_OFFSET, exact):
-        return ok('Clock', f"the robot's clock is right within {max(abs(offset), exact):.3g} s")
-    if 0.0 < offset <= MOST_BOARD_AHEAD:
-        return warning('Clock', 'the stamps are {:.2f} s ahead, as a loaded computer of the robot '
-                       'sets the clock of its board: tf may refuse its transforms'.format(offset),
-                       'close other programs on the robot, wait 5 s, and call the doctor again')
-    text = "the robot's clock is {:.1f} s {} (to {:.3g} s)".format(
-        abs(offset), 'ahead' if offset > 0.0 else 'behind', exact)
+    from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
+    if abs(least_delay) <= CLOCK_WARNING_OFFSET:
+        return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
+    is_ahead = least_delay < 0.0
+    text = f"the robot's clock is {abs(least_delay):.1f} s {'ahead' if is_ahead else 'behind'}"
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
-    if abs(offset) > CLOCK_FAULT_OFFSET:
+    if abs(least_delay) > CLOCK_FAULT_OFFSET:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    return warning('Clock', text + (': tf may refuse its transforms' if offset > 0.0 else
+    return warning('Clock', text + (': tf may refuse its transforms' if is_ahead else
                                     ', or all its messages come so late'),
-                   'close other programs here and on the robot, wait 5 s; if it stays: ' + remedy)
+                   'close other programs here and on the robot, wait 5 s; if this line stays: '
+                   + remedy)
 
 
-# Gyro and wheels --------------------------------------------------------------------------------
-
-def judge_wheels(topic: str, sender: str) -> Line:
-    """Returns the line on a `topic` of joint states that has no wheels."""
-    return fault('Wheels', '{}, as {} publishes it, has no {} and {}: the gyro cannot be '
-                 'checked'.format(topic, sender, *WHEEL_JOINTS),
-                 "let the robot's bringup publish it, and no other node")
-
+# Gyro -------------------------------------------------------------------------------------------
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
     """Does the gyro agree with the wheels? A GyroWatch found the `problem`, or ''."""
@@ -136,6 +122,6 @@ def drift_of(imu: Sequence[Tuple[float, float]],
         return None
     middle = mean(stamp for stamp, _ in imu)
     turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
-    # the samples of less than 2 s are divided by the spread of 2 s, so that noise is not drift
+    # a short recording is divided by the spread of 2 s, so that its noise does not look like drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

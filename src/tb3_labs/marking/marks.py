@@ -254,7 +254,7 @@ def _broken_link(observation: Observation,
             time = recording.variables.arrival
             variables = recording.variables.take((time < begin) | (time >= end))
             recording = replace(recording, variables=variables)
-    return first_broken(NodeRun(recording), chains.CHAINS[observation.lab], missed)
+    return first_broken(NodeRun(recording), chains.CHAINS.get(observation.lab, ()), missed)
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:

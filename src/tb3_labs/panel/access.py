@@ -33,8 +33,8 @@ class PanelConfig(Config):
 
     port: int = setting(8080, 'TCP port of the page; if it is in use, one of the next nine',
                         low=1, high=65000)
-    address: str = setting(LOOPBACK, 'address at which the page is offered; 0.0.0.0: all; any '
-                                     'address but the loopback needs the printed token')
+    address: str = setting(LOOPBACK, 'address of the page; 0.0.0.0 is every address of this host; '
+                                     'any address but 127.0.0.1 needs the printed token')
     control: bool = setting(True, 'pages may drive and reset the robot; false: they only show it')
     rate: float = setting(20.0, 'pictures', '1/s', 1.0, 60.0)
 

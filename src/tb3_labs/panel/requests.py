@@ -16,9 +16,9 @@ after the person gripped pad or mouse.
 
 Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
 stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's clock [s]: "now" of
-the last picture plus the time since that picture. So the delay of a message may be overestimated,
-but not underestimated, apart from the steps of a browser's clock.
+:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's clock [s]. The page
+adds the time since the last picture to "now" of this picture. So a message may seem later than it
+is, but never earlier, unless the clock of the browser jumps.
 """
 import json
 from contextlib import suppress
@@ -90,7 +90,7 @@ class PageRequest(NamedTuple):
         return max(0.0, now - self.sent_at)
 
 
-class Viewer:
+class OpenPage:
     """One open page. `send(text)` sends a message to the page."""
 
     def __init__(self, send: Callable[[str], None]) -> None:

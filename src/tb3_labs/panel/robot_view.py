@@ -2,20 +2,21 @@
 
 A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose is not known:
 
-    "odom", "local"      pose of the robot in odom, and in local
+    "odom", "local"      pose of the robot in odom, and in local. If the node does not publish
+                         local, by local_pose and tf, the panel computes local from the odometry
+                         since the line "Local pose set to"
     "frame"              pose of the frame local, in odom
-    "is_own"             does the node publish local, by local_pose and tf? Otherwise the panel
-                         computes local from the odometry since the line "Local pose set to"
     "truth"              true pose of a simulated robot, in odom
     "goal"               pose of the goal, in local
-    "distance", "angle"  distance to the goal [m], and goal's heading minus the robot's [deg]
+    "distance", "angle"  distance to the goal [m], and heading of the goal minus heading of the
+                         robot [deg]
     "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
     "holder"             the node that may drive, in words
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        heading by the IMU, 0 to 360
-    "ages"               {sensor: time since the last message [s], 0 if it is short}
+    "ages"               {sensor: time since the last message [s]}
     "inside"             a list of {"node", "values": [[name, text]]}: the variables that watch.py
                          publishes
     "page"               the page that drives the robot: "", "this" or "other"
@@ -48,8 +49,6 @@ POSE_SET_LINE = re.compile(
     PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
 MOST_TIME_APART = 0.3
-#: A smaller age is shown as 0 [s], since the panel reads a topic only a few times a second.
-LEAST_SHOWN_AGE = 0.3
 #: A robot whose odometry is slower than this is at rest [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
 
@@ -59,7 +58,7 @@ MOST_NODES = 4
 MOST_VARIABLES = 40
 #: A name or text of a variable is cut after this number of characters.
 LONGEST_TEXT = 200
-#: If a node has not sent its variables for this long, a page shows the variables no more [s].
+#: A page no longer shows a node's variables after a silence of this length [s].
 VARIABLES_TIMEOUT = 2.0
 
 
@@ -161,8 +160,7 @@ class RobotView:
         """Returns the picture without "page", "stops", "can" and "pad"."""
         driver, heading, odom = self.driver(now), self.latest('imu'), self.latest('odom')
         local, frame = self.latest('local'), self.latest('frame')
-        is_own = bool(local or frame)
-        if not is_own and odom and self._computed_frame:
+        if not (local or frame) and odom and self._computed_frame:
             frame, local = self._computed_frame, self._computed_frame.inverse() @ odom.pose
         goal, distance, angle = self.latest('goal'), None, None
         if goal and local:
@@ -170,24 +168,19 @@ class RobotView:
             angle = math.degrees(difference(goal.yaw, local.yaw))
         return {
             'odom': _pose_numbers(odom and odom.pose), 'local': _pose_numbers(local),
-            'frame': _pose_numbers(frame), 'is_own': is_own,
-            'truth': _pose_numbers(self._truth_in_odom()), 'goal': _pose_numbers(goal),
+            'frame': _pose_numbers(frame), 'truth': _pose_numbers(self._truth_in_odom()),
+            'goal': _pose_numbers(goal),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
             'command': list(map(_rounded, self._commands[driver][1:])) if driver else None,
             'heading_deg': _heading_deg(heading),
-            'ages': {source: self._silence(source, now) for source in ('imu', 'odom')},
+            'ages': {sensor: _rounded(now - self._arrivals.get(sensor, math.nan))
+                     for sensor in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}
                        for node, (at, values) in sorted(self._variables.items())
                        if now - at <= VARIABLES_TIMEOUT]}
-
-    def _silence(self, kind: str, now: float) -> Optional[float]:
-        if kind not in self._arrivals:
-            return None
-        age = now - self._arrivals[kind]
-        return 0.0 if age <= LEAST_SHOWN_AGE else _rounded(age)
 
     def _truth_in_odom(self) -> Optional[Pose2]:
         """Returns the true pose in odom at the stamp of the odometry. So the page can compare both

@@ -100,7 +100,7 @@ class PanelRobot:
         self._send_mouse(grip.mouse)
         return ''
 
-    def _stop(self, page, request):
+    def _stop_and_confirm(self, page, request):
         self.stop()
         self._confirm(page, request, steady_time())
 
@@ -132,7 +132,7 @@ class PanelRobot:
         in_thread(call)
 
     #: The method for each type of request.
-    _ACTIONS = {'joy': _hold, 'stop': _stop, 'turn': _send_turn, 'goal': _send_goal,
+    _ACTIONS = {'joy': _hold, 'stop': _stop_and_confirm, 'turn': _send_turn, 'goal': _send_goal,
                 'reset': _reset}
 
     def _check_age(self, request, oldest):

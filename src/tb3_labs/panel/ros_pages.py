@@ -7,7 +7,7 @@ import rospy
 from rosgraph_msgs.msg import Log
 from tornado.ioloop import PeriodicCallback
 
-from tb3_labs.panel.requests import Viewer, read_request
+from tb3_labs.panel.requests import OpenPage, read_request
 from tb3_labs.panel.ros_control import PanelRobot
 from tb3_labs.panel.ros_server import Server
 from tb3_labs.ros.clocks import steady_time
@@ -59,7 +59,7 @@ class Pages:
     # -- pages come and go
 
     def _open_page(self, send):
-        page = Viewer(send)
+        page = OpenPage(send)
         if not self._pages:
             self._robot.dead_man.begin(steady_time())
             for timer in self._timers:

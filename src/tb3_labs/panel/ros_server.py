@@ -27,7 +27,7 @@ DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir
                          if path.suffix in PUBLIC_SUFFIXES)
 #: Time between two pings of a page [s].
 PING_PERIOD = 1.0
-#: A page that does not answer a ping for this long is disconnected [s]. The page's computer was
+#: A page that does not answer a ping for this long is disconnected [s]. Its computer may be
 #: suspended, or the network stalls. Later the page connects again, and shows the present picture.
 PONG_TIMEOUT = 3.0
 #: A connection without a complete request for this long is closed [s].
@@ -103,9 +103,9 @@ class Server:
 
 
 class _ConnectionLimit(httpserver.HTTPServer):
-    """Limits the number of open connections. Above a limit it closes the oldest connection that
-    belongs to no page, because a browser sends a request at once. The connections of pages stay
-    open. If all older connections belong to pages, the new connection is closed."""
+    """Limits the number of open connections. Above a limit the server closes the oldest connection
+    that belongs to no page. A browser does not need this connection, since it sends each request at
+    once. If all older connections belong to pages, the new connection is closed."""
 
     #: The streams of the open pages.
     admitted = frozenset()

@@ -1,4 +1,4 @@
-"""Subscribes to the robot's topics for pages, and reads a topic at most as fast as a page draws."""
+"""Subscribes to the robot's topics for pages. A topic is read at most as often as a page draws."""
 import threading
 from operator import attrgetter
 

@@ -169,21 +169,6 @@ class Twists(Commands):
 
 
 @dataclass(frozen=True)
-class PadSamples(Samples):
-    """The first AXES axes and BUTTONS buttons of a gamepad, a row for each message. A missing axis
-    or button is 0."""
-
-    AXES, BUTTONS = 8, 16
-
-    axes: np.ndarray
-    buttons: np.ndarray
-
-    @classmethod
-    def none(cls) -> 'PadSamples':
-        return cls(np.empty(0), np.empty(0), np.empty((0, cls.AXES)), np.empty((0, cls.BUTTONS)))
-
-
-@dataclass(frozen=True)
 class MouseSamples(Samples):
     """The place of the mouse on mouse_info, x to the right and y up, from -1 to 1. `active` is 1 or
     0."""
@@ -244,7 +229,6 @@ class RunData:
     resets: Poses = Poses.none()                     # the declared poses of the robot in local
     turn_requests: Numbers = Numbers.none()          # [rad], positive to the left
     control: Numbers = Numbers.none()                # on ctrl_relinq; 1 if a node may drive
-    pad: PadSamples = PadSamples.none()
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # of nodes in the robot's namespace
     devices: Tuple[str, ...] = ()                    # the recorded ones of joy, mouse_info

@@ -24,13 +24,13 @@ def ros_time():
 
 
 def steady_time():
-    """Returns the time of a clock that never stands still or goes back, and runs while the computer
-    is suspended, so that permissions get old [s]. time.monotonic() would stop then."""
+    """Returns the time of a clock that never goes back, and that also runs while the computer is
+    suspended [s]. So a permission expires in that time. time.monotonic() would stand still."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def wait_until(condition, seconds, period=POLL_PERIOD):
-    """Wait until `condition()` is true, at most `seconds` of wall time. Returns whether it is."""
+    """Wait at most `seconds` of wall time for `condition()`. Returns whether it became true."""
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

@@ -13,7 +13,7 @@ from tb3_labs.robot.samples import (
     FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
 
 #: The environment variable with the path of a named pipe. For each true pose the simulated robot
-#: writes a line with x, y [m], yaw [rad] into the pipe. A student's node could read a topic.
+#: writes a line with x, y [m], yaw [rad] into the pipe, since a student's node could read a topic.
 TRUTH_PIPE = 'TB3_LABS_TRUTH'
 
 
@@ -56,10 +56,10 @@ def to_odometry_sample(message):
         bounded('rate of turn', twist.angular.z, FASTEST_SPIKE, 'rad/s'))
 
 
-def to_pose_stamped(pose, frame, stamp):
+def to_pose_stamped(pose, frame_id, stamp):
     """Returns the geometry_msgs/PoseStamped of a Pose2. `stamp` is in [s]."""
     message = PoseStamped()
-    message.header.frame_id = frame
+    message.header.frame_id = frame_id
     message.header.stamp = rospy.Time.from_sec(stamp)
     message.pose.position.x = pose.x
     message.pose.position.y = pose.y

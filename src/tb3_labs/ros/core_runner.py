@@ -1,12 +1,12 @@
 """Runs the core of a node: gives messages to the core, and carries out its Outputs in order.
 
-When a node that drives stops, for any reason, the node publishes exactly one zero and is then
-silent, so that another node may drive. The node also sends the zero when it shuts down (after a
-signal or an exception), and when its clock stands still.
+When a node stops the robot, for any reason, the node publishes exactly one zero and is then silent,
+so that another node may drive. The node also sends the zero when it shuts down (after a signal or
+an exception), and when its clock stands still.
 
 A thread that holds a lock takes only locks further down in this list:
-    1  the locks of hooks at the end of a node, of dynamic settings, of diagnostics and of
-       actionlib. All of them call the node. A node that calls them holds no lock.
+    1  the locks of shutdown hooks, dynamic settings, diagnostics and actionlib, which call the
+       node. A node that calls one of these parts holds no lock.
     2  the lock of the CoreRunner, which guards the core and the commands
     3  the locks of rospy's topics and of rospy's log
 A thread that holds the lock of a CoreRunner does not wait for a service, a message or a subscriber.
@@ -38,9 +38,9 @@ REPORT_PERIOD = 1.0
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once.
 
-    The command is sent while the lock is held, so no command that was decided before a stop is sent
-    after the stop. A separate thread carries out the rest of an Output without the lock, in the
-    same order. So a blocked terminal, or actionlib, delays no message and no stop.
+    The lock is held while a command is sent. So a command that was decided before a stop is never
+    sent after the stop. A separate thread carries out the rest of an Output without the lock, in
+    the same order. So a blocked terminal, or actionlib, delays no message and no stop.
     """
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
@@ -56,12 +56,12 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself reads the clock, because a time that was read
-        before the lock was taken may be older than the core's last time."""
+        decide. Returns the Output. `method` reads the clock while the lock is held, because a time
+        from before the lock may be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
-        self._watchdog.feed()
+        self._watchdog.note_message()
         return output
 
     def check(self):
@@ -162,8 +162,8 @@ class CmdVel:
 
 
 class Watchdog:
-    """Calls `check()` in a separate thread while no message arrives. If the clock is simulated,
-    also calls `note_clock(runs)`.
+    """Calls `check()` in a separate thread while no message arrives. With a simulated clock the
+    thread also calls `note_clock(runs)`.
 
     The first call of :meth:`set_awake` starts the thread. A rospy.Timer would stop together with
     the simulated clock.
@@ -177,7 +177,7 @@ class Watchdog:
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def set_awake(self, awake):
-        """Check the node often while it is `awake`. The caller holds the lock of the CoreRunner."""
+        """Check often if `awake`, else seldom. The caller holds the lock of the CoreRunner."""
         if not self._thread.ident:
             self._thread.start()
         if awake:
@@ -185,7 +185,7 @@ class Watchdog:
         else:
             self._awake.clear()
 
-    def feed(self):
+    def note_message(self):
         """Note that a message has arrived and was processed."""
         self._messages.received(steady_time())
 
@@ -234,6 +234,7 @@ class Diagnostics:
 
 
 def values_of(topic, source, now):
-    """Returns {'imu age [s]': '0.004', 'imu dropped': 0} of the Freshness `source` on `topic`."""
+    """Returns the age of `source`, a Freshness, and the number of dropped messages on `topic`, as
+    {'imu age [s]': '0.004', 'imu dropped': 0}."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
             source.name + ' dropped': INVALID_COUNTS[topic]}

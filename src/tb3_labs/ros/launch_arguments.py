@@ -19,17 +19,8 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: If an argument chooses a file, its doc has the pattern of the files: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: If an argument takes the path of a user's own file, this is its doc.
-OWN_FILE_DOC = 'a YAML file of your own'
-#: A parameter without a value in a YAML file.
-EMPTY_PARAMETER = re.compile(r'^(\w+):[ \t]*(?:#.*)?(?:\n(?![ \t]+\S)|\Z)', re.MULTILINE)
 #: A colon that no blank follows, as in {slip:0.1}. YAML reads this colon as a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
-#: An argument with one of these defaults takes numbers: a number, or an empty group of parameters.
-NUMERIC_DEFAULT = re.compile(r'-?[\d.]+|\{\}')
-WHOLE_NUMBER = re.compile(r'(?<![\w.+-])[+-]?\d[\d_]*(?![\w.+-])')
-#: roslaunch cannot set a larger whole number on the parameter server.
-LARGEST_WHOLE_NUMBER = 2 ** 31 - 1
 #: A parameter and its value, as in {slip: 0.1}; or the empty text after a last comma.
 NAME_AND_VALUE = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
@@ -48,7 +39,7 @@ def problem_of(argv, path):
     """Returns a sentence about the first wrong or missing argument of the launch file `path`; '' if
     all arguments are right. `argv` has the words after `roslaunch`.
 
-    If `argv` does not name `path`, another launch file includes it. Then it is not checked.
+    If `argv` does not name `path`, another launch file includes `path`. Then nothing is checked.
     """
     if not any(_is_file(path, *pair) for pair in zip(['', *argv], argv)):
         return ''
@@ -60,8 +51,6 @@ def problem_of(argv, path):
             return '{}:={}: {} has no argument {}; {}'.format(
                 name, value, path.name, name, _remedy(name, value, arguments, path))
         problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
-        if not problem and NUMERIC_DEFAULT.fullmatch(arguments[name].get('default', '')):
-            problem = _problem_of_numbers(value)
         if problem:
             return f'{name}:={value}: {problem}'
     for name, item in arguments.items():
@@ -89,7 +78,7 @@ def _problem_of_value(name, value, doc, folder):
                        for file in folder.glob(start + '*' + end))
         if value not in known:
             return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
-    return _problem_of_file(Path(value)) if doc == OWN_FILE_DOC else ''
+    return ''
 
 
 def _problem_of_group(name, value):
@@ -107,47 +96,20 @@ def _problem_of_group(name, value):
     return ''
 
 
-def _problem_of_numbers(text):
-    """Returns a sentence if a whole number is too large for the parameter server; '' otherwise."""
-    for word in WHOLE_NUMBER.findall(text):
-        digits = word.replace('_', '').lstrip('+-0')
-        if len(digits) > len(str(LARGEST_WHOLE_NUMBER)) or int(digits or 0) > LARGEST_WHOLE_NUMBER:
-            return f'a whole number beyond {LARGEST_WHOLE_NUMBER} is not valid'
-    return ''
-
-
-def _problem_of_file(path):
-    """Returns why roslaunch cannot read a YAML file; '' if it can. A missing file also gives '',
-    because roslaunch itself reports it."""
-    try:
-        text = re.sub('#.*', '', _text_of(path))
-        empty = EMPTY_PARAMETER.search(text)
-    except ValueError:
-        return 'it is not text in UTF-8: save it as UTF-8'
-    return f'{empty.group(1)} has no value in it' if empty else _problem_of_numbers(text)
-
-
 def _remedy(name, value, arguments, path):
     """Returns a hint for an unknown argument: the argument that is probably meant, or the command
     that lists all arguments."""
     known = {other: other + ':=' for other in arguments}
     for argument, item in arguments.items():
         for file in PARAMETERS_FILE.findall(item.get('doc', '')):
-            for parameter in _parameters_in(path.parent / file):
+            text = (path.parent / file).read_text(encoding='utf-8')
+            for parameter in re.findall(r'^#?(\w+):', text, re.MULTILINE):
                 known.setdefault(parameter, f'{argument}:="{{{parameter}: {value}}}"')
     if name in known:
         return known[name]
     for near in difflib.get_close_matches(name, known, 1):
         return f'is {known[near]} meant?'
     return f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
-
-
-def _parameters_in(file):
-    return re.findall(r'^#?(\w+):', _text_of(file), re.MULTILINE)
-
-
-def _text_of(file):
-    return file.read_text(encoding='utf-8') if file.is_file() else ''
 
 
 if __name__ == '__main__':

@@ -143,7 +143,7 @@ class Interrupted(BaseException):
 
 def catch_signals():
     """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, also in a
-    background job of a script, which ignored SIGINT. With nohup SIGHUP stays ignored."""
+    background job, which ignores SIGINT at its start. After nohup, SIGHUP stays ignored."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)
@@ -162,8 +162,8 @@ def ignore_signals():
 
 
 def pause(seconds):
-    """Sleep in the main thread. Raises Interrupted if a signal arrives, or if a signal arrived
-    earlier, because a library with a bare `except:` may have caught the exception."""
+    """Sleep in the main thread. Raises Interrupted if a signal arrives, and raises it again if a
+    signal arrived earlier, because a bare `except:` of a library may have caught the first one."""
     if not _received_signals:
         time.sleep(seconds)
     if _received_signals:

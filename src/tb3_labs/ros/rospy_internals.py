@@ -1,4 +1,4 @@
-"""The private parts of rospy that the nodes read or change. One function uses each part.
+"""The private parts of rospy that the nodes read or change. Each part has one function here.
 
 The parts exist in rospy 1.15.15 (Debian 12). A docstring describes the harm without the function,
 and names the private parts and the test that fails if they change. If a part without a test
@@ -35,7 +35,7 @@ def note_connections():
     """Add 'connected_at', by clocks.steady_time, and the sender's 'process' to the header of each
     connection. Call this function before a node subscribes.
 
-    The fields show whether a sender repeats an old message, or is a new process. Otherwise a
+    The fields show whether a sender repeats an old message, or is a new process. Without them a
     repeated True would drive the robot after a restart. Parts: `_validate_header` and `endpoint_id`
     of TCPROSTransport; test: test/ros/start_order.test.
     """
@@ -61,8 +61,8 @@ def log_without_the_master():
 def serve_connections_in_threads(server=None):
     """Serve each connection in a separate thread. Call this function after init_node().
 
-    rospy serves connections one after the other. A client that is not a node (a browser, or a
-    master that calls an earlier node with this port) blocked all other clients without end.
+    rospy alone serves connections one after the other. So a client that is not a node, such as a
+    browser, would block all other clients without end.
     Parts: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py.
     """
     server = server or tcpros_base._tcpros_server.tcp_ros_server
@@ -102,10 +102,10 @@ def ignore_own_messages(topic):
 def find_late_publishers(manager=None):
     """Find publishers that register just after a subscriber. Call this function after init_node().
 
-    The answer to the subscriber's own registration lacks the late publisher, but the master's
-    update has it. rospy uses the list that arrives last. If that is the answer, the two nodes never
-    connect, and a stop is lost (1 of 1200 pairs that registered within 4 ms, on a busy computer).
-    So the lists that wait are joined here. If a publisher has ended, it refuses the connection.
+    The master answers the subscriber's registration by a list without the late publisher, and then
+    sends a list with it. rospy uses the list that arrives last. If that is the answer, the nodes
+    never connect, and a stop is lost (1 of 1200 pairs that registered within 4 ms, on a busy
+    computer). So the waiting lists are joined. A publisher that has ended refuses the connection.
     Parts: `updates` and `publisher_update` of RegManager; test: test/unit/test_node.py.
     """
     manager = manager or next(each for each in get_registration_listeners().listeners
@@ -182,7 +182,7 @@ class _Writer:
 
 def publish_together(publisher, messages):
     """Publish `messages` by one write, as a network delivers delayed messages. A subscriber with
-    queue_size=1 reads only the last. Parts: `buff`, `seq`; test: test/ros/fake_robot.test."""
+    queue_size=1 reads only the last one. Parts: `buff`, `seq`; test: test/ros/fake_robot.test."""
     *before, last = messages
     topic = publisher.impl
     topic.buff.truncate(topic.buff.seek(0))    # remove data for a subscriber that has ended

@@ -1,7 +1,8 @@
 """Converts messages of the IMU and of the wheels to samples.
 
-An invalid message raises ``ValueError``: NaN, infinity, an invalid quaternion, a speed that no such
-robot can have, or a covariance of -1, which means that an IMU does not measure a field.
+A message is invalid, and raises ``ValueError``, if it has NaN, infinity, an invalid quaternion, or
+a speed that no such robot can have. A covariance of -1 is also invalid: it means that the IMU does
+not measure a field.
 """
 import rospy
 from sensor_msgs.msg import JointState
@@ -12,7 +13,7 @@ from tb3_labs.robot.samples import (
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
-#: The wheels are read once in this time, which is each second message of a TurtleBot3 [s]. The
+#: Time between two readings of the wheels [s]. A TurtleBot3 sends two messages in this time. The
 #: comparison with the gyro needs a time below timeouts.MEAN_ONLY_GAP.
 WHEEL_PERIOD = 0.06
 

@@ -33,8 +33,8 @@ from tb3_labs.robot.turtlebot3 import (
 from tb3_labs.simulation.network import Arrival
 
 #: Angle of a wheel from one encoder step to the next [rad].
-TICK = 2.0 * math.pi / TICKS_PER_TURN
-#: The message of a reset on a link. The message of a command is (forward speed, rate of turn).
+TICK_ANGLE = 2.0 * math.pi / TICKS_PER_TURN
+#: On a link this message is a reset. The message of a command is (forward speed, rate of turn).
 RESET_COMMAND = 'reset'
 
 
@@ -61,7 +61,7 @@ def _whole_steps(rim_speed: float, model: RobotModel) -> float:
 
 def encoder(motor_angle: float) -> int:
     """Returns the reading of the encoder at this angle of the motor [rad], in ticks."""
-    return math.floor(motor_angle / TICK)
+    return math.floor(motor_angle / TICK_ANGLE)
 
 
 class Odometer:
@@ -80,7 +80,7 @@ class Odometer:
     @property
     def wheel_angles(self) -> Tuple[float, float]:
         """(left, right) angle of the wheels since the start or the last reset [rad]."""
-        left, right = (TICK * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
+        left, right = (TICK_ANGLE * (ticks - zero) for ticks, zero in zip(self._ticks, self._zero))
         return left, right
 
     def update(self, stamp: float, ticks: Optional[Tuple[int, int]],
@@ -91,7 +91,7 @@ class Odometer:
         if ticks is not None:
             self._step = ticks[0] - self._ticks[0], ticks[1] - self._ticks[1]
             self._ticks = ticks
-        left, right = TICK * self._step[0], TICK * self._step[1]
+        left, right = TICK_ANGLE * self._step[0], TICK_ANGLE * self._step[1]
         distance = self._radius * (left + right) / 2.0
         turn = imu_yaw - self._theta_last    # not wrapped, as in the real firmware
         self._x += distance * math.cos(self._yaw + turn / 2.0)

@@ -1,12 +1,12 @@
 """The IMU that measures the turning of the robot, with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-The rate of turn of the IMU is the true rate plus the drift's rate, the bias that the last
-calibration of the gyro left, and another white noise. The gyro has a dead zone. Yaw and rate were
-measured earlier than their stamp, by the `lag`.
+The rate of turn of the IMU is the true rate plus the rate of the drift, the bias of the last
+calibration, and another white noise. The gyro has a dead zone. The stamp of yaw and rate is later
+than their measurement by the `lag`.
 
-Units: SI. Source of the noise: the yaw of a Burger at rest changes by a few 0.001 deg from one
-sample to the next.
+Units: SI. Source of the noise: the yaw of a Burger at rest changes by a few thousandths of a degree
+from one sample to the next.
 """
 import math
 from collections import deque
@@ -19,7 +19,7 @@ from tb3_labs.robot.samples import ImuSample
 
 #: Bias of a gyro that is not calibrated, measured on one robot [rad/s].
 UNCALIBRATED_BIAS = math.radians(0.71)
-#: The resolution of the gyro, whose range of 2000 deg/s has 16 bit with a sign [rad/s].
+#: The resolution of the gyro [rad/s]. 16 bits cover the range of +/-2000 deg/s.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
 #: The firmware shows a rate of at most this as 0 [rad/s].
 GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
@@ -47,8 +47,8 @@ class ImuModel:
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
-        #: (start [s], turn of the IMU from then on), for motions that are not measured to their
-        #: end yet, oldest first.
+        #: (start [s], turn of the IMU from the start on) of each motion that is not measured to
+        #: its end yet, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.follow(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
@@ -72,7 +72,7 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
         integral of the rate of a TurnCurve."""
-        # local names and few calls, since this loop decides the speed of the simulation
+        # local names and few calls are fast, and this loop decides the speed of the simulation
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp

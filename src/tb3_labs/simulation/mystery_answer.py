@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.simulation.mystery_robot import FAULT_KINDS, Fault, draw
 
-#: A value may be off by this more than the tolerance, because of rounding.
+#: Because of rounding, the error of a right value may exceed the tolerance by this.
 ROUNDING = 1e-9
 
 
@@ -18,7 +18,7 @@ class Meaning(NamedTuple):
 
     unit: str           # of the value
     tolerance: float    # largest error of a right value, in the unit
-    value: str          # the meaning of the value
+    quantity: str       # the meaning of the value
     symptom: str        # how a student finds the fault by the sensors alone
 
 
@@ -31,7 +31,7 @@ MEANINGS = {
         'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left",
         'The heading changes steadily while the robot stands, and the gyro shows a small rate.'),
     'wheel mismatch': Meaning(
-        '%', 0.5, 'by how much the right wheel is smaller than the left one; negative: larger',
+        '%', 0.5, 'share by which the right wheel is smaller than the left one; negative if larger',
         'The heading is steady at rest, but changes with each metre of a drive that is '
         'commanded straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: '
         '0.16 m).'),
@@ -48,21 +48,21 @@ MEANINGS = {
         'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.'),
     'silent imu': Meaning(
         's', 0.3, 'duration of one silence',
-        'rostopic hz /imu: a large max_delta, and a lower rate. Meanwhile /odom goes on.'),
+        'rostopic hz /imu shows a large max_delta and a lower rate. Meanwhile /odom goes on.'),
     'silent odometry': Meaning(
         's', 0.3, 'duration of one silence',
-        'rostopic hz /odom: a large max_delta, and a lower rate. Meanwhile /imu goes on.'),
+        'rostopic hz /odom shows a large max_delta and a lower rate. Meanwhile /imu goes on.'),
     'sensor latency': Meaning(
         's', 0.03, 'delay of each sample, from its stamp to its arrival',
-        'Each sample is older than it should be at its arrival: rostopic delay /imu.'),
+        'rostopic delay /imu shows that each sample is old at its arrival.'),
     'command latency': Meaning(
         's', 0.1, 'delay of each command, from its sending to its arrival',
         'The samples are fresh at their arrival, but at the end of a drive the measured speed '
         'drops later than the commanded one.'),
     'network stalls': Meaning(
         's', 0.15, 'the longest time for which nothing arrives',
-        'rostopic hz /imu /odom: a large max_delta of both, but the rates stay: messages of '
-        'both are held up together, and come all at once.'),
+        'rostopic hz /imu /odom shows a large max_delta of both, but the usual rates. The '
+        'messages of both are held up together, and come all at once.'),
 }
 
 
@@ -79,31 +79,25 @@ def fault_called(name: str) -> Fault:
 def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
     """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the number
     of the robot, the name of the fault, or its value is not valid."""
-    hidden, truth, _ = draw(number)
-    meaning, named = MEANINGS[hidden.name], fault_called(name)
+    hidden, right, _ = draw(number)
+    meaning, answered = MEANINGS[hidden.name], fault_called(name)
     if value is not None and not math.isfinite(value):
-        raise ValueError(f'value = {value} is not valid: a number in {MEANINGS[named.name].unit}')
-    if named is not hidden:
-        return False, (f'Wrong: mystery {number} has another fault. If it were {named.name!r}: '
-                       + MEANINGS[named.name].symptom)
+        unit = MEANINGS[answered.name].unit
+        raise ValueError(f'value = {value} is not valid: a number in {unit}')
+    if answered is not hidden:
+        return False, (f'Wrong: mystery {number} has another fault. If it were {answered.name!r}: '
+                       + MEANINGS[answered.name].symptom)
     if value is None:
         return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
-                       f'{meaning.value}.')
-    error = abs(difference_degrees(value, truth) if meaning.unit == 'deg' else value - truth)
-    answered, error_text = _rounded(hidden, value), _rounded(hidden, error)
+                       f'{meaning.quantity}.')
+    error = abs(difference_degrees(value, right) if meaning.unit == 'deg' else value - right)
     if error <= meaning.tolerance + ROUNDING:
-        return True, (f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, truth)}. '
-                      f'Your {answered} is off by {error_text}.')
-    return False, (f'The fault is right, its value is not: {answered} is off by {error_text}; '
-                   'right is within '
-                   f'{_rounded(hidden, meaning.tolerance)}. The value is {meaning.value}.')
+        return True, f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, right)}.'
+    return False, ('The fault is right, its value is not: it may be off by '
+                   f'{meaning.tolerance:g} {meaning.unit}. The value is {meaning.quantity}.')
 
 
 def with_unit(fault: Fault, value: float) -> str:
     """Returns a value and its unit as text. A fault with signed values shows the sign +, too."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'
-
-
-def _rounded(fault: Fault, value: float) -> str:
-    return f'{round(value, fault.digits + 1):g} {MEANINGS[fault.name].unit}'

@@ -12,7 +12,7 @@ def key(numbers: Sequence[str]) -> List[str]:
     word is not valid."""
     lines = ['number  fault            value']
     if not numbers:
-        raise ValueError('which key? A number such as 7, or a range such as 1-12')
+        raise ValueError('a key needs a number such as 7, or a range such as 1-12')
     for number in chain.from_iterable(map(_range, numbers)):
         fault, value, _ = draw(number)
         lines.append(f'{number:6}  {fault.name:15}  {with_unit(fault, value)} '

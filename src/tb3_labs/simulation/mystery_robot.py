@@ -70,8 +70,8 @@ class HiddenFault:
                 value = getattr(config, item.name)
                 if item.name not in ALLOWED_SETTINGS and value != item.default:
                     raise ValueError(f'{item.name} = {value!r} is not valid together with mystery '
-                                     f'= {number}: beside the hidden fault no other is set, and '
-                                     'no network or host')
+                                     f'= {number}: a mystery robot has one hidden fault, and no '
+                                     'other fault, network or host')
         changes = dict(self.fault.settings)
         if self.fault.setting:
             changes[self.fault.setting] = self.value * self.fault.scale

@@ -11,16 +11,17 @@ of random number has a separate generator with the seed, and does not depend on 
 
 Units: seconds. Edge cases: A message due at the very end of a stall is not delayed by the stall. A
 change of delay or jitter does not change messages under way. A change of the stalls ends the
-present stall. The mean delay is more than delay and jitter together if messages follow each other
-fast, since they wait for earlier messages.
-Source: recordings of real TurtleBot3s over a WLAN, which stalls for 0.1 to 0.4 s. For each frame
-802.11 draws a new back-off, and tries again; this makes the long delays of the jitter (Malone,
-Leith and Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
+present stall. If messages follow each other fast, they wait for earlier messages, so the mean delay
+is more than delay and jitter together.
+Source: recordings of real TurtleBot3s over a WLAN, which stalls for 0.1 to 0.4 s. A sender of
+802.11 waits for a random time before each frame, and tries again if the frame is lost. So some
+delays are much longer than the mean (Malone, Leith and Dangerfield, "Inferring queue state by
+measuring delay in a WiFi network").
 """
 import math
 import random
 from collections import deque
-from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Deque, Dict, List, Optional, Sequence, Tuple
 
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -45,23 +46,22 @@ NETWORKS: Dict[str, Dict[str, float]] = {
 }
 
 
-class Interruptions:
-    """Random intervals [start, end). The mean time between two intervals is 1 / `rate` [s]. The
-    length of an interval is a uniform random number between the two `lengths` [s]."""
+class Stalls:
+    """The stalls of a network, as random intervals [start, end). The mean time between stalls is
+    1 / `rate` [s]. The length of a stall is a uniform random number from 0 to `longest` [s]."""
 
-    def __init__(self, rate: float, lengths: Tuple[float, float], since: float,
-                 seed: Union[int, str]) -> None:
-        self._rate, self._lengths = rate, lengths
+    def __init__(self, rate: float, longest: float, since: float, seed: str) -> None:
+        self._rate, self._longest = rate, longest
         self._random = random.Random(seed)
         self._plan(since)
 
     def _plan(self, after: float) -> None:
-        self._start = after + (self._random.expovariate(self._rate) if self._rate else math.inf)
-        self._end = self._start + self._random.uniform(*self._lengths)
+        self._start = after + self._random.expovariate(self._rate)
+        self._end = self._start + self._random.uniform(0.0, self._longest)
 
     def release(self, moment: float) -> float:
-        """Returns the end of the interval that contains `moment` [s], or `moment` itself. `moment`
-        is not before the moment of the last call."""
+        """Returns the end of the stall at `moment` [s], or `moment` itself if the network does not
+        stall then. `moment` is not before the moment of the last call."""
         while moment >= self._end:
             self._plan(self._end)
         return self._end if moment >= self._start else moment
@@ -74,7 +74,7 @@ class NetworkLink:
         self._names, self._seed = (direction + '_latency', direction + '_jitter'), seed
         self._random = random.Random(f'jitter of {direction}s {seed}')
         self._settings = SimulatorConfig()
-        self._stalls: Optional[Interruptions] = None
+        self._stalls: Optional[Stalls] = None
         self._in_flight: Deque[Arrival] = deque()    # the earliest message first
         self._last_due = -math.inf
         self._arrived: List[Arrival] = []
@@ -85,8 +85,8 @@ class NetworkLink:
         if (settings.stalls_per_min, settings.longest_stall) != (
                 before.stalls_per_min, before.longest_stall):
             # Both links use the same seed, so a stall delays the messages of both directions.
-            self._stalls = Interruptions(
-                settings.stalls_per_min / 60.0, (0.0, settings.longest_stall), now,
+            self._stalls = Stalls(
+                settings.stalls_per_min / 60.0, settings.longest_stall, now,
                 f'stalls {self._seed}') if settings.stalls_per_min else None
         # messages that waited for the end of a stall are due now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)

@@ -54,9 +54,12 @@ ACCELERATION_AT_REST = (
 
 
 class FakeRobot:
-    """One Simulator and its topics. A `hidden` fault (mystery_robot.HiddenFault) has the settings.
-    Then /tf_static and ground truth are not published, since both would show the fault. If the
-    environment variable TRUTH_PIPE is set, the true poses go into this pipe, and not on a topic."""
+    """One Simulator and its topics.
+
+    If a fault is `hidden` (mystery_robot.HiddenFault), its settings are used. Then /tf_static and
+    ground truth are not published, since both would show the fault. If the environment variable
+    TRUTH_PIPE is set, the true poses go into this pipe, and not on a topic.
+    """
 
     def __init__(self, settings, hidden=None):
         self._lock = threading.Lock()    # guards the simulator
@@ -67,7 +70,7 @@ class FakeRobot:
         self._pipe = TruthPipe(pipe) if pipe else None
         self._truth = None if hidden or pipe else publisher('ground_truth', PoseStamped)
         self._static_tf = None if hidden else publisher('/tf_static', TFMessage, latch=True)
-        self._origin = None
+        self._world_T_odom = None
         for topic, kind, callback in (('cmd_vel', Twist, self._on_command),
                                       ('reset', Empty, self._on_reset)):
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
@@ -88,12 +91,12 @@ class FakeRobot:
                 self._robot.configure(self._hidden.settings_at(self._robot.now))
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)
             now = epoch + self._robot.now
-            origin = self._robot.sensors.origin
+            world_T_odom = self._robot.sensors.world_T_odom
             truth = self._robot.truth if truth_is_due else None
-        if self._static_tf and self._origin != origin:
-            self._origin = origin
+        if self._static_tf and self._world_T_odom != world_T_odom:
+            self._world_T_odom = world_T_odom
             self._static_tf.publish(TFMessage([
-                to_transform(origin, 'world', self._sensors.frames['odom'], now)]))
+                to_transform(world_T_odom, 'world', self._sensors.frames['odom'], now)]))
         for burst in bursts:
             self._sensors.send(burst, epoch, self._robot.sensors.wheels)
         if truth is not None and self._pipe:
@@ -167,7 +170,8 @@ class SensorTopics:
 
     def send(self, burst, epoch, wheels):
         """Publish the samples of a `burst`, which arrive at one moment, in one write per topic.
-        `epoch` is as in FakeRobot.tick. Earlier rows are removed from `wheels` (Sensors.wheels).
+        `epoch` is as in FakeRobot.tick. `wheels` is Sensors.wheels; rows that are older than the
+        burst are removed.
         """
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
@@ -201,16 +205,16 @@ def publisher(topic, kind, **options):
     return result
 
 
-def imu_message(sample, stamp, frame):
+def imu_message(sample, stamp, frame_id):
     """Returns the sensor_msgs/Imu of a robot on a level floor."""
-    return Imu(_header(stamp, frame), to_quaternion(sample.yaw, ROLL, PITCH),
+    return Imu(_header(stamp, frame_id), to_quaternion(sample.yaw, ROLL, PITCH),
                ORIENTATION_COVARIANCE,
                Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
                Vector3(*ACCELERATION_AT_REST), LINEAR_ACCELERATION_COVARIANCE)
 
 
-def odometry_message(sample, stamp, frame, child_frame):
-    message = Odometry(header=_header(stamp, frame), child_frame_id=child_frame)
+def odometry_message(sample, stamp, frame_id, child_frame_id):
+    message = Odometry(header=_header(stamp, frame_id), child_frame_id=child_frame_id)
     message.pose.pose.position.x = sample.pose.x
     message.pose.pose.position.y = sample.pose.y
     message.pose.pose.orientation = to_quaternion(sample.pose.yaw)
@@ -219,10 +223,10 @@ def odometry_message(sample, stamp, frame, child_frame):
     return message
 
 
-def joint_message(angles, speeds, stamp, frame):
+def joint_message(angles, speeds, stamp, frame_id):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(_header(stamp, frame), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
+    return JointState(_header(stamp, frame_id), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
 
 
-def _header(stamp, frame):
-    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame)
+def _header(stamp, frame_id):
+    return Header(stamp=rospy.Time.from_sec(stamp), frame_id=frame_id)

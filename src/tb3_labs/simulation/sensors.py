@@ -1,11 +1,11 @@
 """The samples of IMU and odometry, with the stamps of the board's clock and the faults of sensors.
 
-Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (dropouts of 0.3 to 4.3 s;
+Units: seconds, and 1/s for rates. Source: recordings of real TurtleBot3s (silences of 0.3 to 4.3 s;
 a driver that sent one sample with new stamps for half a minute).
 """
 import random
 from collections import deque
-from typing import Deque, List, Optional, Sequence, Tuple
+from typing import Deque, Dict, List, Sequence, Tuple
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -13,12 +13,10 @@ from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.drivetrain import Body
 from tb3_labs.simulation.firmware import Odometer, encoder
-from tb3_labs.simulation.network import Arrival, Interruptions
-from tb3_labs.simulation.simulator_config import SENSOR_FAULT_SETTINGS, SimulatorConfig
+from tb3_labs.simulation.network import Arrival
+from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: Shortest and longest dropout [s].
-DROPOUT_LENGTHS = (0.3, 4.3)
-#: After a stall at most this number of samples of a sensor is sent, as real buffers are finite. An
+#: After a stall at most this number of samples of a sensor is sent, since buffers are finite. An
 #: IMU at 200 Hz makes this many samples in the longest stall.
 MOST_SAMPLES = 2000
 #: Values of the left and the right wheel.
@@ -60,29 +58,8 @@ class Rhythm:
         return moments
 
 
-class SensorFaults:
-    """The faults of one sensor. A `silent` sensor sends no sample. A `frozen` sensor repeats one
-    sample with new stamps. During `dropouts` both sensors are silent."""
-
-    def __init__(self, silent: bool, frozen: bool, dropouts: Optional[Interruptions]) -> None:
-        self._silent, self._frozen, self._dropouts = silent, frozen, dropouts
-        self._frozen_sample: Optional[Sample] = None
-
-    def apply(self, samples: Sequence[Sample]) -> Sequence[Sample]:
-        """Returns the samples that a sensor with these faults sends in place of `samples`."""
-        if self._silent:
-            return []
-        if self._frozen and samples:
-            self._frozen_sample = self._frozen_sample or samples[0]
-            samples = [self._frozen_sample._replace(stamp=sample.stamp) for sample in samples]
-        if self._dropouts:
-            samples = [sample for sample in samples
-                       if self._dropouts.release(sample.stamp) == sample.stamp]
-        return samples
-
-
 class BoardClock:
-    """The clock of the board. Each time sync gives the clock another error, from -`largest` to
+    """The clock of the board. After each time sync its error is another one, from -`largest` to
     `largest` [s]."""
 
     def __init__(self, largest: float, seed: int) -> None:
@@ -118,32 +95,22 @@ class Sensors:
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry sample set the pose to zero?
         self.resetting = False
-        #: world_T_odom. The last reset set it, from the true pose.
-        self.origin = Pose2()
+        #: The frame odom in the world. A reset sets it by the true pose.
+        self.world_T_odom = Pose2()
         #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, sent or not.
         self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
-        self._plan_faults(0.0)
+        # {'imu' or 'odom': sample that the frozen sensor repeats}
+        self._frozen: Dict[str, Sample] = {}
 
     def configure(self, config: SimulatorConfig, now: float) -> None:
-        before, self._config = self._config, config
+        self._config = config
         self.imu_rhythm.set_rate(config.imu_rate, now)
         self.odom_rhythm.set_rate(config.odom_rate, now)
         #: The board's clock.
         self.clock = BoardClock(config.stamp_step, config.seed)
-        if any(getattr(config, name) != getattr(before, name) for name in SENSOR_FAULT_SETTINGS):
-            self._plan_faults(now)
-
-    def _plan_faults(self, now: float) -> None:
-        config = self._config
-        dropouts = Interruptions(config.dropouts_per_min / 60.0, DROPOUT_LENGTHS, now,
-                                 config.seed) if config.dropouts_per_min else None
-        self._imu_faults = SensorFaults(
-            silent=config.imu_silent, frozen=config.imu_frozen, dropouts=dropouts)
-        self._odom_faults = SensorFaults(
-            silent=config.odom_silent, frozen=config.odom_frozen, dropouts=dropouts)
 
     def measure_imu(self, stamps: List[float]) -> None:
-        self._samples.extend(self._imu_faults.apply(self._body.imu.measure(stamps)))
+        self._send('imu', self._body.imu.measure(stamps))
 
     def measure_odometry(self, stamp: float) -> None:
         self._body.move_to(stamp)
@@ -155,10 +122,22 @@ class Sensors:
         sample = self.odometer.update(stamp, ticks, observed.yaw)
         if self.resetting:
             self.resetting = False
-            self.origin = self._body.drivetrain.pose @ sample.pose.inverse()
+            self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
         self.wheels.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
                             self.odometer.wheel_speeds))
-        self._samples.extend(self._odom_faults.apply([sample]))
+        self._send('odom', [sample])
+
+    def _send(self, sensor: str, samples: Sequence[Sample]) -> None:
+        """Send `samples`. A silent sensor sends no sample. A frozen sensor repeats one sample with
+        new stamps."""
+        if getattr(self._config, sensor + '_silent'):
+            return
+        if not getattr(self._config, sensor + '_frozen'):
+            self._frozen.pop(sensor, None)
+        elif samples:
+            frozen = self._frozen.setdefault(sensor, samples[0])
+            samples = [frozen._replace(stamp=sample.stamp) for sample in samples]
+        self._samples.extend(samples)
 
     def pop(self) -> List[Sample]:
         """Returns the samples since the last call, oldest first, with true stamps."""

@@ -20,7 +20,7 @@ class SimulatorConfig(Config):
         0.0, 'heading at the start, true and by odometry', 'deg', -360.0, 360.0)
     imu_offset_deg: float = setting(
         0.0, 'yaw of the IMU minus yaw of the odometry at the start', 'deg', -360.0, 360.0)
-    seed: int = setting(1, 'seed of noise, dropouts and network', low=0, high=2 ** 31 - 1)
+    seed: int = setting(1, 'seed of noise and network', low=0, high=2 ** 31 - 1)
 
     imu_rate: float = setting(200.0, 'samples of the IMU', '1/s', 1.0, 1000.0)
     odom_rate: float = setting(30.0, 'samples of the odometry', '1/s', 1.0, 200.0)
@@ -32,7 +32,7 @@ class SimulatorConfig(Config):
     imu_drift_deg_per_min: float = setting(
         0.0, 'drift of the yaw, and bias of the gyro', 'deg/min', -600.0, 600.0)
     gyro_bias_deg: float = setting(
-        0.0, 'rate that a calibration in motion left in gyro and yaw, until the next `reset`',
+        0.0, 'bias of the gyro after a calibration in motion, until the next `reset`',
         'deg/s', -180.0, 180.0)
     # The next three defaults were measured with the real firmware on a fast computer.
     yaw_lag: float = setting(
@@ -40,7 +40,7 @@ class SimulatorConfig(Config):
     wheel_lag: float = setting(
         0.0085, "age of the encoders' reading at the odometry's stamp", 's', 0.0, 1.0)
     stamp_step: float = setting(
-        0.0, 'largest error of all stamps, early or late; it changes at each time sync, every 5 s',
+        0.0, 'largest error of the stamps; the error changes at each time sync, every 5 s',
         's', 0.0, 0.25)
     wheel_mismatch: float = setting(
         0.0, 'fraction by which the right wheel is smaller than the firmware assumes', '',
@@ -61,10 +61,10 @@ class SimulatorConfig(Config):
         0.0, 120.0)
     # The default is the longest stall in the recordings.
     longest_stall: float = setting(
-        0.4, 'longest stall; each lasts a random time up to this', 's', 0.0, 10.0)
+        0.4, 'longest stall; the length of a stall is random', 's', 0.0, 10.0)
     # The firmware calibrates with 512 readings at 200 Hz, and gives up after 5 s.
     reset_pause: float = setting(
-        2.56, 'time in which the board only recalibrates its gyro, after `reset`; motors run on',
+        2.56, 'time of a `reset`: the board only calibrates its gyro, and the motors run on',
         's', 0.0, 10.0)
 
     motors_off: bool = setting(
@@ -75,17 +75,12 @@ class SimulatorConfig(Config):
     imu_frozen: bool = setting(False, 'fault: the same IMU sample repeated, with new stamps')
     odom_silent: bool = setting(False, 'fault: no samples of the odometry')
     odom_frozen: bool = setting(False, 'fault: the same odometry repeated, with new stamps')
-    dropouts_per_min: float = setting(
-        0.0, 'fault: both sensors silent at random, for 0.3 to 4.3 s', '1/min', 0.0, 60.0)
     network_cut: bool = setting(
-        False, 'fault: nothing arrives in either direction; when it ends, all arrives at once')
+        False, 'fault: nothing arrives in either direction; at the end all arrives at once')
 
 
 #: The fields that cannot change while the robot runs.
 STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
-#: The fields for faults of sensors. If one changes, all faults of sensors begin again.
-SENSOR_FAULT_SETTINGS = ('imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen',
-                         'dropouts_per_min')
 
 #: {computer to which the robot's board is connected: {field: value}}. The values were measured with
 #: the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.

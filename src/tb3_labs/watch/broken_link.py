@@ -28,13 +28,11 @@ FEWEST_READINGS = 10
 
 class BrokenLink(NamedTuple):
     """A mistake of a node. `message` describes the mistake in a sentence without its full stop. The
-    mistake shows at the time `moment` [s]. The mistake `is_weak` if the node may turn and drive
-    well in spite of it."""
+    mistake shows at the time `moment` [s]."""
 
     message: str
     moment: float
     variable: str = ''
-    is_weak: bool = False
 
 
 #: A function that yields the BrokenLinks of one link. Only the first BrokenLink is reported.
@@ -71,15 +69,14 @@ class NodeRun:
         return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
     @cached_property
-    def heading(self) -> Quantity:
-        """The correct heading by the IMU, the first of the `imu_quantities`. To compute all of them
-        takes much longer."""
-        return next(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
-
-    @cached_property
     def imu_quantities(self) -> List[Quantity]:
         """The quantities of the IMU that a node may take for the heading. The first is correct."""
         return list(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
+
+    @property
+    def heading(self) -> Quantity:
+        """The correct heading by the IMU."""
+        return self.imu_quantities[0]
 
     @cached_property
     def odometry_quantities(self) -> List[Quantity]:
@@ -104,10 +101,6 @@ class NodeRun:
         later = self.reading_times[self.reading_times >= time]
         is_last = np.diff(later, append=np.inf) > LONGEST_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
-
-    def may_run(self, begin: float, end: float) -> bool:
-        """Does the node run from `begin` to `end`? If no variable was recorded, returns True."""
-        return not len(self.reading_times) or self.runs_at(begin) and self.end_after(begin) >= end
 
     def constant_text(self, name: str, value: float) -> str:
         """Returns a clause on the node's constant `name` if its value is not the handout's

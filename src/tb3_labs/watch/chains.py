@@ -1,7 +1,7 @@
 """The table of the links of each lab, and the search for the first broken link of a node."""
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
-from tb3_labs.watch import drive_links, drive_pose, input_links, turn_links
+from tb3_labs.watch import drive_links, drive_pose, printed_heading, turn_links
 from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, sentence
 from tb3_labs.watch.variables import bare_name
 
@@ -38,18 +38,16 @@ TURN_LAB = Place(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
 THE_LOCAL_POSE, FOUR_STATES, THE_RESET, BY_THUMB = (
     Place(TRANSFORMATION_SHEET, heading) for heading in (
         '1. The local pose', '2. The four states', '3. The reset', '4. By thumb'))
-TURN_STEP, MOUSE_STEP, DRIVE_STEP, CONTROL_STEP = (
-    TURN_LAB.at_step(5), TURN_LAB.at_step(2), FOUR_STATES.at_step(1),
-    FOUR_STATES.at_step(2))
+TURN_STEP, DRIVE_STEP, CONTROL_STEP = (
+    TURN_LAB.at_step(5), FOUR_STATES.at_step(1), FOUR_STATES.at_step(2))
 #: The parts of the labs (see marking/labs) that use a link.
-TURNS, MOUSE = ('turns', 'both'), ('mouse', 'both')
-DRIVES, CONTROL = ('drive', 'reset'), ('drive', 'reset', 'control')
-PAD = ('sticks', 'buttons', 'no service')
-#: For each lab, the links of its chain, in order.
+TURNS, DRIVES, CONTROL = ('turns', 'both'), ('drive', 'reset'), ('drive', 'reset', 'control')
+#: For each lab with a chain, the links of the chain, in order. The gamepad and the mouse have no
+#: chain, because the criteria on them move each input alone, and so name the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
-             'and which way?', input_links.wrong_heading, HEADING_EXERCISE.at_step(3),
+             'and which way?', printed_heading.wrong_heading, HEADING_EXERCISE.at_step(3),
              ('heading',)),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',
@@ -63,12 +61,7 @@ CHAINS: Dict[str, Sequence[Link]] = {
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
              TURN_STEP, TURNS),
         *(Link('At which error does a turn end, and by which command?', check, TURN_STEP, TURNS)
-          for check in (turn_links.wrong_stop, turn_links.turning_stayed_true)),
-        *(Link('Which command belongs to the mouse at the upper edge, at the left one, in the '
-               'middle, inactive?', check, MOUSE_STEP, MOUSE)
-          for check in input_links.MOUSE_LINKS),
-        Link('How large is the command for an error of 90?', turn_links.low_gain, TURN_STEP,
-             TURNS)),
+          for check in (turn_links.wrong_stop, turn_links.turning_stayed_true))),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
              drive_links.wrong_control, CONTROL_STEP, CONTROL),
@@ -82,25 +75,20 @@ CHAINS: Dict[str, Sequence[Link]] = {
              drive_links.wrong_law, DRIVE_STEP, DRIVES),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
              drive_links.not_silent, CONTROL_STEP, CONTROL),
-        Link('How large is each command?', drive_links.other_gain, DRIVE_STEP, DRIVES)),
-    'gamepad': tuple(
-        Link(question, check, BY_THUMB.at_step(1), PAD) for question, check in zip((
-            'rostopic echo /joy, and /cmd_vel: which number belongs to which?',
-            'rostopic echo /cmd_vel, and /ctrl_relinq: hold a stick, let it go, press A, B, Y.',
-            'How large is each command?'), input_links.PAD_LINKS))}
+        Link('rostopic hz /cmd_vel: how often does a command come?', drive_links.too_seldom,
+             DRIVE_STEP, DRIVES))}
 #: A node with these variables belongs to the lab. The handout gives the variables' names.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}
 
 
-def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None,
-                 weak: bool = True) -> Optional[Tuple[Link, BrokenLink]]:
+def first_broken(node_run: NodeRun, links: Iterable[Link], parts: Optional[Iterable[str]] = None
+                 ) -> Optional[Tuple[Link, BrokenLink]]:
     """Returns the first broken link, with its Link, or None. Only links of these `parts` of the lab
-    are checked, by default all links. If `weak` is False, a weak BrokenLink does not count."""
+    are checked, by default all links."""
     for link in links:
         if parts is None or set(link.parts) & set(parts):
-            counted = (each for each in link.check(node_run) if weak or not each.is_weak)
-            broken = next(counted, None)
+            broken = next(link.check(node_run), None)
             if broken is not None:
                 return link, broken
     return None
@@ -113,14 +101,13 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) of each node whose lab is known and whose chain is broken. A
-    node with only weak BrokenLinks is left out, because it may be right."""
+    """Returns (node, Link, BrokenLink) of each node of a known lab whose chain is broken."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)
         names = {bare_name(name) for name in node_run.variables}
         labs = [lab for lab, known in VARIABLES_OF_LAB.items() if known <= names]
-        broken = first_broken(node_run, CHAINS[labs[0]], weak=False) if labs else None
+        broken = first_broken(node_run, CHAINS[labs[0]]) if labs else None
         if broken:
             found.append((node, *broken))
     return found

@@ -21,14 +21,56 @@ from tb3_labs.watch.variables import Series, shortened_value
 FEWEST_VALUES = 10
 #: The search for the followed quantity uses the values within this time of the worst value [s].
 FOLLOWED_WINDOW = 60.0
+#: The scale of all quantities here. Two places or angles are equal up to POSE_TOLERANCE.
+SCALE = POSE_TOLERANCE / SAME_SHARE
 
 
-def mistake_combinations(*options: Any) -> Iterator[Tuple[Any, ...]]:
-    """Yields (number of mistakes, chosen values...) for each choice of one value per option. The
-    first value of an option is correct, and the other values are mistakes."""
-    for chosen in product(*options):
-        mistakes = sum(choice is not option[0] for choice, option in zip(chosen, options))
-        yield (mistakes, *chosen)
+def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
+    """Yields the quantities that a node may take for its local place in `frame`. The first two are
+    correct, since the handout does not ask for a declared pose. Each later one has one mistake; the
+    last one is not local at all."""
+    here, declared = samples.x + 1j * samples.y, frame.declared_place
+    moved, turned = here - frame.place, frame.odometry_yaw - frame.declared_yaw
+    displacement = 'the displacement since the reset, '
+    for name, place, angle, start in (
+            (displacement + 'rotated by minus the yaw at the reset', moved, turned, declared),
+            (displacement + 'rotated by minus the yaw at the reset, without the declared pose',
+             moved, frame.odometry_yaw, 0j),
+            (displacement + 'not rotated', moved, 0.0, declared),
+            (displacement + 'rotated by plus the yaw at the reset', moved, -turned, declared),
+            (displacement + 'rotated by minus the yaw of the IMU', moved,
+             frame.imu_yaw - frame.declared_yaw, declared),
+            (displacement + 'rotated by minus the present yaw', moved, samples.yaw, declared),
+            (displacement + 'rotated by minus the yaw without the declared one', moved,
+             frame.odometry_yaw, declared),
+            ('the place in the odometry, not displaced, rotated by minus the yaw at the reset',
+             here, turned, declared),
+            ('the place in the odometry', here, 0.0, 0j)):
+        yield Quantity(name, samples.arrival, place * np.exp(-1j * angle) + start, SCALE)
+
+
+def yaw_readings(node_run: NodeRun, frame: Frame, sensor: str,
+                 window: Tuple[float, float]) -> Iterator[Tuple[Quantity, float]]:
+    """Yields each quantity that a node may read for the yaw of the `sensor`, IMU or odometry, in a
+    `window` of the frame [s]. Each has its value at the start of the frame. The first is correct.
+    """
+    run = node_run.run
+    # the quantities below have the correct yaw again, under this name
+    samples, at_start, correct = (run.imu, frame.imu_yaw, 'the yaw') if sensor == 'IMU' else (
+        run.odometry, frame.odometry_yaw, 'the yaw of the odometry')
+    samples = samples.take(in_window(samples.arrival, window))
+    yield Quantity('the yaw of the ' + sensor, samples.arrival, samples.yaw, SCALE), at_start
+    for quantities in (node_run.imu_quantities, node_run.odometry_quantities):
+        times = quantities[0].time
+        part = in_window(times, window)
+        first = min(int(np.searchsorted(times, frame.begin)), len(times) - 1)
+        # matching_quantities is faster if quantities share one array of times
+        times = times[part]
+        for each in quantities:
+            name = re.sub(',? in radians|, from -180 to 180', '', each.name)
+            # on the unit circle, a heading in any range equals the heading from -180 to 180
+            if name != correct and ('from -180' in each.name or not each.per_degree):
+                yield Quantity(name, times, each.value[part], SCALE), each.value[first]
 
 
 def in_window(times: np.ndarray, window: Tuple[float, float]) -> slice:
@@ -36,109 +78,65 @@ def in_window(times: np.ndarray, window: Tuple[float, float]) -> slice:
     return slice(*np.searchsorted(times, window))
 
 
-def place_quantities(samples: Any, before: Frame, frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a node may take for its local place in `frame`. The first two are
-    correct. `samples` are of the odometry. The frame `before` came before `frame`."""
-    here, scale = samples.x + 1j * samples.y, POSE_TOLERANCE / SAME_SHARE
-    turned = frame.odometry_yaw - frame.declared_yaw
-    turned_before = before.odometry_yaw - before.declared_yaw
-    bases = (('the displacement since the reset', here - frame.place),
-             ('the displacement since the reset before', here - before.place),
-             ('the place in the odometry, not displaced', here))
-    turns = (('rotated by {} the yaw at the reset', turned), ('not rotated', 0.0),
-             ('rotated by {} the yaw of the IMU', frame.imu_yaw - frame.declared_yaw),
-             ('rotated by {} the present yaw', samples.yaw),
-             ('rotated by {} the yaw at the reset before', turned_before),
-             ('rotated by {} the yaw without the declared one', frame.odometry_yaw))
-    for mistakes, (base, place), (turn, angle), (side, sign) in mistake_combinations(
-            bases, turns, (('minus', -1j), ('plus', 1j))):
-        yield Quantity(f'{base}, {turn.format(side)}', samples.arrival,
-                       place * np.exp(sign * angle) + frame.declared_place, scale,
-                       mistakes=mistakes)
-        if not mistakes:
-            yield Quantity(base + ', without the declared pose', samples.arrival,
-                           place * np.exp(-1j * frame.odometry_yaw), scale, mistakes=1)
+def local_yaw_quantities(node_run: NodeRun, frame: Frame,
+                         window: Tuple[float, float]) -> Iterator[Quantity]:
+    """Yields the quantities that a local yaw may follow. The first two are correct."""
+    readings = yaw_readings(node_run, frame, 'IMU', window)
+    yaw, at_reset = next(readings)
+    since = yaw.value - at_reset
+    yield made_of(yaw, ' since the reset', since + frame.declared_yaw)
+    yield made_of(yaw, ' since the reset, without the declared pose', since)
+    yield made_of(yaw, ', not from the reset on', yaw.value + frame.declared_yaw)
+    for yaw, at_reset in readings:
+        is_in_degrees = ' in degrees' in yaw.name
+        declared = np.degrees(frame.declared_yaw) if is_in_degrees else frame.declared_yaw
+        yield made_of(yaw, ' since the reset', yaw.value - at_reset + declared)
+        if is_in_degrees:
+            yield made_of(yaw, ', minus the radians at the reset',
+                          yaw.value - np.radians(at_reset) + declared)
 
 
-#: A local yaw or a reference is a weighted sum of three readings: the present one, the one at the
-#: last reset, and the one at the reset before. Each formula has its words and the three factors.
-LOCAL_FORMULAS = ((' since the reset', 1, -1, 0), (' since the reset before', 1, 0, -1),
-                  (', not from the reset on', 1, 0, 0),
-                  (', minus the radians at the reset', 1, -np.pi / 180.0, 0))
-REFERENCE_FORMULAS = ((' at the reset', 0, 1, 0), (' at the reset before', 0, 0, 1), ('', 1, 0, 0))
-
-
-def readings(node_run: NodeRun, before: Frame, frame: Frame, name: str,
-             window: Tuple[float, float]) -> Iterator[Tuple[Quantity, Any, Any]]:
-    """Yields each quantity that a node may read for a yaw or a reference, with its value at the
-    start of `frame` and its value at the start of `before`. The first quantity is correct."""
-    sensor = 'IMU' if name in ('local_yaw', 'initial_global_yaw') else 'odometry'
-    samples = node_run.run.imu if sensor == 'IMU' else node_run.run.odometry
-    samples = samples.take(in_window(samples.arrival, window))
-    if 'yaw' not in name:
-        yield Quantity('the place of the odometry', samples.arrival, samples.x + 1j * samples.y,
-                       0.0), frame.place, before.place
-        return
-    yaw = Quantity('the yaw of the ' + sensor, samples.arrival, samples.yaw, 0.0)
-    if sensor == 'IMU':
-        yield yaw, frame.imu_yaw, before.imu_yaw
+def reference_quantities(node_run: NodeRun, frame: Frame, name: str,
+                         window: Tuple[float, float]) -> Iterator[Quantity]:
+    """Yields the quantities that the reference `name` may follow. The first two are correct: a node
+    may subtract the declared pose from its reference."""
+    readings: Iterator[Tuple[Quantity, complex]]
+    if 'yaw' in name:
+        sensor = 'IMU' if name == 'initial_global_yaw' else 'odometry'
+        readings = yaw_readings(node_run, frame, sensor, window)
+        declared = frame.declared_yaw
     else:
-        yield yaw, frame.odometry_yaw, before.odometry_yaw
-    for quantities in (node_run.imu_quantities, node_run.odometry_quantities):
-        times = quantities[0].time
-        part = in_window(times, window)
-        this, last = np.searchsorted(times, (frame.begin, before.begin)).clip(max=len(times) - 1)
-        times = times[part]
-        for each in quantities:
-            # on the unit circle, a heading in any range equals the heading from -180 to 180
-            if 'from -180' in each.name or not each.per_degree:
-                text = re.sub(',? in radians|, from -180 to 180', '', each.name)
-                mistakes = 1 + ('yaw' not in text) + ('odometry' in text)
-                mistakes += text.replace('x, y, z, w', '').count(',')
-                yield each._replace(name=text, time=times, value=each.value[part],
-                                    mistakes=mistakes), each.value[this], each.value[last]
+        samples = node_run.run.odometry
+        samples = samples.take(in_window(samples.arrival, window))
+        readings = iter([(Quantity('the place of the odometry', samples.arrival,
+                                   samples.x + 1j * samples.y, SCALE), frame.place)])
+        declared = frame.declared_place * np.exp(1j * (frame.odometry_yaw - frame.declared_yaw))
+    reading, at_reset = next(readings)
+    yield made_of(reading, ' at the reset', at_reset)
+    yield made_of(reading, ' at the reset, without the declared pose', at_reset - declared)
+    yield reading
+    for reading, at_reset in readings:
+        yield made_of(reading, ' at the reset', at_reset)
 
 
-def pose_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
+def made_of(reading: Quantity, clause: str, value: Any) -> Quantity:
+    """Returns the quantity that a node makes of a reading. `value` is an array, or one number."""
+    return reading._replace(name=reading.name + clause, value=value + 0.0 * reading.value)
+
+
+def pose_quantities(node_run: NodeRun, frame: Frame, name: str,
                     window: Tuple[float, float]) -> Iterator[Quantity]:
     """Yields the quantities that the variable `name` may follow in a `window` of a frame [s]. Their
-    values are in comparable form. The first quantity is correct. The second one is correct, too,
-    since the handout does not ask for a declared pose."""
-    if name in ('local_x', 'local_y'):
+    values are in comparable form. The first two are correct."""
+    if name == 'local_yaw':
+        quantities = local_yaw_quantities(node_run, frame, window)
+    elif name in REFERENCES_OF:
         odometry = node_run.run.odometry
-        samples = odometry.take(in_window(odometry.arrival, window))
-        quantities = place_quantities(samples, before, frame)
+        quantities = place_quantities(odometry.take(in_window(odometry.arrival, window)), frame)
     else:
-        quantities = reading_quantities(node_run, before, frame, name, window)
+        quantities = reference_quantities(node_run, frame, name, window)
     for each in quantities:
         yield each._replace(value=comparable(name, each.value))
-
-
-def reading_quantities(node_run: NodeRun, before: Frame, frame: Frame, name: str,
-                       window: Tuple[float, float]) -> Iterator[Quantity]:
-    """Yields the quantities that a local yaw or a reference may follow."""
-    is_local = name in REFERENCES_OF
-    formulas = LOCAL_FORMULAS if is_local else REFERENCE_FORMULAS
-    # (clause, factor of the declared pose): a reference lacks what the local yaw adds
-    declared_factors = (('', 0.0), (', without the declared pose', -1.0))
-    if is_local:
-        declared_factors = (('', 1.0), (', without the declared pose', 0.0))
-    place = frame.declared_place * np.exp(1j * (frame.odometry_yaw - frame.declared_yaw))
-    for each, at_reset, at_reset_before in readings(node_run, before, frame, name, window):
-        if 'yaw' not in name:
-            declared = place
-        elif ' in degrees' in each.name:
-            declared = frame.declared_yaw * (180.0 / np.pi)
-        else:
-            declared = frame.declared_yaw
-        for mistakes, (formula, now, this, last), (without, factor) in mistake_combinations(
-                formulas, declared_factors):
-            value = now * each.value + this * at_reset + factor * declared
-            if last:
-                value = value + last * at_reset_before
-            yield each._replace(name=each.name + formula + without, value=value,
-                                scale=POSE_TOLERANCE / SAME_SHARE,
-                                mistakes=each.mistakes + mistakes)
 
 
 def comparable(name: str, value: np.ndarray) -> np.ndarray:
@@ -152,22 +150,20 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields the wrong variables of the local pose. The wrong references of a variable are
     yielded before the variable."""
-    known = node_run.cached(local_frames)
-    for (before, frame), name in product(zip(known[:1] + known, known), REFERENCES_OF):
-        for wrong in wrong_in_frame(node_run, before, frame, name):
+    for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
+        for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
-                yield from wrong_in_frame(node_run, before, frame, reference)
+                yield from wrong_in_frame(node_run, frame, reference)
             yield wrong
 
 
-def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
-                   name: str) -> Iterator[BrokenLink]:
+def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
     """Yields the variable `name` if it does not follow the correct quantity in a frame."""
     series, is_local = node_run.variable(name), name in REFERENCES_OF
     if series is None or np.isnan([frame.place, frame.odometry_yaw, frame.imu_yaw]).any():
         return
     window = (frame.begin - LONGEST_LAG, frame.end)
-    accepted = list(islice(pose_quantities(node_run, before, frame, name, window), 2))
+    accepted = list(islice(pose_quantities(node_run, frame, name, window), 2))
     correct = accepted[0]
     # the node receives its first message shortly after the frame's start
     first = correct.time[correct.time >= frame.begin][:1]
@@ -187,9 +183,9 @@ def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
     if moved > 2.0 * POSE_TOLERANCE or not is_local:
         begin = part.time[worst] - FOLLOWED_WINDOW / 2.0
         end = part.time[worst] + FOLLOWED_WINDOW / 2.0
-        quantities = pose_quantities(node_run, before, frame, name,
+        quantities = pose_quantities(node_run, frame, name,
                                      (max(window[0], begin), min(window[1], end)))
-        behaviour = followed_text(part.between(begin, end), quantities)
+        behaviour = followed_text(part.between(begin, end), islice(quantities, 2, None))
     behaviour = behaviour or late_text(part, correct)
     is_constant = len(set(part.text)) == 1
     stayed_at_reset = frame.is_reset and (
@@ -206,12 +202,9 @@ def wrong_in_frame(node_run: NodeRun, before: Frame, frame: Frame,
 
 
 def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
-    """Returns a clause on the quantities that a variable follows; '' if it follows none. Only the
-    quantities with the fewest mistakes are named."""
+    """Returns a clause on the first two quantities that a variable follows; '' without any."""
     found = matching_quantities(part, quantities, RIGHT_SHARE)
-    fewest = min((each.mistakes for each in found), default=0)
-    texts = dict.fromkeys(each.name for each in found if each.mistakes == fewest)
-    return 'followed ' + ', or '.join(list(texts)[:2]) if texts else ''
+    return 'followed ' + ', or '.join(each.name for each in found[:2]) if found else ''
 
 
 def late_text(part: Series, correct: Quantity) -> str:

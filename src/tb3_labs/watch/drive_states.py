@@ -185,7 +185,7 @@ def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
 def unit_of(series: Series) -> float:
     """Returns the unit of a yaw [rad]. It is a degree if any value is above a whole turn in
     radians."""
-    return np.pi / 180.0 if np.nan_to_num(np.abs(series.value)).max(initial=0.0) > 7.0 else 1.0
+    return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = LONGEST_LAG) -> Series:

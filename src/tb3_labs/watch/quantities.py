@@ -5,7 +5,7 @@ quantity if each value of the variable is the number of a recent message.
 """
 import math
 from dataclasses import replace
-from itertools import permutations, product
+from itertools import product
 from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
@@ -35,15 +35,13 @@ MOVED_SHARE = 0.005
 class Quantity(NamedTuple):
     """A number for each sample of a sensor. `name` names the number and its unit. `scale` is about
     the range of the number. `per_degree` is the change of a heading for one degree to the left; 0
-    if the quantity is not a heading. A node that uses this quantity makes `mistakes` mistakes; 0 if
-    their number is not known."""
+    if the quantity is not a heading."""
 
     name: str
     time: np.ndarray
     value: np.ndarray
     scale: float
     per_degree: float = 0.0
-    mistakes: int = 0
 
     def at(self, times: np.ndarray) -> np.ndarray:
         """Returns the number of the last sample before each time, or of the first sample."""
@@ -159,9 +157,8 @@ UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
          ('degrees, cut to whole numbers', 1.0, np.trunc),
          ('degrees, rounded to whole numbers', 1.0, np.round),
          ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
-#: The order of a quaternion's numbers in squaternion, and all other orders, first the order of ROS.
+#: The order of a quaternion's numbers in squaternion.
 ORDER = 'wxyz'
-OTHER_ORDERS = sorted(list(permutations(range(4)))[1:], key=lambda order: order != (1, 2, 3, 0))
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
@@ -184,7 +181,7 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
             (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
         yield Quantity(f'the {axis}{of} in {unit}, {range_text}', time, form(angle * factor),
                        360.0 * factor)
-    w, z = quaternion[0], quaternion[3]
+    w, x, y, z = quaternion
     for part, value in zip(ORDER, quaternion):
         name = f'the {part} of the quaternion{of}'
         yield Quantity(name, time, value, 1.0)
@@ -196,14 +193,13 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
         for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
             yield Quantity(f'{part} of the quaternion{of}{unit}', time, value * factor,
                            6.3 * factor)
-    for order in OTHER_ORDERS:
-        letters = ', '.join(ORDER[k] for k in order)
-        angles = np.degrees(euler(*(quaternion[k] for k in order)))
-        for (axis, angle), (_, form, _), (unit, factor, _) in product(
-                zip(('yaw', 'pitch', 'roll'), angles[::-1]), RANGES[:2], UNITS[:2]):
-            yield Quantity(
-                f'the {axis} of the quaternion{of} read in the order {letters}, in {unit}',
-                time, form(angle * factor), 360.0 * factor)
+    # a node may hand over the numbers in the order of ROS
+    angles = np.degrees(euler(x, y, z, w))
+    for (axis, angle), (_, form, _), (unit, factor, _) in product(
+            zip(('yaw', 'pitch', 'roll'), angles[::-1]), RANGES[:2], UNITS[:2]):
+        yield Quantity(
+            f'the {axis} of the quaternion{of} read in the order x, y, z, w, in {unit}', time,
+            form(angle * factor), 360.0 * factor)
 
 
 def heading_from_another_zero(series: Series, correct: Quantity, unit: float) -> Optional[Quantity]:

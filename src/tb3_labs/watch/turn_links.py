@@ -1,10 +1,10 @@
 """The links of the turns in the IMU lab: curr_yaw -> goal_yaw -> turning -> command -> stop."""
-from typing import Iterator, List, Optional
+from typing import Iterator, Optional
 
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.handout import HDG_TOL, K_HDG, MAX_ANG_Z, TURN_DEG
+from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
 from tb3_labs.watch.typed_turns import (
@@ -130,18 +130,10 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     yield from over_the_limits(node_run)
 
 
-#: Kinds of commands, each (clause, does command `k` of the turn belong to this kind?).
-COMMAND_KINDS = (
-    ('differences up to 180', lambda turn, k: abs(turn.difference[k]) <= 180.0),
-    ('errors to the left', lambda turn, k: turn.error[k] > 0.0),
-    ('errors to the right', lambda turn, k: turn.error[k] < 0.0))
-
-
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that turn away from the goal."""
-    commands = [(turn, k) for turn in node_run.cached(letter_turns) for k in turn.clear]
-    wrong = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] < 0.0]
-    correct = [(turn, k) for turn, k in commands if turn.command[k] * turn.error[k] > 0.0]
+    wrong = [(turn, k) for turn in node_run.cached(letter_turns) for k in turn.clear
+             if turn.command[k] * turn.error[k] < 0.0]
     if len(wrong) < 2:
         return
     turn, k = wrong[0]
@@ -151,31 +143,7 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
         message = 'in the turn after {} the command stayed {:+.2f} rad/s, while the error went ' \
             'from {:+.0f} to {:+.0f} degrees'.format(
                 turn.letter, turn.command[k], turn.error[turn.moving[0]], turn.error[k])
-    else:
-        kinds = [f'; for {kind} it was right' for kind, is_kind in COMMAND_KINDS
-                 if any(is_kind(*each) for each in correct)
-                 and not any(is_kind(*each) for each in wrong)]
-        message += steering_source_text(node_run) or ''.join(kinds[:1])
     yield BrokenLink(message, turn.time[k], 'angular.z')
-
-
-def steering_source_text(node_run: NodeRun) -> str:
-    """Returns a clause on a variable that the commands may use in place of curr_yaw; '' if there is
-    no such variable."""
-    quantity = node_run.cached(own_heading).quantity
-    unit = quantity.per_degree if quantity is not None else 1.0
-    for series in node_run.variables.values():
-        if not np.isfinite(series.value).all() or np.ptp(series.value) < CLEAR_ERROR * unit:
-            continue
-        is_correct: List[bool] = []
-        for turn in node_run.cached(letter_turns):
-            own = np.array([series.at(time) for time in turn.time[turn.moving]])
-            error = wrap_all((turn.goal[turn.moving] - own) / unit, 360.0)
-            is_clear = (np.abs(error) > CLEAR_ERROR) & (np.abs(error) < 150.0)
-            is_correct += list((error * turn.command[turn.moving])[is_clear] > 0.0)
-        if len(is_correct) > 10 and np.mean(is_correct) > 0.95:
-            return f'; it turns from {series.name} to goal_yaw'
-    return ''
 
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -249,17 +217,3 @@ def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
         if turning.at(turn.begin - READING_PERIOD) == 1.0 and (before is turn or not before.is_cut):
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)
-
-
-def low_gain(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that are slower than the handout's gain gives. The BrokenLinks are weak."""
-    for turn in node_run.cached(letter_turns):
-        is_correct = turn.command * turn.error > 0.0
-        clear = np.flatnonzero((np.abs(turn.error) > 2.0 * MAX_ANG_Z / K_HDG) & is_correct)
-        if len(clear) and np.median(np.abs(turn.command[clear])) < 0.9 * MAX_ANG_Z:
-            k = clear[0]
-            yield BrokenLink('{}, by the handout it is {:+.2f}{}{}'.format(
-                turn.command_text(k), np.copysign(MAX_ANG_Z, turn.error[k]),
-                node_run.constant_text('K_HDG', K_HDG),
-                node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z)),
-                turn.time[k], 'angular.z', is_weak=True)

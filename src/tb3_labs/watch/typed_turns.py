@@ -101,8 +101,6 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
     series = node_run.variable('curr_yaw')
     if series is None:
         series = renamed_heading(node_run)
-    elif matching_quantities(series, [node_run.heading]):
-        return OwnHeading(series, node_run.heading)
     if series is None:
         return OwnHeading()
     quantity, broken = followed_heading(series, node_run.imu_quantities)
@@ -130,35 +128,9 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
     return followers[0] if followers else None
 
 
-def goal_changes(node_run: NodeRun) -> Tuple[List[float], List[float]]:
-    """Returns the times at which a letter changed goal_yaw but not `turning`, as (times in turns,
-    times outside turns). In a turn `turning` stayed True: the letter was typed during the turn,
-    or had waited in a queue. Outside turns `turning` stayed False."""
-    series, quantity, _ = node_run.cached(own_heading)
-    turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
-    in_turns: List[float] = []
-    without_turns: List[float] = []
-    if turning is None or goal is None:
-        return in_turns, without_turns
-    changes = goal.text[1:] != goal.text[:-1]
-    changed_before, changes_next = np.append(False, changes[:-1]), np.append(changes[1:], False)
-    # a goal_yaw that changes at several readings in a row is a mistake, not a letter
-    alone = goal.time[1:][changes & ~changed_before & ~changes_next]
-    for time in goal.changes:
-        near = turning.between(time - 2.0 * READING_PERIOD, time + 8.0 * READING_PERIOD).value
-        if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
-            if time in alone:
-                in_turns.append(time)
-        elif series is not None and quantity is not None and len(near) > 5 and not near.any():
-            off = abs((goal.at(time) - series.at(time)) / quantity.per_degree)
-            if min(abs(off - TURN_DEG), abs(360.0 - off - TURN_DEG)) < 1.0:
-                without_turns.append(time)
-    return in_turns, without_turns
-
-
 def typed_letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
     """Returns the first four fields of the Turn of each typed letter. If the recording has no
-    letters, `turning` and `goal_yaw` show when the letters were typed."""
+    letters, `turning` shows when the letters were typed."""
     typed, mouse = node_run.run.letters, node_run.run.mouse
     times, sides = typed.arrival, typed.value
     if not len(typed):
@@ -179,16 +151,18 @@ def typed_letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
 
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
-    """Returns the times of the letters, found from the changes of `turning` and `goal_yaw`."""
+    """Returns the times at which `turning` became True. Returns no time if goal_yaw changes in a
+    turn, because then the letters may wait in a queue, and the commands of each are not known."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
-    in_turns, without_turns = node_run.cached(goal_changes)
-    changes = np.empty(0)
-    if turning is not None:
-        becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
-        changes = np.append(becomes_true, without_turns)
-    elif goal is not None:
-        changes = goal.changes
-    return np.union1d(changes - 2.0 * READING_PERIOD, in_turns)
+    if turning is None:
+        return np.empty(0)
+    goal_changes = np.empty(0) if goal is None else goal.changes
+    for time in goal_changes:
+        if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
+            return np.empty(0)
+    becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
+    # the node read the letter up to two readings before
+    return becomes_true - 2.0 * READING_PERIOD
 
 
 def letter_turns(node_run: NodeRun) -> List[Turn]:
@@ -197,21 +171,8 @@ def letter_turns(node_run: NodeRun) -> List[Turn]:
     goal = node_run.variable('goal_yaw')
     if quantity is None:        # without a usable heading, the correct heading is taken
         quantity, series, goal = node_run.heading, None, None
-    commands = commands_with_known_goal(node_run, goal)
-    return [turn_of(letter, commands, quantity, series, goal)
+    return [turn_of(letter, node_run.commands, quantity, series, goal)
             for letter in typed_letters(node_run)]
-
-
-def commands_with_known_goal(node_run: NodeRun, goal: Optional[Series]) -> Any:
-    """Returns the node's commands. A command is left out if an unrecorded letter changed goal_yaw
-    between the reading before the command and the reading after it."""
-    commands = node_run.commands
-    if len(node_run.run.letters) or goal is None:
-        return commands
-    for time in node_run.cached(goal_changes)[0]:
-        reading_before = goal.time[last_before(goal.time, time)]
-        commands = commands.take((commands.arrival <= reading_before) | (commands.arrival > time))
-    return commands
 
 
 def turn_of(letter: Tuple[float, float, bool, int], commands: Any, heading: Quantity,

@@ -46,15 +46,6 @@ class HeldPad(Repeater):
         self._axes[self.numbers.angular_axis] = left
         self._publish()
 
-    def push_other_axes(self, seconds=0.3):
-        """Push each axis without a function for `seconds` [s]."""
-        used = self.numbers.linear_axis, self.numbers.angular_axis
-        for number in sorted(set(range(PAD_AXES)) - set(used)):
-            self._axes[number] = 1.0
-            self._publish()
-            time.sleep(seconds)
-            self.sticks()
-
     def press(self, button, seconds=PRESS_TIME):
         """Press a button for `seconds` [s], and release the button."""
         for down, held in ((1, seconds), (0, PRESS_TIME)):
@@ -79,8 +70,6 @@ def sticks(trial):
         with HeldPad(trial.option) as pad:
             for name, place in stimuli.STICK_POSITIONS.items():
                 trial.observe(name, stimuli.STICK_TIME, lambda: pad.sticks(*place))
-            with trial.stimulus(stimuli.OTHER_AXES):
-                pad.push_other_axes()
 
 
 def buttons(trial):

@@ -146,9 +146,6 @@ STICK_POSITIONS = {
     LEFT_STICK_UP: (1.0, 0.0), LEFT_STICK_DOWN: (-1.0, 0.0),
     RIGHT_STICK_LEFT: (0.0, 1.0), RIGHT_STICK_RIGHT: (0.0, -1.0),
     BOTH_STICKS: (0.5, -0.5), STICKS_LET_GO: (0.0, 0.0)}
-#: The stimulus by the axes that have no function. No criterion judges it. In the recording one sees
-#: whether a wrong node follows such an axis.
-OTHER_AXES = 'other axes'
 #: The stimuli of the buttons.
 HAND_OVER, UP_HANDED_OVER, TAKE_BACK, UP_TAKEN_BACK = (
     'A', 'left stick up after A', 'B', 'left stick up after B')

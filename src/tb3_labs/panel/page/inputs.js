@@ -2,7 +2,6 @@
 // gamepad. Each pointer holds one element, so that several fingers work at once.
 
 import {clamp} from './pad.js';
-import {say} from './page.js';
 
 const REST_ZONE = 0.04;    // a stick on the screen that is nearer to its middle is at rest
 const ARROW_DEFLECTION = 0.5;    // the deflection of the arrow keys
@@ -105,8 +104,8 @@ function onHold(element, grip, move, letGo) {
 
 // -- the keyboard
 
-/** The keys: shortcuts of buttons, and the arrows, which are sticks at half deflection while a
- *  person holds them. In index.html a button has its key, and the tooltip shows the key. */
+/** The keys of the pad: the arrows are sticks at half deflection while a person holds them. The keys
+ *  A, B, Y are the buttons. Space and Escape stop the robot. */
 export class Keys {
   /** `stop()` returns false if this page may not stop. `driving()`: may the arrows drive now? */
   constructor(pad, {stop, driving}) {
@@ -130,16 +129,9 @@ export class Keys {
     if (event.key === ' ' || event.key === 'Escape') { this._stopKey(event); return; }
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.(TYPING)) return;
     if (event.key in ARROWS) { this._arrow(event); return; }
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (event.repeat && key !== '+' && key !== '-') return;
-    if (key === 'b' || (PAD_BUTTONS.includes(key) && this._driving())) {
-      this._pad.press(key);
-      return;
-    }
-    const button = buttonOf(key);
-    if (!button) return;
-    event.preventDefault();
-    if (button.disabled) say(button.title, true); else button.click();
+    const key = event.key.toLowerCase();
+    if (event.repeat || !PAD_BUTTONS.includes(key)) return;
+    if (key === 'b' || this._driving()) this._pad.press(key);
   }
 
   _stopKey(event) {
@@ -172,12 +164,6 @@ export class Keys {
     for (const key of this._arrows) { forward += ARROWS[key][0]; left += ARROWS[key][1]; }
     this._pad.move('keys', forward, left);
   }
-}
-
-/** The visible button with this key. */
-function buttonOf(key) {
-  return [...document.querySelectorAll('[data-key]')].find(
-    (button) => button.dataset.key.split(' ').includes(key) && button.offsetParent !== null);
 }
 
 // -- a real gamepad

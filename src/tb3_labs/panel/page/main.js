@@ -33,10 +33,7 @@ function redraw() {
 function draw() {
   if (state.picture) showStatus(state.picture);
   controls.show();
-  for (const frame of FRAMES) {
-    setPressed('fixed-' + frame, map.fixed === frame);
-    $('fixed-' + frame).dataset.key = map.fixed === frame ? '' : 'v';
-  }
+  for (const frame of FRAMES) setPressed('fixed-' + frame, map.fixed === frame);
   map.draw();
   setPressed('fit', map.view.auto);
 }

@@ -4,7 +4,7 @@ import {degrees, wrap} from './drawing.js';
 
 const MESSAGE_TIME = 9000;    // [ms] a message stays for this time
 const MOST_LINES = 300;    // most lines of the log
-const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is marked
+const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is silent
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
 const SHAPES = {
   driving: '\u25b6', reached: '\u2714', waiting: '\u25cf', stopped: '\u25a0', 'gave up': '\u2716',
@@ -103,19 +103,8 @@ export function showStatus(p) {
     ? `${number(p.command[0], 2)} m/s ${number(p.command[1], 2)} rad/s` : number(null));
   setText($('holder'), p.holder);
   setText($('driver'), p.driver || 'nobody');
-  setText($('unpublished'), unpublished(p));
   showAges(p.ages);
   showInside(p.inside);
-}
-
-/** The topics that a student's node could publish, so that the page shows more of the node. */
-function unpublished(p) {
-  const texts = [];
-  if (!p.local) texts.push('in local: after a line "Local pose set to", or by local_pose');
-  else if (!p.is_own) texts.push('in local: by odom, since the last "Local pose set to"');
-  if (!p.goal) texts.push('goal, to go: by current_goal (PoseStamped in local)');
-  if (!p.state) texts.push('state: by goal_state (String)');
-  return p.odom ? texts.join(' \u00b7 ') : '';
 }
 
 function poseText(pose) {
@@ -169,7 +158,7 @@ function showAges(ages) {
     const chip = box.children[i];
     const late = age !== null && age > LATE_AGE;
     chip.className = age === null ? 'never' : late ? 'late' : 'fresh';
-    const silent = `${late ? '\u25b2 ' : ''}silent for ${(age || 0).toFixed(age < 10 ? 1 : 0)} s`;
-    setText(chip, name + ' ' + (age === null ? 'never heard' : age ? silent : 'fresh'));
+    const heard = late ? `\u25b2 silent for ${age.toFixed(age < 10 ? 1 : 0)} s` : 'fresh';
+    setText(chip, name + ' ' + (age === null ? 'never heard' : heard));
   }
 }

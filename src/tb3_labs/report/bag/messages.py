@@ -20,8 +20,8 @@ from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.run_data import (
-    LogLines, MouseSamples, OdometrySamples, Orientations, PadSamples, Poses, States, Twists,
-    Numbers, Variables, Yaws)
+    LogLines, MouseSamples, OdometrySamples, Orientations, Poses, States, Twists, Numbers,
+    Variables, Yaws)
 
 #: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
@@ -90,9 +90,6 @@ def make_collectors(parts, prefix, limits):
         'printed': (States, _text, LONGEST_EVENT),
         'turn_requests': (Numbers, lambda message: [(None, math.radians(message.data))]),
         'control': (Numbers, lambda message: [(None, float(message.data))]),
-        'pad': (PadSamples, lambda message: [
-            (None, *_filled(message.axes, PadSamples.AXES),
-             *_filled(message.buttons, PadSamples.BUTTONS))]),
         'mouse': (MouseSamples, lambda message: [
             (message.header, message.xPos, message.yPos, float(message.status.data))]),
         'sender_index': (Numbers, None),    # the reader of the bag knows the senders
@@ -158,9 +155,7 @@ class Collector:
             self._values = np.array(self._values, object).reshape(-1, len(columns))
             return
         width = len(columns)
-        if self._kind is PadSamples:
-            width = PadSamples.AXES + PadSamples.BUTTONS
-        elif self._kind in (Poses, OdometrySamples):
+        if self._kind in (Poses, OdometrySamples):
             width += 4      # the quaternion, which is not a field of these samples
         self._values = np.array(self._values).reshape(-1, width)
         if issubclass(self._kind, Yaws):
@@ -175,8 +170,6 @@ class Collector:
         order = np.argsort(self.arrival, kind='stable')      # a file may be sorted by topics
         arrival, values = self.arrival[order], self._values[order]
         time = times_on_recorders_clock(arrival, self.stamp[order], robot_clock)
-        if self._kind is PadSamples:
-            return PadSamples(arrival, time, *np.split(values, [PadSamples.AXES], axis=1))
         return self._kind(arrival, time, *values.T[:len(fields(self._kind)) - 2])
 
 
@@ -189,11 +182,6 @@ def samples_of(collectors):
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
     return samples
-
-
-def _filled(numbers, length):
-    """Returns the first `length` numbers, with zeros in place of missing ones."""
-    return [*numbers[:length], *[0] * (length - len(numbers))]
 
 
 def _finite(speed):

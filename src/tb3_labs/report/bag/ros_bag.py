@@ -28,13 +28,13 @@ OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
     'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
-    'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool), 'pad': ('joy', Joy),
+    'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool),
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}
 #: The classes of all topics of record.launch, by type and checksum.
 CLASSES = {(made._type, made._md5sum): made for made in (
-    Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32,
+    Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, Joy,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
 #: The first reading keeps the records for the second one if their size is below this [bytes].
 MOST_KEPT = 2 ** 26
