@@ -9,7 +9,7 @@ into one spreadsheet.
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, number_or_text, printable, reason, whole_number
+from tb3_labs.command_line import Parser, number_or_text, printable, reason
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
@@ -22,7 +22,7 @@ LONGEST_PRINTED = 1000
 def parse(argv):
     parser = Parser(
         prog='lab_report.py', description='Makes a report of a recorded run of a TurtleBot3.',
-        epilog='Example: lab_report.py run.bag --turn 1')
+        epilog='Example: lab_report.py run.bag -o report')
     parser.add_argument('bag', metavar='RUN.bag', type=Path)
     parser.add_argument('-o', dest='folder', metavar='FOLDER', type=Path,
                         help='where to write; default: RUN_report beside the bag')
@@ -31,10 +31,7 @@ def parse(argv):
                         f"recorded; default: the lab's, {GOAL_X:g} {GOAL_Y:g} {GOAL_YAW_DEG:g}")
     parser.add_argument('--ns', metavar='ROBOT', help='namespace of the robot, / for none')
     parser.add_argument('--model', choices=sorted(MODELS), default=DEFAULT_MODEL,
-                        help='the robot with these limits; default: %(default)s')
-    parser.add_argument('--turn', type=whole_number(999), metavar='NUMBER', default=0,
-                        help='draw this turn of the table alone, as turn_NUMBER.png; default: all '
-                        'turns, as turns.png')
+                        help='the kind of robot, for its name and size; default: %(default)s')
     given = parser.parse_args(argv)
     if given.goal is not None:
         try:
@@ -53,7 +50,7 @@ def main(argv):
         from tb3_labs.report.bag.ros_bag import read_run
         run = completed(read_run(str(given.bag), given.ns, _print), given.goal or LAB_GOAL)
         folder = given.folder or given.bag.with_name(given.bag.stem + '_report')
-        page, *others = write_report(run, robot_model(given.model), folder, given.turn)
+        page, *others = write_report(run, robot_model(given.model), folder)
         print(f'Report: {page}\nBeside it: {", ".join(path.name for path in others)}')
     except ImportError as problem:
         return _fail(f'{problem}; install it: sudo apt install --no-install-recommends '

@@ -16,11 +16,10 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 
 from stops import setting, stop_of_a_drive, stop_of_a_turn
-from rollout import drive, turns
+from rollout import drive, least_time, turns
 
 from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import least_time
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator

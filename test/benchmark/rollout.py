@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Sequence, Union
 
 from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig, GoalState
+from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
 from tb3_labs.control.motor_response import Response
 from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
@@ -18,7 +18,7 @@ from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import REST_ANGULAR, REST_LINEAR, ImuSample, Sample
-from tb3_labs.robot.turtlebot3 import Twist2, robot_model
+from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
@@ -215,3 +215,19 @@ def obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
     command = output.command or Twist2()
     robot.command(*command)
     return [command]
+
+
+def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
+               max_angular: float = math.inf, reverse: bool = False) -> float:
+    """Returns the least time [s] from `start` to `goal` by a turn, a straight line and a turn.
+
+    If the speed V of a wheel is the only limit, this time is (b (|turn1| + |turn2|) + distance) /
+    V, with b half the track. The limits `max_linear` [m/s] and `max_angular` [rad/s] can make the
+    time longer. Source: Balkcom and Mason, Time optimal trajectories for bounded velocity
+    differential drive vehicles, 2002.
+    """
+    linear = min(max_linear, model.max_linear)
+    angular = min(max_angular, model.max_angular)
+    line = start.bearing_to(goal)
+    return min(sum_of_turns(start.yaw, face, goal.yaw) / angular + start.distance_to(goal) / linear
+               for face in ((line, line + math.pi) if reverse else (line,)))

@@ -13,7 +13,6 @@ import rospkg
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epochs
-from tb3_labs.robot.turtlebot3 import robot_model
 
 from costs import free_port, processes_with
 from node_case import TestProgram
@@ -57,7 +56,7 @@ class DemoTest(unittest.TestCase):
             table = [[float(number) for number in row] for row in ROW.findall(run.text)]
             path, = pathlib.Path(folder).glob('run_*.bag')
             recorded = read_run(str(path))
-        reported = drives(recorded, robot_model('burger'))
+        reported = drives(recorded)
         self.assertEqual((len(table), len(epochs(recorded))), (2, 2), run.text)
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
         for drive, printed in zip(reported, table):

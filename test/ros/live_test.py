@@ -64,14 +64,12 @@ class LiveTest(NodeCase):
         for (name, value), reason in (
                 (('max_linear', '9'), 'max_linear = 9.0 is not valid: a number from'),
                 (('max_linear', '1' + 400 * '0'), 'max_linear = inf is not valid: a number from'),
-                (('allow_reverse', '1' + 400 * '0'), "0' is not valid"),
+                (('allow_reverse', 'maybe'), "allow_reverse = 'maybe' is not valid: true or false"),
                 (('max_linear', 'fast'), "'fast' is not valid: a number from 0.02 to 1"),
                 (('max_liner', '0.1'), 'is max_linear meant?')):
             with self.assertRaises(ValueError) as refused:
-                dynparam.carry_out('set', MOVER, name, value)
+                dynparam.change(MOVER, name, value)
             self.assertIn(reason, str(refused.exception))
-        with self.assertRaisesRegex(ValueError, 'is max_linear meant?'):
-            dynparam.carry_out('get', MOVER, 'max_liner')
         done = self.dynparam('set', '/move_to_gaol', 'max_linear', '0.1')
         self.assertEqual((done.wait(STARTING), len(done.lines)), (1, 1), done.text)
         self.assertIn('is {} meant?'.format(MOVER), done.text)

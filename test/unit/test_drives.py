@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
-from recorded_run import BURGER, MISS, MISS_DEG, in_degrees, run  # noqa: F401
+from recorded_run import MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
@@ -18,7 +18,7 @@ SHIFT = 0.015
 
 
 def drive_of(run):
-    drive, = drives(run, BURGER)
+    drive, = drives(run)
     return drive
 
 
@@ -37,7 +37,7 @@ def test_it_is_measured_before_what_comes_next(next_state):
     late = np.where(TIME > 7.05, SHIFT, 0.0)
     run = made(local_pose=poses(X, late), goals=goals([0.5, 7.0], [1.0, 3.0]),
                states=states(*STATES[:3], (7.0, next_state), (7.3, 'GOAL_REACHED')))
-    first = drives(run, BURGER)[0]
+    first = drives(run)[0]
     assert first.measured[0] == pytest.approx(0.0 if next_state == 'ROTATE_TO_GOAL' else SHIFT)
 
 
@@ -55,13 +55,6 @@ def test_the_true_error_is_seen_from_where_local_truly_stands():
     drive = drive_of(run)
     assert drive.true == pytest.approx((0.05, -0.1))
     assert drive.measured == pytest.approx((0.0, 0.0))
-
-
-def test_the_least_time_counts_from_where_it_begins():
-    """At 0.5 s the robot is at x = 0; the goal is 1 m away, after a turn by 90 deg at 1.5 rad/s."""
-    drive = drive_of(made(goals=goals([0.5], [1.0], 0.0, math.pi / 2.0)))
-    least = 1.0 / BURGER.max_linear + math.pi / 2.0 / 1.5
-    assert drive.least_time == pytest.approx(least, rel=0.01)
 
 
 # Drift --------------------------------------------------------------------------------------------
@@ -129,13 +122,13 @@ def test_how_drives_end(run, words, outcomes):
     time = 1.0 + np.arange(len(words))
     run = replace(run, states=states(*zip(time, [word for word, _ in words])),
                   goals=goals(time, [x for _, x in words]))
-    assert [drive.outcome for drive in drives(run, BURGER)] == outcomes
+    assert [drive.outcome for drive in drives(run)] == outcomes
 
 
 @pytest.mark.parametrize('begin, state', [(9.0, 'ROTATE_TO_FINAL'), (9.92, 'ROTATE_TO_GOAL')])
 def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
     words = (begin, state), (10.02, 'ROTATE_TO_GOAL'), (11.0, 'GOAL_REACHED')
-    first, second = drives(replace(run, states=states(*words)), BURGER)
+    first, second = drives(replace(run, states=states(*words)))
     assert (first.outcome, second.outcome) == ('ended by a reset', 'reached')
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(second.measured) == pytest.approx((0.5, 90.0), abs=1e-6)

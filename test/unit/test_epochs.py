@@ -7,8 +7,7 @@ import pytest
 from known_motion import angle_between
 from made_run import TIME, X, made, poses, reset_lines, states
 from recorded_run import (  # noqa: F401
-    BURGER, MISS, MISS_DEG, RESET, TRUE_DEG, declared, frame_at, in_degrees, recorded, run,
-    steps_backwards)
+    MISS, MISS_DEG, RESET, TRUE_DEG, declared, frame_at, in_degrees, recorded, run, steps_backwards)
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
@@ -22,7 +21,7 @@ def by_tf(request):
 
 def assert_misses_are_known(run):
     """Errors of the recording's two drives, by local_pose and by the ground truth."""
-    first, second = drives(run, BURGER)
+    first, second = drives(run)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
     for miss in second.measured, second.true:
@@ -63,7 +62,7 @@ def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
         (9.0, 'ROTATE_TO_FINAL'), (9.5, 'GOAL_REACHED'), (10.02, 'ROTATE_TO_FINAL'),
         (11.0, 'GOAL_REACHED')))
     assert [RESET] == resets(run)
-    first, second = drives(run, BURGER)
+    first, second = drives(run)
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
 

@@ -7,14 +7,11 @@ from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, tur
 
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.run_data import OdometrySamples, Poses
-from tb3_labs.robot.turtlebot3 import robot_model
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.figures import draw_path, new_figure, paths_figure, turns_figure
-
-BURGER = robot_model('burger')
 
 
 def lines(axes, label=None):
@@ -28,7 +25,7 @@ def test_each_reset_is_named():
     run = made(resets=reset_lines(*at),
                local_pose=poses(X + 0.5 * np.searchsorted(at, TIME, side='right')))
     names = ['reset {}'.format(k) for k in range(1, 7)]
-    figure = paths_figure(run, drives(run, BURGER))
+    figure = paths_figure(run, drives(run))
     legend, = figure.legends
     assert [text.get_text() for text in legend.get_texts()][:7] == ['path'] + [
         'path after ' + name for name in names]
@@ -38,20 +35,14 @@ def test_each_reset_is_named():
         assert {frame + ', ' + name for name in names} <= {text.get_text() for text in axes.texts}
 
 
-def test_one_turn_is_drawn_alone():
-    run = driven([turn(2.0, 90.0), turn(8.0, -90.0)])
-    left, rate = turns_figure(run, alone=2).axes
-    legend, = left.figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ['2: -90 deg', 'commanded']
-    assert len(lines(rate, 'commanded')) == 1 and len(lines(rate)) == 2
-
-
 def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
     """The second one begins before all of the first one's rest is drawn."""
     first = turn(2.0, 90.0)
     left, rate = turns_figure(driven([first, turn(first[1] + 0.5, -90.0)])).axes
     assert (left.get_ylabel(), rate.get_xlabel()) == (
         'angle left [deg]', 'time since the first command [s]')
+    legend, = left.figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ['1: +90 deg', '2: -90 deg', 'commanded']
     for k, rest in enumerate((0.5, 0.6)):
         angle, speed = lines(left)[k], lines(rate, 'commanded' if not k else None)[0]
         assert angle[[0, -1], 0] == pytest.approx((-0.2, first[1] - first[0] + rest), abs=0.015)
@@ -72,7 +63,7 @@ def test_both_panels_of_the_paths_have_one_scale_that_holds_all():
     run = completed(made(
         local_pose=Poses.none(), goals=goals([0.5], [1.0]), odometry=OdometrySamples(
             TIME, TIME, ZERO + 3.0, X - 2.0, ZERO + math.pi / 2.0, ZERO, ZERO)))
-    in_odom, in_local = paths_figure(run, drives(run, BURGER)).axes
+    in_odom, in_local = paths_figure(run, drives(run)).axes
     for axes, name, first, last in ((in_odom, 'path', (3.0, -2.0), (3.0, -1.0)), (in_odom, 'start', (3.0, -2.0), None),
                                     (in_odom, 'end', (3.0, -1.0), None), (in_odom, 'goal', (3.0, -1.0), None),
                                     (in_local, 'path', (0.0, 0.0), (1.0, 0.0)), (in_local, 'goal', (1.0, 0.0), None)):

@@ -86,7 +86,6 @@ exec(text, vars(tb3_labs.handout))
 
 import math, numpy as np
 from test_criteria import missed_of, observation, stimulus
-from recorded_run import BURGER
 from test_movements import run_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import move2goal, ros_move2goal
@@ -112,7 +111,7 @@ def judged(x, y, yaw):
 zero = Series('zero', np.array([0.0, 1.0]), np.array(['0', '0']), np.array([0.0, 0.0]))
 own = own_pose(SimpleNamespace(variable=lambda name: zero if name.startswith('local') else None,
                                run=SimpleNamespace(starts=(0.0,))), np.array([0.5]))
-reported, first = drives(run_of(), BURGER)[0].goal, MoveToGoalConfig().goal
+reported, first = drives(run_of())[0].goal, MoveToGoalConfig().goal
 MoveToGoalConfig(goal_x=0.5, goal_yaw_deg=0.5)      # they are not whole numbers
 print(json.dumps({
     'edits': number, 'stimulus': facts['goal'], 'at the goal': judged(1.0, 1.5, math.pi / 2.0),

@@ -11,7 +11,6 @@ from tb3_labs.report.bag.messages import declared_by
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData, yaw_offset
-from tb3_labs.robot.turtlebot3 import robot_model
 
 #: The robot's clock is ahead of the recorder's by this much [s].
 AHEAD = 0.775
@@ -102,7 +101,7 @@ def test_recordings_of_a_real_robot(name, offset_deg, metres):
     assert math.degrees(offset.mean) == pytest.approx(offset_deg, abs=0.05)
     assert math.degrees(offset.spread) < 0.1
     assert run.odometry.length == pytest.approx(metres, abs=0.01)
-    assert drives(completed(run), robot_model('burger')) == []
+    assert drives(completed(run)) == []
 
 
 @pytest.mark.parametrize('line, pose', [

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_run import drive, driven, goals, made, resets, turn, values
-from recorded_run import BURGER, odometry_jumps
+from recorded_run import odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
@@ -109,7 +109,7 @@ def run_of(segments=BACK, **parts):
 
 def test_a_drive_by_numbers():
     run = run_of()
-    found, = drives(run, BURGER)
+    found, = drives(run)
     off = math.hypot(END[0] + 0.61, END[1] - 0.61)
     assert found.goal == LAB_GOAL and found.outcome == CAME_TO_REST
     assert found.measured == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
@@ -125,7 +125,7 @@ def test_a_reset_declares_where_the_robot_is():
     """The same drive twice: the second one begins at (0.5, -0.2), facing 90 deg."""
     later = drive(13.0, 135.0, 0.8, -133.0)
     run = run_of(BACK + later, duration=30.0, resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
-    first, second = drives(run, BURGER)
+    first, second = drives(run)
     assert len(epochs(run)) == 2 and epochs(run)[1].begin == pytest.approx(12.0, abs=0.04)
     assert first.measured[0] == pytest.approx(math.hypot(END[0] + 0.61, END[1] - 0.61), abs=2e-3)
     end = 0.5 - END[1], -0.2 + END[0]                    # END, turned by 90 deg
@@ -137,14 +137,14 @@ def test_a_reset_declares_where_the_robot_is():
 def test_a_reset_while_it_drives_ends_the_drive():
     run = run_of([turn(2.0, 90.0), (3.2, 12.0, 0.2, 0.0)], resets=resets((8.02, 0.0, 0.0, 0.0)),
                  **control((1.0, 1.0)))
-    first, second = drives(run, BURGER)
+    first, second = drives(run)
     assert (first.outcome, second.outcome) == ('ended by a reset', CAME_TO_REST)
     assert second.begin == pytest.approx(8.1)
     assert second.seconds == pytest.approx((0.0, 3.9, 0.0))
 
 
 def test_a_person_who_takes_control_ends_the_drive():
-    found, = drives(run_of(BACK[:2], **control((1.0, 1.0), (BACK[1][1] - 0.1, 0.0))), BURGER)
+    found, = drives(run_of(BACK[:2], **control((1.0, 1.0), (BACK[1][1] - 0.1, 0.0))))
     assert found.outcome == CONTROL_GONE
 
 
@@ -171,4 +171,4 @@ def test_a_recording_of_the_packages_own_node_stays_as_it_is():
     assert completed(run) is run
     run = replace(driven(BACK), goals=goals([0.0], [1.0]))
     assert completed(run).derived == ('local_pose', 'frames', 'states')
-    assert drives(completed(run), BURGER)[0].goal == Pose2(1.0, 0.0, 0.0)
+    assert drives(completed(run))[0].goal == Pose2(1.0, 0.0, 0.0)

@@ -141,6 +141,18 @@ def test_a_bag_that_is_not_of_a_trial_is_refused(tmp_path):
         read_trial(tmp_path / 'trial.bag')
 
 
+@pytest.mark.parametrize('by', [-2.0, 4000.0])
+def test_a_trial_during_which_the_clock_jumps_is_not_judged(by, tmp_path):
+    """The first part of a trial alone would cost the node points."""
+    recording = Recording(tmp_path / 'trial.bag')
+    recording.event('trial', BEGIN, lab='imu', node='ice6/imu_sub.py')
+    for k in range(100):
+        robot(recording, BEGIN + 0.1 * k + by * (k > 50), 0.0)
+    recording.close()
+    with pytest.raises(ValueError, match="clock was set, or the computer slept; type the same command again"):
+        read_trial(tmp_path / 'trial.bag')
+
+
 def test_a_full_bag_takes_only_what_a_node_is_judged_by(tmp_path, monkeypatch):
     monkeypatch.setattr(ros_recording, 'FULL_SIZE', 20000)
     recording, noise = Recording(tmp_path / 'trial.bag'), random.Random(7)

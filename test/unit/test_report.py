@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from made_run import (
     STATES, TIME, X, ZERO, drive, driven, goals, made, poses, rows_of, states, table_in, turn,
-    values, without_pictures)
+    without_pictures)
 from pages import SCRIPTS
 from recorded_run import (  # noqa: F401
     BURGER, bag, odometry_jumps, run, sensors, write_bag)
@@ -27,7 +27,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.figures import paths_figure
-from tb3_labs.report.page.files import write_csv, write_report
+from tb3_labs.report.page.files import COMPUTED, GOAL_TAKEN, NO_COMMANDS, NO_DRIVE, write_csv, write_report
 
 UNKNOWN = '\u2013'
 
@@ -58,9 +58,9 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
         assert png[:4] == b'\x89PNG' and png == (tmp_path / 'out' / (name + '.png')).read_bytes()
     text = re.sub('base64,[^"]*', '', page)
     assert not re.search('https?:|<script src|<link|url\\(', text)
-    first, second = (row for row in rows_of(text) if len(row) == 11)
-    assert first[4:] == ['reached', '6.50', '4.74', '0.0120', '-0.70', '0.0500', '-2.00']
-    assert second[4:5] + second[7:] == [
+    first, second = (row for row in rows_of(text) if len(row) == 10)
+    assert first[4:] == ['reached', '6.50', '0.0120', '-0.70', '0.0500', '-2.00']
+    assert second[4:5] + second[6:] == [
         'gave up: it is stuck, alas', '0.5000', '-90.00', '0.5000', '-90.00']
     assert [(row['run'], row['drive'], row['distance_error_m'])
             for row in table_in(tmp_path / 'out' / 'drives.csv')] == [
@@ -69,18 +69,15 @@ def test_the_page_the_pictures_and_the_csv(bag, tmp_path, capsys):
     assert len(rows) == 241 and rows[-1]['state'] == 'gave up: it is stuck, alas'
 
 
-def test_each_figure_has_a_name_of_its_own_which_the_template_and_the_page_have(tmp_path):
-    run = completed(driven([turn(1.0, 90.0), turn(4.0, -90.0)]))
-    (tmp_path / 'turns.png').write_text('of a report before')
-    page, *others = write_report(run, BURGER, tmp_path, 1)
+def test_the_template_has_the_name_of_the_figure_of_turns(tmp_path):
+    page, *others = write_report(completed(driven([turn(1.0, 90.0), turn(4.0, -90.0)])), BURGER, tmp_path)
     names = [path.name for path in others]
-    assert names == ['run.csv', 'turns.csv', 'drives.csv', 'turn_1.png']
-    assert (tmp_path / 'turns.png').read_text() == 'of a report before'
+    assert names == ['run.csv', 'turns.csv', 'drives.csv', 'turns.png']
     text = page.read_text(encoding='utf-8')
-    assert 'Beside this page: {}.'.format(', '.join(names)) in text and 'File: turn_1.png.' in text
+    assert 'Beside this page: {}.'.format(', '.join(names)) in text and 'File: turns.png.' in text
     template = (SCRIPTS.parent / 'doc' / 'report_template.tex').read_text(encoding='utf-8')
     included = set(re.findall(r'includegraphics.*{(\w+)}', template)) - {'turtlebot_controller'}
-    assert included == {'turn_1'} and all(
+    assert included == {'turns'} and all(
         name + '.png' in names and name + '.png' in template for name in included)
 
 
@@ -135,8 +132,7 @@ def odd_bags(bag, tmp_path_factory):
 @pytest.mark.parametrize('words, said', [
     ('none.bag', 'none.bag: there is no such file'), ('text.bag', 'a bag of version 1'),
     ('.', 'a bag of ROS 2 is a folder'),
-    ('still.bag', 'no nav_msgs/Odometry'), ('run.bag -o text.bag/report', 'choose another folder'),
-    ('run.bag -o out --turn 3', '--turn 3: run.bag has 0 turns')])
+    ('still.bag', 'no nav_msgs/Odometry'), ('run.bag -o text.bag/report', 'choose another folder')])
 def test_what_cannot_be_reported_is_one_line(words, said, odd_bags, monkeypatch, capsys):
     monkeypatch.chdir(odd_bags)
     assert lab_report(*words.split()) == 1
@@ -169,7 +165,7 @@ def test_without_matplotlib(bag, monkeypatch, capsys):
 def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     here = run.odometry.pose(np.searchsorted(run.odometry.time, 3.99))
     run = odometry_jumps(run, 4.0, here.inverse())
-    in_odom, in_local = paths_figure(run, drives(run, BURGER)).axes
+    in_odom, in_local = paths_figure(run, drives(run)).axes
     lines = [line for line in in_odom.get_lines() if len(line.get_xdata()) > 5]
     star = [line for line in in_odom.get_lines() if line.get_marker() == '*'][0]      # the goal of the first drive
     goal = here.inverse() @ Pose2(2.0, 1.0, 0.5) @ Pose2(1.0, 0.0, 0.0)
@@ -264,38 +260,38 @@ def test_the_page_says_what_was_driven_and_what_happened_along_the_way(tmp_path)
     assert 'Burger on 2023-11-1' in page and (
         '10.0 s, 1.00 m driven, no resets, 7 invalid messages of /robot3/imu dropped. ' in page)
     assert re.search(r'mean \+30\.\d\d deg, standard deviation [0-9.]+, .* \+3\.000\.', page)
-    first, second = (row for row in rows_of(page) if len(row) == 11)
+    first, second = (row for row in rows_of(page) if len(row) == 10)
     angle = math.degrees(0.1) - 3.0
     assert first[:6] == ['1', '1.03', '0.04', '5.7', 'reached', '6.50']
-    assert first[7:] == ['0.0500', '{:+.2f}'.format(angle), UNKNOWN, UNKNOWN]
+    assert first[6:] == ['0.0500', '{:+.2f}'.format(angle), UNKNOWN, UNKNOWN]
     assert second[:6] == ['2', '3.00', '0.04', '5.7', 'recording ended', '1.50']
     for state in 'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL':
         assert page.count('<th>{} [s]</th>'.format(state)) == 1
-    along, second = (row for row in rows_of(page) if len(row) == 8)
+    along, second = (row for row in rows_of(page) if len(row) == 7)
     assert along[:5] == ['1', '0.50', '5.00', '0.50', '0.50']        # the stop is half a second
-    assert float(along[5]) == pytest.approx(6.5 / float(first[6]), abs=0.01)
-    assert along[6][0] == '+' and list(map(float, along[6:])) == pytest.approx([2.97, 2.97], abs=0.05)
-    assert second == ['2', '1.50', '0.00', '0.00', '0.00', second[5], UNKNOWN, UNKNOWN]
+    assert along[5][0] == '+' and list(map(float, along[5:])) == pytest.approx([2.97, 2.97], abs=0.05)
+    assert second == ['2', '1.50', '0.00', '0.00', '0.00', UNKNOWN, UNKNOWN]
 
 
 def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
     text = words_of(made(goals=Poses.none()), tmp_path)
-    row, = (row for row in rows_of(text) if len(row) == 11)
-    assert row == ['1', UNKNOWN, UNKNOWN, UNKNOWN, 'reached', '6.50'] + [UNKNOWN] * 5
-    row, = (row for row in rows_of(text) if len(row) == 8)
-    assert row[1:6] == ['0.50', '5.00', '1.00', '0.00', UNKNOWN]
+    row, = (row for row in rows_of(text) if len(row) == 10)
+    assert row == ['1', UNKNOWN, UNKNOWN, UNKNOWN, 'reached', '6.50'] + [UNKNOWN] * 4
+    row, = (row for row in rows_of(text) if len(row) == 7)
+    assert row[1:5] == ['0.50', '5.00', '1.00', '0.00']
 
 
-@pytest.mark.parametrize('run, rule', [
-    (made(states=States.none()), 'the recorded one'), *[
-        (completed(driven([(2.0, 6.0, 0.2, 0.0)], **parts)), rule) for parts, rule in (
-            (dict(control=values([0.5], [0.0])), 'by the commands and ctrl_relinq'),
-            (dict(devices=('joy',)), 'it never gave control'),
-            (dict(devices=('mouse_info',)), 'faster than any by the mouse (0.5 rad/s)'),
-            ({}, 'A drive is a turn, a straight line and a turn, with pauses under 1 s'))]])
-def test_a_page_without_drives_says_by_which_rule_and_where_local_stood(run, rule, tmp_path):
+@pytest.mark.parametrize('run, words', [
+    (made(states=States.none()), NO_COMMANDS), (completed(driven([(2.0, 6.0, 0.2, 0.0)])), NO_DRIVE)])
+def test_a_page_without_drives_says_why(run, words, tmp_path):
     text = words_of(run, tmp_path)
-    assert rule in text and 'None' not in text and 'Along the way' not in text
+    assert words in text and 'None' not in text and 'Along the way' not in text
+
+
+def test_a_page_says_which_values_were_not_recorded(tmp_path):
+    run = driven(drive(2.0, 90.0, 0.8, -80.0))
+    assert COMPUTED + GOAL_TAKEN.format(0.0, 0.6, 0.0) in words_of(completed(run, Pose2(0.0, 0.6, 0.0)), tmp_path)
+    assert COMPUTED[:30] not in words_of(made(), tmp_path)
 
 
 @pytest.mark.parametrize('value, form, text', [

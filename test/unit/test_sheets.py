@@ -1,16 +1,16 @@
 """The lab sheets hold every number that is graded. Their figures and teaching.md fit the code."""
-import math
 import re
 import sys
+import xml.etree.ElementTree as ET
 
 import pytest
 from pages import ROOT
 
 sys.path[:0] = [str(ROOT / 'doc' / 'instructor'), str(ROOT / 'test' / 'ros')]
 
-import make_figures
 import make_graded
 from sheets_steps import steps_of
+from tb3_labs.handout import STATES, TURN_DEG
 from tb3_labs.marking.marks import LABS
 
 
@@ -100,26 +100,26 @@ def test_every_question_has_an_answer():
 
 # Figures --------------------------------------------------------------------------------------------
 
-def test_the_example_of_the_figures_is_that_of_the_sheet():
-    sheet = (ROOT / 'doc' / 'transformation_lab.md').read_text(encoding='utf-8')
-    B, here = make_figures.A_T_B, make_figures.A_T_ROBOT
-    assert 'showed ({:g}, {:g}) and {:.2f} degrees'.format(B.x, B.y, math.degrees(B.yaw)) in ' '.join(
-        sheet.split())
-    assert 'shows ({:g}, {:g}) and {:.2f} degrees'.format(
-        here.x, here.y, math.degrees(here.yaw)) in ' '.join(sheet.split())
+def words_of(figure):
+    """The texts of a figure of the sheets, each without its blanks, such as 'p_A=(1,3)' without its underscore."""
+    root = ET.parse(str(ROOT / 'doc' / 'figures' / (figure + '.svg'))).getroot()
+    return [''.join(''.join(text.itertext()).split()) for text in root.iter('{http://www.w3.org/2000/svg}text')]
 
 
-def test_the_drive_of_the_four_states_arrives():
-    seen = make_figures.drive()
-    states = list(dict.fromkeys(state for _, _, state, *_ in seen))
-    assert states[:3] == ['ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL']
-    assert seen[-1][1].distance_to(make_figures.LAB_GOAL) < make_figures.DISTANCE_TOLERANCE + 0.02
+@pytest.mark.parametrize('figure, shown', [
+    ('error', [f'{TURN_DEG:+g}', f'{TURN_DEG - 360.0:g}', '350', f'goal_yaw{(350.0 + TURN_DEG) % 360.0:g}']),
+    ('states', STATES[:3])])
+def test_a_figure_shows_the_numbers_and_names_of_the_handout(figure, shown):
+    assert set(shown) <= set(words_of(figure))
 
 
-def test_a_turn_ends_if_it_is_wrapped():
-    """Each begins at 330 degrees, and should end at 420, within the handout's tolerance of 10 degrees."""
-    assert abs(make_figures.turn(True)[-1] - 420.0) < 10.0 < make_figures.turn(False)[-1] - 420.0
-
-
-def test_every_figure_is_drawn():
-    assert {path.stem for path in (ROOT / 'doc' / 'figures').glob('*.svg')} == set(make_figures.FIGURES)
+def test_the_figures_show_the_example_of_the_sheet():
+    """The sheet's places and headings have two decimals, the figures' headings one."""
+    sheet = ' '.join(read('transformation_lab.md').split())
+    place = r'\((\d), (\d)\) and ([\d.]+) degrees'
+    (x, y, theta), (x_A, y_A, theta_A) = (
+        re.search(f'odometry {word} {place}', sheet).groups() for word in ('showed', 'shows'))
+    x_B, y_B, theta_B = re.search(r'at \((\d), (\d)\) in B, and faces (\d+) degrees', sheet).groups()
+    assert {f't=({x},{y})', f'pA=({x_A},{y_A})', f'pB=({x_B},{y_B})'} <= set(words_of('point'))
+    assert {f'\u03b8={float(theta):.1f}', f'\u03b8A={float(theta_A):.1f}', f'\u03b8B={theta_B}'} <= set(
+        words_of('heading'))

@@ -125,6 +125,14 @@ def test_the_table_and_results_as_gradescope_reads_them(written):
     assert 'see doc/' in missed[0]['output'] and {test['score'] for test in missed} == {0}
 
 
+def test_a_trial_whose_clock_jumped_is_not_judged_and_is_tried_again(tmp_path):
+    folder = folder_of(tmp_path)
+    marks = write(folder, 'Ann', observation(truth=[[0.0, 0.0, 0.0, 0.0], [4000.0, 0.0, 0.0, 0.0]]))
+    assert marks.unjudged.endswith('clock was set, or the computer slept; type the same command again.')
+    folder.write_overview()
+    assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
+
+
 def test_marks_are_not_written_through_a_link(tmp_path):
     """A new file takes the place of a link. A folder that is a link is refused."""
     mine, marks = tmp_path / 'mine', tmp_path / 'marks'

@@ -115,7 +115,11 @@ class TrialRunner:
         if not bag.exists():
             raise NotJudged(f'The check left no record; see {log}.')
         write_output(self.folder.bag(marks.student), bag.read_bytes())
-        printed = '\n'.join(process.printed for process in read_trial(bag).processes)
+        try:
+            processes = read_trial(bag).processes
+        except ValueError as problem:
+            raise NotJudged(f'Its trial cannot be judged: {problem}.') from None
+        printed = '\n'.join(process.printed for process in processes)
         marks.findings += version_errors(printed, workspace / COPY)
 
     def _rostest(self, node, work):

@@ -1,11 +1,9 @@
-"""Shows and changes settings of a running node. A refusal is one line.
+"""Changes a setting of a running node. A refusal is one line.
 
-Usage: dynparam list                     the nodes whose settings can change
-       dynparam get NODE [NAME]          their values
-       dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
+Usage: dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
-The exit status is 0 only if that was done. In a terminal after scripts/setup.sh the command is
-`dynparam`, in others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
+The exit status is 0 only if the node changed the setting. In a terminal after scripts/setup.sh the
+command is `dynparam`, in others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
 
 Calls
     NODE/set_parameters    dynamic_reconfigure/Reconfigure
@@ -18,7 +16,6 @@ import sys
 
 import rosgraph
 import rospy
-import yaml
 from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
@@ -34,9 +31,7 @@ LONGEST_ANSWER = 2.0
 #: rospy's text of a refusal. The second group is the node's reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
                      r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
-USAGE = 'usage: dynparam list | get NODE [NAME] | set NODE NAME VALUE'
-#: {command: valid numbers of words, together with the command}
-COMMANDS = {'list': (1,), 'get': (2, 3), 'set': (4,)}
+USAGE = 'usage: dynparam set NODE NAME VALUE'
 
 
 def nodes():
@@ -55,48 +50,19 @@ def call(node, config):
         raise ValueError(REFUSAL.sub(r'\2', str(problem))) from None
 
 
-def settings_of(node):
-    """Returns the full name of `node`, and {name: value} of its settings. ``ValueError`` if the
-    node is unknown, or if none of its settings can change."""
+def change(node, name, text):
+    """Set the setting `name` of `node` to a typed text. ``ValueError`` with the reason if a name is
+    unknown, or if the node refuses the value."""
     known, node = nodes(), rospy.resolve_name(node)
     if node not in known:
         raise ValueError(
             f'there is no node {node} whose settings can change; {nearest(node, known)}')
-    return node, call(node, Values())
-
-
-def value_of(text, kind):
-    """Returns the value of a typed text. The node itself refuses a value that is not of type
-    `kind`."""
-    if kind is float:
-        return number_or_text(text)    # YAML reads 1e-3 as a text, and 400 digits are not a float
-    try:
-        value = text if kind is str else yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError):    # Python raises ValueError for 5000 digits
-        return text
-    is_small_integer = type(value) is int and abs(value) < 2 ** 31
-    return value if type(value) in (bool, float) or is_small_integer else text
-
-
-def carry_out(command, node='', name='', text=None):
-    """Carry out a valid command line. ``ValueError`` with the reason if the node refuses it."""
-    if command == 'list':
-        print('\n'.join(nodes()) or 'no node: is a robot running?')
-        return
-    node, settings = settings_of(node)
-    if name and name not in settings:
+    settings = call(node, Values())    # an empty request changes nothing
+    if name not in settings:
         raise ValueError(f'{name} is unknown; {nearest(name, settings)}')
-    if command == 'get':
-        for each in [name] if name else sorted(settings):
-            print(f'{each}: {in_yaml(settings[each])}')
-    else:
-        value = value_of(text, type(settings[name]))
-        print(f'{name} is {in_yaml(call(node, encode({name: value}))[name])} now')
-
-
-def in_yaml(value):
-    """Returns a value as YAML text."""
-    return yaml.safe_dump(value).split('\n')[0]
+    # if the value does not have the type of the setting, the node refuses it
+    value = {'true': True, 'false': False}.get(text.lower(), number_or_text(text))
+    print(f'{name} is {call(node, encode({name: value}))[name]} now')
 
 
 def main(argv):
@@ -105,11 +71,11 @@ def main(argv):
         print(__doc__.strip())
         return 0
     try:
-        if not argv or len(argv) not in COMMANDS.get(argv[0], ()):
+        if len(argv) != 4 or argv[0] != 'set':
             raise ValueError(USAGE)
         require_master()
         rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
-        carry_out(*argv)
+        change(*argv[1:])
     except (ValueError, rospy.ROSException) as problem:
         print(f'dynparam: {problem}', file=sys.stderr)
         return 1

@@ -9,7 +9,7 @@ import numpy as np
 
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, MOST_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
-from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.report.bag.ros_bag import CLOCK_JUMPED, read_run
 from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, States
 
 #: The call of a reset, and the node's printed line on this reset, are at most this far apart [s].
@@ -24,12 +24,15 @@ SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     """Returns the Observation in the bag of a trial. The `path_prefixes` are removed from all
-    texts, since they are paths on the marking machine. ``ValueError`` if the bag has no trial."""
+    texts, since they are paths on the marking machine. ``ValueError`` if the bag has no trial, or
+    if the machine's clock jumped during the trial."""
     def cleaned(text: str) -> str:
         for prefix in path_prefixes:
             text = text.replace(prefix, '')
         return text
     recording = read_run(str(path))
+    if any(CLOCK_JUMPED in note for note in recording.notes):
+        raise ValueError(f'{CLOCK_JUMPED}; type the same command again')
     recording = replace(recording, log=replace(recording.log, texts=np.array(
         list(map(cleaned, recording.log.texts)), dtype=object)))
     observation = Observation('', '', recording)

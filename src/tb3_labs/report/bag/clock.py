@@ -1,23 +1,12 @@
-"""Converts the times of a recording to one clock, the recorder's clock at the start.
-
-A clock may be set during a recording, for example by NTP. If the arrivals of one topic run back,
-the recorder's clock was set back. If all topics are silent for longer than LONGEST_OUTAGE, this
-clock was set forward, or the computer slept. A smaller jump forward is not undone, since it looks
-like a silence of all topics.
+"""Converts the times of a recording to one clock, the recorder's clock.
 
 Units: seconds since the recording's start on the recorder's clock.
 """
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Optional
 
 import numpy as np
 
-#: The clock was set back if the arrivals of a topic run back by more than this [s].
-LEAST_SET_BACK = 0.05
-#: A silence of all topics is removed from the times if it is longer than this [s].
-LONGEST_OUTAGE = 3600.0
-#: A recording is refused if its clock was set more often than this.
-MOST_JUMPS = 20
 #: Two senders share one clock if their clocks differ by less than this [s].
 SAME_CLOCK = 0.1
 #: A message is late if its delay differs from its sender's usual delay by more than this [s].
@@ -27,8 +16,8 @@ LATE_BY = 0.5
 LONGEST_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
 LEAST_IN_TIME_SHARE = 0.25
-#: The sender's clock was set if more than this share of its messages, at the recording's begin or
-#: at its end, is late.
+#: If more than this share of a sender's messages is late, in one piece at the begin or at the end
+#: of the recording, the sender's clock was set.
 OTHER_CLOCK_SHARE = 0.1
 
 
@@ -81,82 +70,3 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     if len(stamp) - 1 - last > most_late:       # it was set after `last`
         by_stamp[last + 1:] = False
     return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
-
-
-def undo_clock_jumps(collectors: Dict[str, Any]) -> Tuple[float, List[str]]:
-    """Remove the jumps of clocks from the arrivals and stamps of `collectors`. These are {field of
-    RunData: Collector}. Returns (the last arrival [s], a sentence for each jump)."""
-    filled = [each for each in collectors.values() if len(each.arrival)]
-    number = np.concatenate([each.number for each in filled])
-    order = np.argsort(number, kind='stable')
-    number = number[order]
-    arrival = np.concatenate([each.arrival for each in filled])[order]
-    topic = np.repeat(np.arange(len(filled)), [len(each.arrival) for each in filled])[order]
-    jumps: List[Tuple[int, float]] = []
-    while True:
-        at = _first_set_back(arrival, topic)
-        if at is None:
-            at = _first_after_outage(arrival)
-        if at is None:
-            break
-        if len(jumps) == MOST_JUMPS:
-            raise ValueError(f'its clock was set more than {MOST_JUMPS} times')
-        jump = arrival[at] - arrival[at - 1]
-        jumps.append((at, jump))
-        arrival[at:] -= jump
-        for each in filled:
-            _undo_jump(each, number[at], jump)
-    sentences = []
-    for at, jump in sorted(jumps):
-        way = 'forward' if jump > 0.0 else 'back'
-        sentences.append(
-            f'the clock was set {way} by {_duration_text(abs(jump))}, {arrival[at]:.1f} s after '
-            'the start; times go on without the jump')
-    return float(arrival.max()), sentences
-
-
-def _first_set_back(arrival: np.ndarray, topic: np.ndarray) -> Optional[int]:
-    """Returns the index of the first message after the clock was first set back, or None.
-
-    Only arrivals of the same topic are compared, because a file may have all messages of one topic
-    behind all messages of another topic.
-    """
-    by_topic = np.argsort(topic, kind='stable')
-    is_back = (np.diff(arrival[by_topic]) < -LEAST_SET_BACK) & (np.diff(topic[by_topic]) == 0)
-    if not is_back.any():
-        return None
-    # messages of other topics may have come between the jump and this message
-    shown_by = int(by_topic[1:][is_back].min())
-    until = arrival[:shown_by + 1]
-    is_before = until >= np.maximum.accumulate(until) - LEAST_SET_BACK
-    return int(np.flatnonzero(is_before)[-1]) + 1
-
-
-def _first_after_outage(arrival: np.ndarray) -> Optional[int]:
-    """Returns the index of the first message after the first silence of all topics that is longer
-    than LONGEST_OUTAGE, or None."""
-    is_outage = np.diff(arrival) > LONGEST_OUTAGE
-    return int(np.argmax(is_outage)) + 1 if is_outage.any() else None
-
-
-def _undo_jump(collector: Any, number: int, jump: float) -> None:
-    """Subtract `jump` [s] from the arrival of message `number` and of all later messages. If the
-    sender's clock was set together with the recorder's, subtract it from their stamps too."""
-    arrival, stamp, is_later = collector.arrival, collector.stamp, collector.number >= number
-    lag = arrival - stamp
-    arrival[is_later] -= jump
-    if is_later.all() or not is_later.any():
-        return
-    # the lag changed by the jump, unless the sender's clock was set together with the recorder's
-    lag -= np.median(lag[~is_later])
-    if abs(np.median(lag[is_later])) < abs(jump) / 2.0:
-        # a message that was sent before the jump may have arrived after it
-        was_sent_before = np.abs(lag - jump) < np.abs(lag)
-        stamp[is_later & ~was_sent_before] -= jump
-
-
-def _duration_text(seconds: float) -> str:
-    if seconds < 7200.0:
-        return f'{seconds:.1f} s'
-    hours = seconds / 3600.0
-    return f'{hours:.1f} h' if hours < 48.0 else f'{hours / 24.0:.0f} days'

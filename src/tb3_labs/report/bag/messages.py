@@ -74,7 +74,7 @@ def resets_in(log: LogLines) -> Poses:
 
 def make_collectors(parts, prefix, limits):
     """Returns {field of RunData: Collector} of the fields `parts`, for the robot in the namespace
-    `prefix`. Each sample is spent from `limits`, a ReadLimits."""
+    `prefix`. Each sample is subtracted from the budget `limits`, a ReadLimits."""
     # {field: arguments of its Collector}; all other fields have poses
     kinds = {
         'imu': (Orientations, lambda message: [
@@ -119,20 +119,20 @@ class Collector:
         self._limits, self._kind, self._rows_of, self._longest = limits, kind, rows_of, longest
         self._has_words, self._letters = kind in (States, LogLines, Variables), 0
         self._values = [] if self._has_words else array('d')
-        self.arrival, self.stamp, self.number = array('d'), array('d'), array('q')
+        self.arrival, self.stamp = array('d'), array('d')
         self.bad, self.is_full = 0, False
 
-    def add(self, message, arrival, start, number):
+    def add(self, message, arrival, start):
         """Append the samples of a message, which arrived `arrival` [s] after `start` [s since
-        1970]. `number` is the number of the message in the recording."""
+        1970]."""
         for header, *row in self._rows_of(message):
             stamp = arrival
             if header is not None:
-                # seconds are subtracted first, since a float of today has steps of 0.2 microseconds
+                # subtracted first: a float of the seconds since 1970 has steps of 0.2 microseconds
                 stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
-            self.keep(row, arrival, stamp, number)
+            self.keep(row, arrival, stamp)
 
-    def keep(self, row, arrival, stamp, number):
+    def keep(self, row, arrival, stamp):
         """Append one sample, if there are not too many words already. Raises TooLarge."""
         self._limits.spend('samples')
         if self._has_words:
@@ -146,12 +146,10 @@ class Collector:
         self._values.extend(row)
         self.arrival.append(arrival)
         self.stamp.append(stamp)
-        self.number.append(number)
 
     def close(self):
         """Make arrays of the samples. A sample with an invalid number is dropped and counted."""
-        self.arrival, self.stamp, self.number = map(
-            np.array, (self.arrival, self.stamp, self.number))
+        self.arrival, self.stamp = np.array(self.arrival), np.array(self.stamp)
         columns = [each.name for each in fields(self._kind)][2:]
         if self._has_words:
             self._values = np.array(self._values, object).reshape(-1, len(columns))
@@ -164,8 +162,8 @@ class Collector:
             self._values[:, columns.index('yaw')] = yaws_from_quaternions(*self._values[:, -4:].T)
         is_valid = (np.abs(self._values) < LARGEST_NUMBER).all(axis=1)      # NaN is invalid
         self.bad += int((~is_valid).sum())
-        self.arrival, self.stamp, self.number, self._values = (
-            each[is_valid] for each in (self.arrival, self.stamp, self.number, self._values))
+        self.arrival, self.stamp, self._values = (
+            each[is_valid] for each in (self.arrival, self.stamp, self._values))
 
     def samples(self, robot_clock):
         """Returns the collected samples. `robot_clock` is the odometry's RecordedClock."""

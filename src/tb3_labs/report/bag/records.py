@@ -16,12 +16,12 @@ from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
-#: The budget of one reading. `MiB` is of bytes that are read or unpacked. An hour recorded by
+#: The budget of one reading. `MiB` limits the bytes that are read or unpacked. An hour recorded by
 #: record.launch has 1.4 million records, and is read in 20 s.
 MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
 #: The most processor time of one reading [s].
 MOST_TIME = 30.0
-#: `spend` looks at the processor time only in each 64th call, since this is slow.
+#: `spend` reads the slow clock of the processor time only in each 64th call.
 CLOCK_EVERY = 64
 MIB = 2.0 ** 20
 #: The largest header, connection and message, and the longest name [bytes].
@@ -164,7 +164,7 @@ class Bag:
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
-        if source is self._file:        # the bytes of a chunk are spent when it is unpacked
+        if source is self._file:        # `_unpacked` has spent the bytes of an unpacked chunk
             self._limits.spend('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
@@ -196,7 +196,7 @@ def open_bag(path: str) -> BinaryIO:
 
 
 def _kind_and_remedy(first: bytes, path: str) -> str:
-    """Returns in kind what a file is that is not a bag, and the remedy. `first` is its begin."""
+    """Returns the kind of a file that is not a bag, and the remedy. `first` has its first bytes."""
     if not first:
         return 'the file is empty; copy or download it again, and look at its size: ls -l'
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')

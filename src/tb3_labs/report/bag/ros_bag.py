@@ -4,6 +4,7 @@ A bag has definitions of its messages, of which rosbag makes Python code that it
 come from a stranger. So this reader uses only the installed message classes, and does not read
 topics of other types.
 """
+import math
 import struct
 from collections import Counter
 from functools import lru_cache
@@ -18,7 +19,6 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.clock import undo_clock_jumps
 from tb3_labs.report.bag.messages import make_collectors, samples_of
 from tb3_labs.report.bag.records import Bag, BagProblem, ReadLimits, TooLarge, open_bag
 from tb3_labs.report.run_data import RunData
@@ -40,6 +40,15 @@ CLASSES = {(made._type, made._md5sum): made for made in (
 MOST_KEPT = 2 ** 26
 #: A record takes this memory in addition to its data [bytes].
 RECORD_OVERHEAD = 500
+#: The recorder's clock was set back if the arrivals of a topic run back by more than this [s]. A
+#: busy recorder may write two messages of a topic in the wrong order, but not with such a distance.
+LEAST_SET_BACK = 0.2
+#: If all topics are silent for longer than this [s], the clock was set forward, or the computer
+#: slept. A smaller jump of the clock looks like a silence of all topics.
+LONGEST_OUTAGE = 3600.0
+#: The problem of a recording whose clock jumped. It is read until the jump, since the later times
+#: are wrong.
+CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
 #: At most this many topics that are not read are named.
@@ -119,9 +128,8 @@ def _read(bag, path, namespace, log):
         if not len(collectors[part].arrival):
             raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
                            problem, types)
-    duration, jumps = undo_clock_jumps(collectors)
+    duration = max(float(each.arrival.max()) for each in collectors.values() if len(each.arrival))
     notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
-    notes += jumps
     for part, topic in topics.items():
         if collectors[part].is_full:
             number = len(collectors[part].arrival)
@@ -149,31 +157,36 @@ def _missing(message, problem, types):
 def _collect(records, of_topic, sender_index, names):
     """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill the
     Collector `sender_index` with the index of each command's sender. `names` is {sender: index}.
-    Returns (time of the first message [s since 1970], the limit that ended the reading or '')."""
+    Returns (time of the first message [s since 1970], the problem that ended the reading or '')."""
     # all records of a topic use one message object, one after the other
     receivers = {topic: (*each, each[1]()) for topic, each in of_topic.items()}
     is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in receivers and (
         receivers[connection.topic][1] is _class_of(connection)))
-    start, number = None, 0
+    start, last = None, math.inf
+    last_of_topic = {}      # {topic: arrival of its last message}
     try:
         for connection, (seconds, nanoseconds), data in records:
             if start is None:
                 start = seconds + 1e-9 * nanoseconds
             if not is_wanted(connection):
                 continue
-            number += 1
-            collector, made, message = receivers[connection.topic]
+            topic = connection.topic
+            collector, made, message = receivers[topic]
             try:
                 message.deserialize(data)
             except (genpy.DeserializationError, struct.error, ValueError):
                 collector.bad += 1
                 continue
             arrival = (seconds - start) + 1e-9 * nanoseconds
-            collector.add(message, arrival, start, number)
+            is_set_back = arrival < last_of_topic.get(topic, arrival) - LEAST_SET_BACK
+            if is_set_back or arrival > last + LONGEST_OUTAGE:
+                return start, CLOCK_JUMPED
+            last_of_topic[topic] = last = arrival
+            collector.add(message, arrival, start)
             if made is Twist:
                 # a sender is not in `names` if the first reading ended before its commands
                 sender_index.keep([names.setdefault(connection.sender, len(names))],
-                                  arrival, arrival, number)
+                                  arrival, arrival)
     except TooLarge as too_large:
         return start, str(too_large)
     return start, ''

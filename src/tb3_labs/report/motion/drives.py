@@ -3,7 +3,7 @@
 The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
-Edge case: a value is NaN if it needs the ground truth, or a sample near its time, which is missing.
+Edge case: without the ground truth, or without a sample near the time of a value, the value is NaN.
 """
 import math
 from dataclasses import dataclass
@@ -11,18 +11,15 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.control.goal_state import DRIVING, DriveConfig, GoalState, is_stopped, sum_of_turns
+from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData
-from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: The errors of a drive are measured at rest, at most this time after its end [s].
 SETTLE_TIME = 1.0
-#: The least time of a drive is computed for turns at this rate, the limit of move_to_goal [rad/s].
-MAX_ANGULAR = DriveConfig().max_angular
 #: An unknown (distance, angle), or (drift, deviation).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
@@ -42,28 +39,22 @@ class DriveReport:
     drift: float                      # change of the heading during MOVE_FORWARD [rad]
     deviation: float                  # largest such change at any time of MOVE_FORWARD [rad]
     seconds: Tuple[float, ...]        # in each state of DRIVING
-    least_time: float                 # [s], see :func:`least_time`
 
     @property
     def time(self) -> float:
         """The duration of the drive [s]."""
         return self.end - self.begin
 
-    @property
-    def time_to_least(self) -> float:
-        """The time divided by the least time."""
-        return self.time / self.least_time if self.least_time else math.nan
 
-
-def drives(run: RunData, model: RobotModel) -> List[DriveReport]:
-    """Returns the DriveReport of each drive. `model` is the robot that drove."""
+def drives(run: RunData) -> List[DriveReport]:
+    """Returns the DriveReport of each drive, in order."""
     states, frames, reports, first = spans(run), epochs(run), [], 0
     while first < len(states):
         end = first + 1
         if states[first].state in DRIVING:
             while end < len(states) and _is_same_drive(frames, states[end - 1], states[end]):
                 end += 1
-            reports.append(_drive(run, model, frames, states[first:end], states[end:end + 1]))
+            reports.append(_drive(run, frames, states[first:end], states[end:end + 1]))
         first = end
     return reports
 
@@ -81,7 +72,7 @@ def _is_same_epoch(frames: Sequence[Epoch], span: Span, following: Span) -> bool
         frames, following.begin, following.end)
 
 
-def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequence[Span],
+def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
            later: Sequence[Span]) -> DriveReport:
     """Returns the report of the drive with the states `parts`. `later` has the state after the
     drive, or is empty."""
@@ -95,14 +86,11 @@ def _drive(run: RunData, model: RobotModel, frames: Sequence[Epoch], parts: Sequ
     true_error = UNKNOWN
     if epoch.local_T_world is not None:
         true_error = _final_error(truth.seen_from(epoch.local_T_world), whole)
-    least = math.nan
-    if whole.goal is not None and len(local):
-        least = least_time(local.at(whole.begin), whole.goal, model, max_angular=MAX_ANGULAR)
     seconds = tuple(sum((part.end - part.begin for part in parts if part.state == state), 0.0)
                     for state in DRIVING)
     return DriveReport(
         whole.begin, whole.end, whole.goal, _outcome(frames, whole, later),
-        _final_error(local, whole), true_error, *_drift(run, parts), seconds, least)
+        _final_error(local, whole), true_error, *_drift(run, parts), seconds)
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
@@ -137,19 +125,3 @@ def _outcome(frames: Sequence[Epoch], drive: Span, later: Sequence[Span]) -> str
     if following.goal != drive.goal:
         return 'replaced by a new goal'
     return 'begun anew' if _is_same_epoch(frames, drive, following) else 'ended by a reset'
-
-
-def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
-               max_angular: float = math.inf, reverse: bool = False) -> float:
-    """Returns the least time [s] from `start` to `goal` by a turn, a straight line and a turn.
-
-    If the speed V of a wheel is the only limit, this time is (b (|turn1| + |turn2|) + distance) /
-    V, with b half the track. The limits `max_linear` [m/s] and `max_angular` [rad/s] can make the
-    time longer. Source: Balkcom and Mason, Time optimal trajectories for bounded velocity
-    differential drive vehicles, 2002.
-    """
-    linear = min(max_linear, model.max_linear)
-    angular = min(max_angular, model.max_angular)
-    line = start.bearing_to(goal)
-    return min(sum_of_turns(start.yaw, face, goal.yaw) / angular + start.distance_to(goal) / linear
-               for face in ((line, line + math.pi) if reverse else (line,)))

@@ -11,9 +11,9 @@ A *movement* is a stretch of commands that are not zero. Its pauses are shorter 
 The commands do not name their sender. Other topics help to find it if they were recorded:
 
 * With `ctrl_relinq`, a movement while a node has control is a drive, and any other movement is by
-  hand. A turn without a line is a drive only if a reset or a change of control came right before
-  it, or if a reset, a change of control or the end of the recording cut it off. Any other turn is
-  by hand, because a person turned the robot while the node was silent at its goal.
+  hand. A turn without a line is a drive in two cases: a reset or a change of control came right
+  before the turn; or a reset, a change of control or the end of the recording cut the turn off.
+  Any other turn is by hand: a person turned the robot while the node was silent at its goal.
 * With `joy` and without `ctrl_relinq`, the pad never gave control, and all movements are by hand.
 * With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 

@@ -100,7 +100,7 @@ def _separate_turns(run: RunData, movement: Movement,
                     until: float) -> List[Tuple[float, float, float]]:
     """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
     the time of the first command after the movement. Two turns are separate if the robot rests
-    between both, and each is large enough. So a small correction after a turn belongs to it."""
+    between both, and each is large enough. So a small correction belongs to the turn before it."""
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1

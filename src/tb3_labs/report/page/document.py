@@ -118,8 +118,8 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
 
 
 def safe(text: str) -> str:
-    """Returns the text for a cell. It has a "'" in front of what a spreadsheet would read as a
-    formula.
+    """Returns the text for a cell. In the result, a "'" stands before each place at which a
+    spreadsheet would begin to read a formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

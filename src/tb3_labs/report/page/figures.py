@@ -68,21 +68,17 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
                   bbox_to_anchor=(0.5, 0.0))
 
 
-def turns_figure(run: RunData, alone: int = 0) -> Optional[Figure]:
+def turns_figure(run: RunData) -> Optional[Figure]:
     """Returns a figure of the remaining angle and of the rate of turn, or None without a turn. Both
-    are positive in the requested direction. `alone` is the number of the only turn to draw, counted
-    from 1. If it is 0, all turns are drawn."""
+    are positive in the requested direction."""
     found = turn_reports(run)
     if not found:
         return None
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
-    ends = [turn.begin for turn in found[1:]] + [math.inf]
-    chosen = [alone - 1] if alone else range(min(len(found), MOST_DRAWN))
-    first = chosen[0]
-    for number in chosen:
-        turn, following = found[number], ends[number]
-        until = min(turn.end + SHOWN_AFTER, following)
+    next_begins = [turn.begin for turn in found[1:]] + [math.inf]
+    for number, (turn, next_begin) in enumerate(zip(found[:MOST_DRAWN], next_begins)):
+        until = min(turn.end + SHOWN_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
         yaw = np.unwrap(imu.yaw)
@@ -91,11 +87,11 @@ def turns_figure(run: RunData, alone: int = 0) -> Optional[Figure]:
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
         left.plot(imu.time - turn.begin, np.degrees(remaining),
-                  label=name if number < first + MOST_NAMED_TURNS else None, **looks)
+                  label=name if number < MOST_NAMED_TURNS else None, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
-                  markersize=2.5, label=None if number > first else 'commanded')
+                  markersize=2.5, label=None if number else 'commanded')
     left.axhline(0.0, color=GREY, linewidth=0.8)
     left.set_ylabel('angle left [deg]')
     rate.set(ylabel='rate of turn [rad/s]\n(gyro)', xlabel='time since the first command [s]')
@@ -188,7 +184,7 @@ def _draw_frames(axes: Axes, width: float, own: str,
                 linewidth=1.0 if number else 1.8))
             drawn.append(np.linspace(begin, end, 9))
     boxes: List[np.ndarray] = []
-    # two frames have names already before the first reset
+    # a panel has the names of two frames before the first reset
     for number, (pose, name) in enumerate(named[:MOST_NAMED_RESETS + 2]):
         size = width * np.array((LETTER_WIDTH * len(name), LETTER_HEIGHT))
         boxes.append(_box_of_name(axes, pose, size, boxes, np.concatenate(drawn)))

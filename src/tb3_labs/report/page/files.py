@@ -14,13 +14,11 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.handout import MOUSE_FULL
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import MOVEMENT_PAUSE, moving
 from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
-from tb3_labs.report.motion.turns import TurnReport, turn_reports
+from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, tables, timeline
-from tb3_labs.report.page.document import degrees, document, number
+from tb3_labs.report.page.document import degrees, document
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
@@ -32,64 +30,54 @@ SAME_INSTANT = 0.02
 SHORTEST_PATH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
-    'turn': 'Angle left to what was asked, and rate of turn, from the first command on.'}
+    'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
-NO_DRIVES_LISTED = 'No drives are listed: {}. The local frame is {}.'
-NO_COMMANDS = ('no command came on cmd_vel (does the terminal of a node that should drive show an '
-               'exception? Does rosnode info name cmd_vel among its publications?)')
-ONLY_ZEROS = 'each command on cmd_vel is a zero, {} in all'
-NO_DRIVE = 'neither goal_state nor the commands show one'
-#: Sentences of the page on the rule by which turns and drives were found.
-BY_CONTROL = ('Drives are found by the commands and ctrl_relinq. A movement while a node had '
-              'control is a drive; a turn alone is one only if it followed a reset or control at '
-              'once, or was cut off. All other movements are by hand, or by another program.')
-PAD_ALONE = ('A gamepad (joy) was recorded, but it never gave control (ctrl_relinq): all movements '
-             'count as by hand.')
-WITH_MOUSE = ('Turns are found by the commands. A turn begins and ends at rest, without forward '
-              'speed, and is faster than any by the mouse ({:g} rad/s). All other movements are '
-              'by hand, or by another program.'.format(MOUSE_FULL))
-BY_SHAPE = ('Turns and drives are found by the commands. A turn begins and ends at rest, without '
-            'forward speed. A drive is a turn, a straight line and a turn, with pauses under '
-            '{:g} s. All other movements are by hand, or by another program.'.format(
-                MOVEMENT_PAUSE))
+NO_COMMANDS = ('No drives are listed: no command came on cmd_vel (does the terminal of a node that '
+               'should drive show an exception? Does rosnode info name cmd_vel among its '
+               'publications?).')
+NO_DRIVE = 'No drives are listed: neither goal_state nor the commands show one.'
+#: The paragraph of a page on the values that were not recorded.
+COMPUTED = (
+    'Some values are computed, because their topics were not recorded. Without goal_state, drives '
+    'are found by the commands on cmd_vel; a movement that is neither a turn nor a drive counts as '
+    'by hand. Without the topic turn, the asked angle is the nearest multiple of 90 degrees. '
+    'Without tf, the local frame is declared (0, 0, 0) at the first sample, and again at each '
+    'reset; a place in it is by the odometry, a heading by the IMU.')
+GOAL_TAKEN = ' Without current_goal, each goal is ({:g} m, {:g} m, {:g} deg), see --goal.'
 
 
-def write_report(run: RunData, model: RobotModel, folder: Union[str, Path],
-                 turn: int = 0) -> List[Path]:
+def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> List[Path]:
     """Write the report of a run into a folder, which is made if it is missing. Returns the paths of
-    the files, first the path of report.html. If `turn` is a number of a turn, only this turn is
-    drawn, as turn_NUMBER.png; if it is 0, all turns are drawn, as turns.png.
-
-    Raises OSError if the files cannot be written, ValueError if the run has no turn `turn`."""
-    driven, turned = drives(run, model), turn_reports(run)
-    if turn > len(turned):
-        raise ValueError(f'--turn {turn}: {run.name} has {len(turned)} turns')
+    the files, first the path of report.html. Raises OSError if the files cannot be written."""
+    driven, turned = drives(run), turn_reports(run)
     folder = output_folder(folder)
     name = Path(run.name).name
-    *files, angles_png, ways_png = (folder / each for each in (
-        'report.html', 'run.csv', 'turns.csv', 'drives.csv',
-        f'turn_{turn}.png' if turn else 'turns.png', 'paths.png'))
+    *files, turns_png, paths_png = (folder / each for each in (
+        'report.html', 'run.csv', 'turns.csv', 'drives.csv', 'turns.png', 'paths.png'))
     write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
     has_path = run.odometry.length >= SHORTEST_PATH
-    angles = write_figure(figures.turns_figure(run, turn), angles_png)
-    ways = write_figure(figures.paths_figure(run, driven) if has_path else None, ways_png)
-    files += [path for path, figure in ((angles_png, angles), (ways_png, ways)) if figure]
+    turns = write_figure(figures.turns_figure(run), turns_png)
+    paths = write_figure(figures.paths_figure(run, driven) if has_path else None, paths_png)
+    files += [path for path, figure in ((turns_png, turns), (paths_png, paths)) if figure]
     parts = [f'<p>{escape(text)}</p>' for text in [
         *(note[:1].upper() + note[1:] + '.' for note in run.notes), _summary(run, model)]]
     parts += [printed_faults(run), timeline.section(timeline.timeline(
         run, model, moments(run, turned, driven))), *broken_links(run)]
     if turned:
-        parts.append(_part('Turns', tables.TURN_COLUMNS, turned, _rule_of_turns(run, turned)))
-    parts.append(angles)
+        parts.append(_part('Turns', tables.TURN_COLUMNS, turned))
+    parts.append(turns)
     if driven or not turned:
-        parts.append(_part('Drives', tables.REACHED_COLUMNS, driven,
-                           _rule_of_drives(run) if driven else nothing_driven(run)))
-    parts.append(ways)
+        is_commanded = len(run.states) or len(run.commands)
+        reason = NO_DRIVE if is_commanded else NO_COMMANDS
+        parts.append(_part('Drives', tables.REACHED_COLUMNS, driven, '' if driven else reason))
+    parts.append(paths)
     if driven:
         parts += ['<div class="next"></div>',
                   _part('Along the way', tables.ALONG_COLUMNS, driven, tables.DRIFT_NOTE)]
+    if run.derived or not all(turn.was_sent for turn in turned):
+        parts.append(f'<p>{escape(_computed(run))}</p>')
     parts.append(f"<p>Beside this page: {', '.join((path.name for path in files[1:]))}.</p>")
     write_output(files[0], document('Run report: ' + name, parts))
     return files
@@ -103,7 +91,7 @@ def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
     figures.save(figure, png)
     write_output(path, png.getvalue())
     return FIGURE.format(path.stem, base64.b64encode(png.getvalue()).decode('ascii'),
-                         CAPTIONS['paths' if path.stem == 'paths' else 'turn'])
+                         CAPTIONS[path.stem])
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
@@ -120,63 +108,21 @@ def _summary(run: RunData, model: RobotModel) -> str:
             degrees(offset.drift, '{:+.3f}')))
 
 
-def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any], note: str) -> str:
+def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any],
+          note: str = '') -> str:
     """Returns the HTML of a heading, the table of the reports, and the note below the table."""
     row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
-    return '<h2>{}</h2>{}<p>{}</p>'.format(
-        title, tables.numbered(row, columns, reports) if reports else '', escape(note))
+    return '<h2>{}</h2>{}{}'.format(
+        title, tables.numbered(row, columns, reports) if reports else '',
+        f'<p>{escape(note)}</p>' if note else '')
 
 
-def nothing_driven(run: RunData) -> str:
-    reason = NO_COMMANDS
-    if len(run.states) or moving(run.commands).any():
-        reason = NO_DRIVE
-    elif len(run.commands):
-        reason = ONLY_ZEROS.format(len(run.commands))
-    text = NO_DRIVES_LISTED.format(
-        reason, _declared(run) if 'frames' in run.derived else 'the recorded one')
-    return text if len(run.states) or not len(run.commands) else text + ' ' + _rule(run)
-
-
-def _declared(run: RunData) -> str:
-    """Returns in words when and where ``local`` was declared in a run without tf."""
-    parts = ['taken as declared (0, 0, 0) at the first sample']
-    for k, time in enumerate(run.resets.time):
-        pose = run.resets.pose(k)
-        parts.append('({} m, {} m, {} deg) at {:.1f} s'.format(
-            number(pose.x, '{:.2f}'), number(pose.y, '{:.2f}'), degrees(pose.yaw, '{:.1f}'), time))
-    return ', then '.join(parts)
-
-
-def _rule_of_drives(run: RunData) -> str:
-    """Returns the rule by which the drives of a run were found; '' if the states were recorded."""
-    parts = []
-    if 'states' in run.derived:
-        parts.append(_rule(run))
-    if 'goals' in run.derived:
-        goal = run.goals.pose(0)
-        parts.append('Goal: taken as ({:g} m, {:g} m, {:g} deg), see --goal.'.format(
-            goal.x, goal.y, round(math.degrees(goal.yaw), 3) + 0.0))
-    if 'frames' in run.derived:
-        parts.append('The local frame is {}; the place in it is that of the odometry, the heading '
-                     'that of the IMU.'.format(_declared(run)))
-    return ' '.join(parts)
-
-
-def _rule_of_turns(run: RunData, reports: Sequence[TurnReport]) -> str:
-    parts = [_rule(run)] if 'states' not in run.derived else []
-    if not all(turn.was_sent for turn in reports):
-        parts.append('Asked: taken as the nearest multiple of 90 degrees{}.'.format(
-            ' where topic turn said nothing' if len(run.turn_requests) else ''))
-    return ' '.join(parts)
-
-
-def _rule(run: RunData) -> str:
-    if len(run.control):
-        return BY_CONTROL
-    if 'joy' in run.devices:
-        return PAD_ALONE
-    return WITH_MOUSE if 'mouse_info' in run.devices else BY_SHAPE
+def _computed(run: RunData) -> str:
+    """Returns words on the values of the run that were computed."""
+    if 'goals' not in run.derived:
+        return COMPUTED
+    goal = run.goals.pose(0)
+    return COMPUTED + GOAL_TAKEN.format(goal.x, goal.y, round(math.degrees(goal.yaw), 3) + 0.0)
 
 
 def write_csv(run: RunData, path: Path) -> None:

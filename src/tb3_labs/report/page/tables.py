@@ -11,7 +11,7 @@ from typing import Any, Callable, Iterable, NamedTuple, Sequence, Tuple
 
 from tb3_labs.command_line import write_output
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.motion.drives import MAX_ANGULAR, STRAIGHT_AFTER, DriveReport
+from tb3_labs.report.motion.drives import STRAIGHT_AFTER, DriveReport
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import number, safe, table
 
@@ -54,7 +54,6 @@ DRIVE_COLUMNS = (
     Column('goal_yaw_deg', 'yaw [deg]', lambda drive: _goal(drive)[2], '{:.1f}'),
     Column('outcome', 'outcome', lambda drive: drive.outcome, ''),
     Column('time_s', 'time [s]', lambda drive: drive.time, '{:.2f}'),
-    Column('least_time_s', 'least possible [s]', lambda drive: drive.least_time, '{:.2f}'),
     Column('distance_error_m', 'off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
     Column('angle_error_deg', 'off by [deg]', lambda drive: math.degrees(drive.measured[1]),
            '{:+.2f}'),
@@ -65,18 +64,15 @@ DRIVE_COLUMNS = (
     Column('move_forward_s', DRIVING[1] + ' [s]', lambda drive: drive.seconds[1], '{:.2f}'),
     Column('rotate_to_final_s', DRIVING[2] + ' [s]', lambda drive: drive.seconds[2], '{:.2f}'),
     Column('stopped_s', 'stopped [s]', lambda drive: drive.time - sum(drive.seconds), '{:.2f}'),
-    Column('time_to_least', 'time / least', lambda drive: drive.time_to_least, '{:.2f}'),
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
     Column('largest_deviation_deg', 'largest deviation [deg]',
            lambda drive: math.degrees(drive.deviation), '{:.2f}'))
-#: The page has two tables of drives. The first has the goal and the outcome, the second the way.
-REACHED_COLUMNS, ALONG_COLUMNS = DRIVE_COLUMNS[1:11], DRIVE_COLUMNS[11:]
+#: The page has two tables of drives: one has the goal and the outcome, the other has the way.
+REACHED_COLUMNS, ALONG_COLUMNS = DRIVE_COLUMNS[1:10], DRIVE_COLUMNS[10:]
 
 #: The note below the table of the ways.
-DRIFT_NOTE = (
-    'Drift: heading at the end of MOVE_FORWARD minus {} s after its start, by the IMU. Least '
-    'possible: turn, line, turn at the limits of the robot and {} rad/s.'.format(
-        STRAIGHT_AFTER, MAX_ANGULAR))
+DRIFT_NOTE = (f'Drift: the heading by the IMU at the end of MOVE_FORWARD, minus the heading '
+              f'{STRAIGHT_AFTER} s after its start.')
 
 
 def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> str:

@@ -11,19 +11,19 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 
 import numpy as np
 
-from tb3_labs.report.page.curves import NO_LINE, Figure, Line, kept_samples
+from tb3_labs.report.page.curves import NO_LINE, Figure, Line, shown_samples
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
 #: The limits of a page.
 MOST_FIGURES = 12
 MOST_SHOWN_VARIABLES = 40
-MOST_LINE_POINTS = 2000     # of each line
+MOST_CHANGES = 2000         # of each text
 LONGEST_VALUE = 200         # characters of each text
 #: A variable with more different texts than this has no figure.
 MOST_LEVELS = 8
-#: A line differs from each recorded value by at most this share of the line's range.
-BOUND_SHARE = 1.0 / 500.0
+#: A larger number is not drawn, since the difference of two such numbers could be infinite.
+LARGEST_DRAWN = 1e300
 #: An angle above this is in degrees, not in radians.
 MOST_RADIANS = 7.0
 
@@ -76,12 +76,13 @@ def variables(run: RunData) -> List[Series]:
     for node, series_of in nodes.items():
         prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
         for series in series_of.values():
-            # here, True and False are texts, not numbers
+            # here, True and False are texts, not numbers; a comparison with NaN is False
             is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
+            is_drawn = ~is_truth & (np.abs(series.value) < LARGEST_DRAWN)
             found.append(replace(
                 series, name=(prefix + series.name)[:LONGEST_VALUE],
                 text=np.array([text[:LONGEST_VALUE] for text in series.text], dtype=object),
-                value=np.where(is_truth | ~np.isfinite(series.value), np.nan, series.value)))
+                value=np.where(is_drawn, series.value, np.nan)))
     return found[:MOST_SHOWN_VARIABLES]
 
 
@@ -103,7 +104,7 @@ def texts(run: RunData) -> List[List[Any]]:
     rows = []
     for each in variables(run):
         shown = changes(each)
-        shown = shown[::1 + len(shown) // MOST_LINE_POINTS]
+        shown = shown[::1 + len(shown) // MOST_CHANGES]
         rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[shown], each.value[shown])]])
@@ -162,15 +163,8 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     index, time, values = np.flatnonzero(known), time[known], values[known]
     breaks = np.flatnonzero((np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
                             | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
-    bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
-    most = max(MOST_LINE_POINTS, 2 * len(breaks) + 2)
-    kept = kept_samples(time, values[:, None], bound, breaks, most)
-    while len(kept) > most:
-        bound *= 2.0
-        kept = kept_samples(time, values[:, None], bound, breaks, most)
-    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
-              for k in kept][:MOST_LINE_POINTS]
-    return points, [int(np.searchsorted(kept, k)) for k in breaks]
+    shown, shown_breaks = shown_samples(values[:, None], breaks)
+    return [(round(float(time[k]), 3), float(f'{values[k]:.6g}')) for k in shown], shown_breaks
 
 
 def _level_steps(variable: Series, levels: List[str]) -> Line:
@@ -179,7 +173,7 @@ def _level_steps(variable: Series, levels: List[str]) -> Line:
     begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > LEAST_GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
-    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_LINE_POINTS]:
+    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_CHANGES]:
         is_silent = variable.time[end] - variable.time[end - 1] > LEAST_GAP
         if begin and variable.time[begin] - variable.time[begin - 1] > LEAST_GAP:
             breaks.append(len(points))
