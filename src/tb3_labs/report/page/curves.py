@@ -56,12 +56,12 @@ def shown_samples(values: np.ndarray,
 
     `values` has the shape (n, k), n > 0. The given `breaks` are indices of samples that no line
     joins to the sample before, from 1 to n - 1. The returned breaks are indices of shown samples.
-    In each stretch, the samples with the least and the greatest value of each column are shown. The
-    samples on both sides of a break are shown, too. If these are more than MOST_POINTS samples,
-    only each second, third ... of them is shown.
+    There are STRETCHES / k equal stretches. In each, the samples with the least and the greatest
+    value of each column are shown. The samples on both sides of a break are shown, too. If these
+    are more than MOST_POINTS samples, only each second, third ... of them is shown.
     """
     number, columns = values.shape
-    size = math.ceil(number / STRETCHES)
+    size = math.ceil(number * columns / STRETCHES)
     padded = np.pad(values, ((0, -number % size), (0, 0)), mode='edge')
     stretches = padded.reshape(-1, size, columns)
     begins = size * np.arange(len(stretches))[:, None]
