@@ -1,14 +1,15 @@
-"""The timeline of a run: its curves are what was recorded, and the page needs nothing else."""
+"""The timeline of a run: no recorded value is far from its curve, and the page needs nothing else."""
 import json
 import math
 import re
 import shutil
 import subprocess
 from html import escape
+from time import process_time
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies
+from hypothesis import given, strategies
 from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, states, turn
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
@@ -17,7 +18,6 @@ from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import timeline
-from tb3_labs.report.page.curves import MOST_POINTS, STRETCHES, shown_samples
 from tb3_labs.report.page.moments import moments
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Numbers
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -37,37 +37,35 @@ def data_of(run):
 
 # Tracks -------------------------------------------------------------------------------------------
 
-@given(strategies.integers(1, 12 * STRETCHES), strategies.integers(1, 3), strategies.integers(0, 2 ** 32 - 1),
-       strategies.lists(strategies.integers(1, 12 * STRETCHES), max_size=5))
-@settings(max_examples=50)
-def test_a_curve_shows_the_least_and_the_greatest_value_near_each_sample(number, columns, seed, breaks):
-    values = np.random.RandomState(seed).uniform(-1.0, 1.0, (number, columns))
-    breaks = sorted({k for k in breaks if k < number})
-    shown, shown_breaks = shown_samples(values, breaks)
-    assert (np.diff(shown) > 0).all() and len(shown) <= 2 * STRETCHES + 20
-    assert {0, number - 1, *breaks, *(k - 1 for k in breaks)} <= set(shown)
-    assert list(shown[shown_breaks]) == breaks
-    size = -(-number * columns // STRETCHES)
-    for begin in range(0, number, size):
-        stretch = values[begin:begin + size]
-        near = values[shown[(begin <= shown) & (shown < begin + size)]]
-        assert (near.min(axis=0) == stretch.min(axis=0)).all() and (near.max(axis=0) == stretch.max(axis=0)).all()
+@given(strategies.lists(strategies.floats(-0.02, 0.02), min_size=2, max_size=300),
+       strategies.integers(0, 2 ** 32 - 1))
+def test_no_value_is_farther_from_its_track_than_the_bound(steps, seed):
+    values = np.cumsum(steps)
+    time = np.cumsum(np.random.RandomState(seed).uniform(0.002, 0.05, len(values)))
+    at, (column,), _ = decoded(timeline.track(time, [values], ['m']))
+    assert np.abs(np.interp(time, at, column) - values).max() <= (
+        timeline.BOUNDS['m'] + 0.001 * 0.02 / 0.002)    # a time is rounded, too
 
 
-def test_a_short_track_has_all_samples():
-    at, (column,), breaks = decoded(timeline.track(TIME, [0.3 * TIME]))
-    assert at == pytest.approx(TIME) and column == pytest.approx(0.3 * TIME) and breaks == []
+@pytest.mark.parametrize('values, times, kept', [
+    (0.3 * TIME, [0.0, 10.0], [0.0, 3.0]),
+    ((TIME >= 5.0) * 1.0, [0.0, 4.95, 5.0, 10.0], [0.0, 0.0, 1.0, 1.0])], ids=['line', 'step'])
+def test_a_straight_line_keeps_its_ends_and_a_step_is_not_smoothed(values, times, kept):
+    at, (column,), breaks = decoded(timeline.track(TIME, [values], ['m']))
+    assert list(at) == pytest.approx(times) and list(column) == pytest.approx(kept) and breaks == []
 
 
-def test_a_curve_that_is_interrupted_at_each_sample_is_bounded():
-    number = 5 * MOST_POINTS
-    shown, breaks = shown_samples(np.arange(number)[:, None], range(1, number))
-    assert len(shown) == MOST_POINTS and shown[0] == 0 and len(breaks) <= MOST_POINTS
+def test_a_curve_that_is_split_one_sample_at_a_time_takes_seconds():
+    """Its last sample but one is always the farthest."""
+    number = np.arange(20000)
+    begun = process_time()
+    at, (column,), _ = decoded(timeline.track(0.01 * number, [np.where(number % 2, 1.0, -1.0) * number], ['m']))
+    assert len(at) == len(column) == 20000 and process_time() - begun < 5.0
 
 
 def test_a_silence_is_a_break_and_not_a_line():
     time = TIME[(TIME < 3.0) | (TIME > 5.0)]
-    at, _, (gap,) = decoded(timeline.track(time, [time]))
+    at, _, (gap,) = decoded(timeline.track(time, [time], ['m']))
     assert at[gap - 1] == pytest.approx(2.95) and at[gap] == pytest.approx(5.05)
 
 

@@ -11,7 +11,7 @@ pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 from test_timeline import data_of, path_in
 
 from tb3_labs.report.page import timeline, variable_figures
-from tb3_labs.report.page.curves import NO_LINE, STRETCHES
+from tb3_labs.report.page.curves import NO_LINE
 from tb3_labs.report.run_data import ImuSamples, Variables
 
 ZERO = 0.0 * TIME
@@ -42,7 +42,7 @@ def test_the_heading_is_beside_the_nodes_own_yaw_and_goal():
     for points, (zero,) in (figure.measured, figure.lines[0]):
         assert points[0] == (0.0, 0.0) and points[zero][0] == pytest.approx(9.0, abs=0.051)
         assert np.array(points[:zero]) @ [40.0, -1.0] == pytest.approx(0.0, abs=0.8)
-    assert {value for _, value in figure.lines[1][0]} == {440.0} and figure.lines[1][1] == []
+    assert figure.lines[1] == ([(0.0, 440.0), (10.0, 440.0)], [])
 
 
 @pytest.mark.parametrize('in_degrees', [False, True])
@@ -113,5 +113,5 @@ def test_the_largest_page_is_bounded():
     time = np.arange(18000) / 20.0
     noise = np.random.RandomState(1).normal(0.0, 1.0, len(time))
     (points, breaks) = variable_figures.line(time, noise)
-    assert len(points) <= 2 * STRETCHES + 2 and breaks == []
+    assert len(points) <= variable_figures.MOST_LINE_POINTS and breaks == []
     assert variable_figures.line(time, np.full(len(time), math.nan)) == NO_LINE

@@ -19,12 +19,9 @@ MARK_HEIGHT = 8
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: The samples of a curve are divided into this many equal stretches. The curve shows the least and
-#: the greatest value of each stretch.
-STRETCHES = 1000
-#: A curve has at most this many points. Only the curve of a recording with very many interruptions
-#: would have more.
-MOST_POINTS = 20000
+#: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. A
+#: stranger's bag that needs more would take hours, so all samples of its stretch are kept.
+MOST_DEPTH = 500
 #: The points (time, value) of a line, and the indices of points that are not joined to the point
 #: before.
 Line = Tuple[List[Tuple[float, float]], List[int]]
@@ -50,27 +47,35 @@ class Figure(NamedTuple):
     levels: List[str]     # the texts at the heights 0, 1, 2, ...; [] if the values are numbers
 
 
-def shown_samples(values: np.ndarray,
-                  breaks: Iterable[int] = ()) -> Tuple[np.ndarray, List[int]]:
-    """Returns (indices of the samples that a curve shows, breaks of the curve).
+def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
+                 breaks: Iterable[int] = (), most: float = math.inf) -> np.ndarray:
+    """Returns the indices of the samples that a curve keeps. The straight lines between these
+    samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
+    the indices at which a new stretch begins, in order. Both ends of a stretch are kept. If more
+    than `most` samples must be kept, only some of them are returned, but more than `most`.
 
-    `values` has the shape (n, k), n > 0. The given `breaks` are indices of samples that no line
-    joins to the sample before, from 1 to n - 1. The returned breaks are indices of shown samples.
-    There are STRETCHES / k equal stretches. In each, the samples with the least and the greatest
-    value of each column are shown. The samples on both sides of a break are shown, too. If these
-    are more than MOST_POINTS samples, only each second, third ... of them is shown.
+    Source: Douglas and Peucker (1973), with the distance along the axis of the values.
     """
-    number, columns = values.shape
-    size = math.ceil(number * columns / STRETCHES)
-    padded = np.pad(values, ((0, -number % size), (0, 0)), mode='edge')
-    stretches = padded.reshape(-1, size, columns)
-    begins = size * np.arange(len(stretches))[:, None]
-    after_breaks = np.array([*breaks], dtype=int)
-    chosen = np.unique(np.concatenate([
-        [0, number - 1], after_breaks - 1, after_breaks,
-        (begins + stretches.argmin(axis=1)).ravel(), (begins + stretches.argmax(axis=1)).ravel()]))
-    shown = chosen[::math.ceil(len(chosen) / MOST_POINTS)]
-    return shown, np.unique(np.searchsorted(shown, after_breaks)).tolist()
+    is_kept = np.zeros(len(time), dtype=bool)
+    begins, splits = [0, *breaks], 0
+    stretches = [(begin, end - 1, 0) for begin, end in zip(begins, [*begins[1:], len(time)])]
+    while stretches and splits <= most:
+        first, last, depth = stretches.pop()
+        is_kept[[first, last]] = True
+        if depth == MOST_DEPTH:
+            is_kept[first:last] = True
+        elif last - first > 1:
+            inner = slice(first + 1, last)
+            share = (time[inner] - time[first]) / max(time[last] - time[first], 1e-9)
+            on_line = values[first] + share[:, None] * (values[last] - values[first])
+            distances = (np.abs(values[inner] - on_line) / bounds).max(axis=1)
+            farthest = int(np.argmax(distances))
+            if distances[farthest] > 1.0:
+                middle = first + 1 + farthest
+                is_kept[middle] = True
+                splits += 1
+                stretches += [(first, middle, depth + 1), (middle, last, depth + 1)]
+    return np.flatnonzero(is_kept)
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:

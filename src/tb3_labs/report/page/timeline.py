@@ -1,7 +1,9 @@
 """Makes the data of the timeline of a run, and from these data the timeline's HTML.
 
-A *track* is a list of points over time, joined by straight lines. The points are recorded samples,
-but not all of them (see `curves.py`). A track is interrupted at a time without samples.
+A *track* is a list of points over time, joined by straight lines. The track has fewer points than
+the recording, but differs from each recorded value by at most its bound (`BOUNDS`). Only a track
+that would need more than `MOST_POINTS` differs by more. A track is interrupted at a time without
+samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
 `local` and of the goals are in ``local``, all other poses are in ``odom``.
@@ -20,7 +22,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
-from tb3_labs.report.page.curves import STRETCHES, curves, mark_line, shown_samples, variable_curves
+from tb3_labs.report.page.curves import curves, mark_line, kept_samples, variable_curves
 from tb3_labs.report.run_data import LEAST_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
@@ -29,10 +31,15 @@ TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: Only these data are read by the timeline's program. Python draws all other data into the page.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
                'angle', 'commands', 'goals', 'marks', 'variables')
+#: The largest difference between a recorded value and its track, for each unit.
+BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits after the point.
 ROUNDED_DIGITS = 3
-#: A page has at most this many commands, this many marks, and this many characters of each text.
-MOST_COMMANDS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
+#: This rounding changes a value by at most this.
+TIMELINE_ROUNDING = 0.0005
+#: A page has at most this many points of each track, this many marks, and this many characters of
+#: each text.
+MOST_POINTS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
 #: A page has at most this many lines of a log. Of a longer log, the lines in the middle are left
 #: out.
 MOST_LOG_LINES = 2000
@@ -42,17 +49,21 @@ RECORDER = 'record'
 Mark = Dict[str, Any]
 
 
-def track(time: np.ndarray, columns: Sequence[np.ndarray],
+def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
-    """Returns the track of `columns`. No line is drawn across a gap of time, or into a sample whose
-    index is in `breaks`. In the result, 'breaks' has indices of the track's points."""
+    """Returns the track of `columns`, which have these units. No line is drawn across a gap of
+    time, or into a sample whose index is in `breaks`. In the result, 'breaks' has the indices of
+    the track's points."""
     if not len(time):
-        return {'time': [], 'columns': [[] for _ in columns], 'breaks': []}
+        return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
-    gaps = np.flatnonzero(np.diff(time) > LEAST_GAP) + 1
-    shown, breaks = shown_samples(values, [*breaks, *gaps])
+    bounds = np.array([BOUNDS[unit] for unit in units])
+    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > LEAST_GAP) + 1)})
+    kept = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
+    shown = kept[::math.ceil(len(kept) / MOST_POINTS)]
     return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
-            'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(), 'breaks': breaks}
+            'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
+            'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
 
 
 def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
@@ -69,13 +80,14 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
         'frame': _poses(local_in_odom(run, local.time), local_resets),
-        'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))]),
-        'rate': track(imu.time, [imu.yaw_rate]),
-        'speed': track(odometry.time, [odometry.linear]),
-        'distance': track(time, [distance], goal_resets),
-        'angle': track(time, [np.degrees(angle)], [
-            *goal_resets, *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
-        'commands': _commands(run.commands)[:MOST_COMMANDS],
+        'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
+        'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
+        'speed': track(odometry.time, [odometry.linear], ['m/s']),
+        'distance': track(time, [distance], ['m'], goal_resets),
+        'angle': track(time, [np.degrees(angle)], ['deg'],
+                       [*goal_resets,
+                        *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
+        'commands': _commands(run.commands)[:MOST_POINTS],
         'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
                   for span in spans(run)[:MOST_MARKS]],
         'marks': sorted(marked, key=lambda each: each['begin'])[:MOST_MARKS],
@@ -86,7 +98,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
     yaw = np.degrees(np.unwrap(poses.yaw)) if len(poses) else poses.yaw
-    return track(poses.time, [poses.x, poses.y, yaw], [*breaks, *poses.leaps])
+    return track(poses.time, [poses.x, poses.y, yaw], ['m', 'm', 'deg'], [*breaks, *poses.leaps])
 
 
 def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
@@ -152,5 +164,5 @@ def section(data: Dict[str, Any]) -> str:
                 each['begin'], each['begin'], escape(each['text'])) for each in data['marks']),
             log=''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
                 level, at, at, escape(text)) for at, level, text in data['log']),
-            stretches=STRETCHES,
+            bounds=', '.join('{:g} {}'.format(bound, unit) for unit, bound in BOUNDS.items()),
             script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js'))))

@@ -11,17 +11,19 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 
 import numpy as np
 
-from tb3_labs.report.page.curves import NO_LINE, Figure, Line, shown_samples
+from tb3_labs.report.page.curves import NO_LINE, Figure, Line, kept_samples
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
 #: The limits of a page.
 MOST_FIGURES = 12
 MOST_SHOWN_VARIABLES = 40
-MOST_CHANGES = 2000         # of each text
+MOST_LINE_POINTS = 2000     # of each line
 LONGEST_VALUE = 200         # characters of each text
 #: A variable with more different texts than this has no figure.
 MOST_LEVELS = 8
+#: A line differs from each recorded value by at most this share of the line's range.
+BOUND_SHARE = 1.0 / 500.0
 #: A larger number is not drawn, since the difference of two such numbers could be infinite.
 LARGEST_DRAWN = 1e300
 #: An angle above this is in degrees, not in radians.
@@ -104,7 +106,7 @@ def texts(run: RunData) -> List[List[Any]]:
     rows = []
     for each in variables(run):
         shown = changes(each)
-        shown = shown[::1 + len(shown) // MOST_CHANGES]
+        shown = shown[::1 + len(shown) // MOST_LINE_POINTS]
         rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[shown], each.value[shown])]])
@@ -163,8 +165,15 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     index, time, values = np.flatnonzero(known), time[known], values[known]
     breaks = np.flatnonzero((np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
                             | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
-    shown, shown_breaks = shown_samples(values[:, None], breaks)
-    return [(round(float(time[k]), 3), float(f'{values[k]:.6g}')) for k in shown], shown_breaks
+    bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
+    most = max(MOST_LINE_POINTS, 2 * len(breaks) + 2)
+    kept = kept_samples(time, values[:, None], bound, breaks, most)
+    while len(kept) > most:
+        bound *= 2.0
+        kept = kept_samples(time, values[:, None], bound, breaks, most)
+    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
+              for k in kept][:MOST_LINE_POINTS]
+    return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
 def _level_steps(variable: Series, levels: List[str]) -> Line:
@@ -173,7 +182,7 @@ def _level_steps(variable: Series, levels: List[str]) -> Line:
     begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > LEAST_GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
-    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_CHANGES]:
+    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_LINE_POINTS]:
         is_silent = variable.time[end] - variable.time[end - 1] > LEAST_GAP
         if begin and variable.time[begin] - variable.time[begin - 1] > LEAST_GAP:
             breaks.append(len(points))
