@@ -2,6 +2,7 @@
 import math
 import unittest
 
+import numpy as np
 import rospy
 import tf2_ros
 from dynamic_reconfigure.client import Client
@@ -21,13 +22,18 @@ DEADLINE = 30.0  # of a wait, wall clock [s]
 WHEEL_RADIUS = 0.033    # of a Burger [m]
 
 
+def is_the_robots(message):
+    """Is a message from the robot, and not a transform of robot_state_publisher?"""
+    return not isinstance(message, TFMessage) or 'wheel' not in message.transforms[0].child_frame_id
+
+
 class FakeRobotTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.received = {topic: [] for topic in TOPICS}
         for topic, kind in TOPICS.items():
-            rospy.Subscriber(topic, kind, cls.received[topic].append,
-                             queue_size=1 if topic == NEWEST_ONLY else 1000)
+            rospy.Subscriber(topic, kind, lambda message, seen=cls.received[topic]: is_the_robots(
+                message) and seen.append(message), queue_size=1 if topic == NEWEST_ONLY else 1000)
         cls.commands = rospy.Publisher('cmd_vel', Twist, queue_size=1)
         cls.live = Client('turtlebot3', timeout=DEADLINE)
 
@@ -73,14 +79,23 @@ class FakeRobotTest(unittest.TestCase):
                      math.hypot(imu.linear_acceleration.x, imu.linear_acceleration.y) / 9.81):
             self.assertAlmostEqual(tilt, math.radians(0.81), delta=1e-3)
 
-    def test_the_shape_in_rviz_stands_on_the_floor_where_the_robot_is(self):
+    def test_the_wheels_in_rviz_turn_as_far_as_the_robot_drives(self):
         transforms = tf2_ros.Buffer()
         tf2_ros.TransformListener(transforms)
-        self.wait('tf of base_link', lambda: transforms.can_transform(
-            'robot3/base_footprint', 'robot3/base_link', rospy.Time(0)))
-        place = transforms.lookup_transform(
-            'robot3/base_footprint', 'robot3/base_link', rospy.Time(0)).transform.translation
-        self.assertEqual((place.x, place.y, place.z), (0.0, 0.0, WHEEL_RADIUS))
+
+        def wheel(side):
+            """The attitude of a wheel as a quaternion."""
+            turned = transforms.lookup_transform('robot3/odom', 'robot3/wheel_{}_link'.format(side),
+                                                 rospy.Time(0), rospy.Duration(60.0)).transform.rotation
+            return np.array([turned.x, turned.y, turned.z, turned.w])
+
+        start, before = self.truth(), {side: wheel(side) for side in ('left', 'right')}
+        self.move(to_twist(0.1, 0.0), 0.09)
+        angle = self.truth().distance_to(start) / WHEEL_RADIUS
+        self.assertGreater(angle, 1.0)
+        for side, old in before.items():
+            self.wait('the {} wheel to turn by {:.2f} rad'.format(side, angle), lambda side=side, old=old: abs(
+                2.0 * math.acos(min(1.0, abs(wheel(side) @ old))) - angle) < 0.01)
 
     def truth(self):
         return to_pose2(self.last('ground_truth').pose)
