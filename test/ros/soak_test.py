@@ -12,6 +12,7 @@ from drive_case import DriveCase
 from node_case import STARTING
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.supervision.timeouts import SENDER_PAUSE
 
 #: Memory and threads count from here on, when every history has been filled [simulated s].
 WARM = 15.0
@@ -53,9 +54,12 @@ class SoakTest(DriveCase):
 
     def turn(self, angle):
         """Turn. Returns the true error [deg]. A refused or aborted turn is repeated, because a pause of a busy computer
-        is four times as long for the robot, and makes the sensors silent."""
+        is four times as long for the robot, and makes the sensors silent. A repetition within SENDER_PAUSE of the
+        request would not count."""
         line = ''
         while not line.startswith('Turned'):
+            if line:
+                self.let_pass(SENDER_PAUSE + 0.1)
             start = self.rest().yaw
             self.observer.forget('/rosout')
             self.turns.publish(angle)

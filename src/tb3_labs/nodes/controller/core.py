@@ -21,6 +21,9 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
+#: Least time between two log lines about refused turns [s].
+REFUSAL_PERIOD = 1.0
+
 
 class ControllerCore:
     """Turns one robot by its IMU, and drives the robot by the mouse."""
@@ -38,6 +41,7 @@ class ControllerCore:
         self._turn: Optional[ActiveTurn] = None  # None after the result of the turn is logged
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
+        self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
         self._mouse_loss_logged = False          # was the loss of the mouse logged?
         self._log = LogQueue()
@@ -100,14 +104,17 @@ class ControllerCore:
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
         self._check_sleep_and_mouse(turn.at)
+        self._refused_at = -math.inf
         self._request_or_log(turn, now)
 
     def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
-        """Request a turn. Log a refusal."""
+        """Request a turn. Log a refusal, at most once a second."""
         try:
             self.request_turn(turn.content, now)
         except ValueError as refusal:
-            self._log.add(str(refusal), warning=True)
+            if turn.at - self._refused_at >= REFUSAL_PERIOD:
+                self._refused_at = turn.at
+                self._log.add(str(refusal), warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
