@@ -6,7 +6,7 @@ to 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Mapping, NamedTuple
+from typing import Dict, Mapping, NamedTuple, Optional
 
 from tb3_labs.config import NOT_GIVEN
 
@@ -82,19 +82,15 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     return Twist2(linear, angular)
 
 
-def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model called `name`. ``ValueError`` for an unknown name, which came from the
-    parameter or variable `source`."""
+def robot_model(name: str, environment: Optional[Mapping[str, str]] = None) -> RobotModel:
+    """Returns the model called `name`. ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
+    MODEL_VARIABLE in `environment` names the model. Without this variable the model is a Burger."""
+    source = 'model'
+    if name == NOT_GIVEN and environment is not None:
+        source = MODEL_VARIABLE
+        name = environment.get(MODEL_VARIABLE) or DEFAULT_MODEL
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # a parameter may be a list
         raise ValueError(
             f'{source} = {name!r} is not valid: one of {", ".join(MODELS)}') from None
-
-
-def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
-    """Returns the model called `name`. ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
-    MODEL_VARIABLE in `environment` names the model. Without this variable the model is a Burger."""
-    if name != NOT_GIVEN:
-        return robot_model(name)
-    return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

@@ -6,7 +6,7 @@ from dataclasses import fields
 import rospy
 
 from tb3_labs.config import NOT_GIVEN, from_parameters, nearest
-from tb3_labs.robot.turtlebot3 import model_called
+from tb3_labs.robot.turtlebot3 import robot_model
 
 
 def read_config(*kinds, of=None, typed=()):
@@ -37,4 +37,4 @@ def read_config(*kinds, of=None, typed=()):
 
 def read_model():
     """Returns the RobotModel of the parameter ``~model``, else of TURTLEBOT3_MODEL."""
-    return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
+    return robot_model(rospy.get_param('~model', NOT_GIVEN), os.environ)
