@@ -44,5 +44,6 @@ PRINTED_RESET = 'Pose reset successfully'
 
 # -- the relative names of topics, and of the service of both labs
 
-IMU_TOPIC, ODOM_TOPIC, JOY, MOUSE_INFO = 'imu', 'odom', 'joy', 'mouse_info'
-CTRL_RELINQ, CMD_VEL, SET_POSE = 'ctrl_relinq', 'cmd_vel', 'set_pose'
+IMU_TOPIC, ODOM_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC = 'imu', 'odom', 'joy', 'mouse_info'
+CTRL_RELINQ_TOPIC, CMD_VEL_TOPIC = 'ctrl_relinq', 'cmd_vel'
+SET_POSE_SERVICE = 'set_pose'

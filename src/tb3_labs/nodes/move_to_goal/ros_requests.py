@@ -13,7 +13,7 @@ from move_base_msgs.msg import (
     MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
 
 from tb3_labs.geometry.se2 import RequestedPose, TypedPose
-from tb3_labs.handout import SET_POSE
+from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
@@ -150,7 +150,7 @@ class Resets:
     def offer(self):
         """Take resets from now on."""
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
-        rospy.Service(SET_POSE, SetInitialPose, guarded(self._on_set_pose))
+        rospy.Service(SET_POSE_SERVICE, SetInitialPose, guarded(self._on_set_pose))
         subscribe('initialpose', PoseWithCovarianceStamped,
                   only_new('initialpose', self._on_initialpose))
 
