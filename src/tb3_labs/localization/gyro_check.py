@@ -65,12 +65,12 @@ GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved?
 #: The orientation is stuck if it stays the same while the gyro shows a turn of this size [rad].
 GYRO_TURNED = 0.1
 #: The noise of a stuck orientation is smaller than this [rad].
-STANDING_NOISE = 0.02
+STUCK_NOISE = 0.02
 #: A stuck orientation changes by less than this share of the gyro's turn.
-STANDING_SHARE = 0.25
+STUCK_SHARE = 0.25
 #: The problem in words, and its remedy.
-ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch the robot off and "
-                      'on, or start its driver anew')
+STUCK_ORIENTATION = ("the imu's orientation stands while its gyro turns: switch the robot off and "
+                     'on, or start its driver anew')
 
 
 class OrientationWatch:
@@ -84,7 +84,7 @@ class OrientationWatch:
         self._turned = 0.0                    # turn by the gyro since then [rad]
         self._rested_for = 0.0                # time for which the gyro rested [s]
         #: Is the orientation stuck?
-        self.stands = False
+        self.is_stuck = False
 
     def on_imu(self, timed: TimedSample) -> None:
         (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
@@ -98,16 +98,16 @@ class OrientationWatch:
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
             if self._rested_for >= AGREEMENT_TIME:
-                self.stands = False
+                self.is_stuck = False
         elif 0.0 < seconds <= GYRO_GAP:
             self._turned += rate * seconds
             self._rested_for = 0.0
         self._farthest = max(self._farthest, abs(difference(yaw, self._first_yaw)))
-        if self._farthest > max(STANDING_NOISE, STANDING_SHARE * abs(self._turned)):
+        if self._farthest > max(STUCK_NOISE, STUCK_SHARE * abs(self._turned)):
             self._first_yaw, self._farthest, self._turned = yaw, 0.0, 0.0
-            self.stands = False
+            self.is_stuck = False
         elif abs(self._turned) > GYRO_TURNED:
-            self.stands = True
+            self.is_stuck = True
 
 
 class _WheelTurn(NamedTuple):
@@ -223,8 +223,8 @@ class GyroWatch:
 
     def problem(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
-        if self._orientation.stands:
-            return ORIENTATION_STANDS
+        if self._orientation.is_stuck:
+            return STUCK_ORIENTATION
         return self._gyro_lies if self._contradicts else ''
 
     @property
@@ -254,13 +254,13 @@ class GyroWatch:
         lowest, highest, margin = comparison.plausible_rates(
             least, most, max(turn.rate_of_one_wheel for turn in turns))
         nearest = clamp(reading.rate, lowest - margin, highest + margin)
-        stands = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
+        shows_rest = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
         seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
         if rests:
             self._rested_for += seconds
         if self._uncompared_for < AGREEMENT_TIME:
             self._uncompared_for = 0.0
-        if stands or reading.rate == nearest:
+        if shows_rest or reading.rate == nearest:
             self._agree(seconds, rests)
         elif not reading.is_repeated:
             self._disagree((reading.rate - nearest) * seconds)
