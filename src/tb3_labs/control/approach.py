@@ -1,20 +1,26 @@
 """An approach drives until the remaining way is zero, and stops there in spite of delays.
 
-The *way after a stop* is the way that would remain if the robot were commanded to stop now. Each
-sample predicts this way from the delay, lag and gain that `motor_response` identifies. An
-`Estimate` filters the noise of the predictions. Between two samples, only the command changes this
-way. A braking profile gives the speed for this way. *Nudges* are short commands after the first
-stop, which correct the last error.
+A controller that looks only at the measured position brakes too late, and overshoots. An approach
+is a Smith predictor: it looks at the *way after a stop*, which is the way that would remain if the
+robot were commanded to stop now,
+
+    remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
+
+The middle term is the way that a first-order motor coasts, since the integral of v exp(-t / lag) is
+v lag. Each sample predicts the way after a stop from the delay, lag and gain that `motor_response`
+identifies. An `Estimate` filters the noise of the predictions. Between two samples, only the
+command changes the way after a stop. A braking profile gives the speed for this way. *Nudges* are
+short commands after the first stop, which correct the last error.
 
 Units: radians or metres for ways, per second for speeds; seconds. Both directions are alike.
-Source: :func:`tb3_labs.control.commands.braking_speed` has the braking profile.
+Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
+(1957), 217-219.
 """
 import math
 from dataclasses import dataclass
 
-from tb3_labs.control.commands import (
-    CommandHistory, Estimate, braking_speed, first_order_response)
-from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Response
+from tb3_labs.control.commands import CommandHistory, Estimate, first_order_response
+from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
 #: Two times that differ by less than this belong to the same sample, since times are rounded [s].
@@ -52,10 +58,24 @@ class ApproachConfig:
     speed_is_prompt: bool = False
 
 
+def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
+    """Returns the fastest speed from which a robot can stop within the remaining way.
+
+    At a large distance d the speed is the braking profile sqrt(2 a d) of the `deceleration` a
+    [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
+    0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
+    """
+    distance = abs(remaining)
+    meeting = deceleration / gain ** 2
+    if distance <= meeting:
+        return math.copysign(gain * distance, remaining)
+    return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
+
+
 class Approach:
     """One axis (turning or driving) that comes to rest where `remaining` is zero."""
 
-    def __init__(self, config: ApproachConfig, response: Response) -> None:
+    def __init__(self, config: ApproachConfig, response: MotorResponse) -> None:
         """`response` has the values of the robot. This approach improves them."""
         self._config = config
         self._response = response

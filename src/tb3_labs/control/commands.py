@@ -1,23 +1,13 @@
-"""The commands of a law: the times of the commands, and the braking speed in spite of delays.
+"""The commands of a law: their times, and the commanded travel that the robot has not driven yet.
 
-*Times*. A step of a law reads the latest samples and gives one command. The robot takes one new
-command in each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and
-a `Pace` finds when the step is due.
-
-*Delays*. A command reaches the robot after the *delay*, and the motors follow with a first-order
-*lag*. A controller that looks only at the measured position brakes too late, and overshoots. A
-Smith predictor looks at the way that would remain if the robot were commanded to stop now,
-
-    remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
-
-The middle term is the way that a first-order motor coasts, since the integral of v exp(-t / lag) is
-v lag. An `Estimate` filters the noise of this way.
+A step of a law reads the latest samples and gives one command. The robot takes one new command in
+each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and a `Pace`
+finds when the step is due. A command reaches the robot after the *delay*, and the motors follow
+with a first-order *lag*.
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are alike.
 Edge cases of a Pace: A step is due if the clock went back. The first step after the start or a
 pause is treated as one period long.
-Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
-(1957), 217-219.
 """
 import math
 from collections import deque
@@ -47,20 +37,6 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float         # the remaining way [m or rad]
     finished: bool           # has the robot reached the goal of the law?
-
-
-def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
-    """Returns the fastest speed from which a robot can stop within the remaining way.
-
-    At a large distance d the speed is the braking profile sqrt(2 a d) of the `deceleration` a
-    [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
-    0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
-    """
-    distance = abs(remaining)
-    meeting = deceleration / gain ** 2
-    if distance <= meeting:
-        return math.copysign(gain * distance, remaining)
-    return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
 
 
 class Pace:

@@ -8,7 +8,7 @@ from typing import Optional
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_state import DriveConfig, sum_of_turns
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -48,8 +48,8 @@ class DriveLaw:
     OVERSHOOT_SHARE = 0.3
 
     def __init__(self, config: DriveConfig, model: RobotModel,
-                 response: Optional[Response] = None) -> None:
-        response = response or Response()
+                 response: Optional[MotorResponse] = None) -> None:
+        response = response or MotorResponse()
         self.distance_tolerance = config.distance_tolerance
         self._config = config
         self._model = model

@@ -82,7 +82,7 @@ SLOWEST_FIRST_COMMAND = 0.2
 PROMPT_SHARE = 0.98
 
 
-class Response:
+class MotorResponse:
     """Delay, lag and gain of one robot, shared by all of its approaches."""
 
     def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
@@ -104,7 +104,7 @@ class Response:
             return LEAST_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
 
-    def learn(self, other: 'Response') -> None:
+    def learn(self, other: 'MotorResponse') -> None:
         """Take in one measurement of delay, lag and gain."""
         delay = clamp(other.delay, 0.0, MAX_DELAY)
         self._count += 1
@@ -135,7 +135,7 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
 class Identification:
     """Identifies delay, lag and gain during one approach."""
 
-    def __init__(self, response: Response, speed_is_prompt: bool) -> None:
+    def __init__(self, response: MotorResponse, speed_is_prompt: bool) -> None:
         """`response` has the values of earlier approaches, and learns from this approach. An
         ApproachConfig has `speed_is_prompt`."""
         #: The estimate of this approach.

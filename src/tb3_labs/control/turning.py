@@ -10,7 +10,7 @@ from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
@@ -67,7 +67,7 @@ class PreciseTurn:
     KNOWN_WELL_SHARE = 0.35
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
-                 response: Response) -> None:
+                 response: MotorResponse) -> None:
         """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]. `response` has the known
         delay and lag of the robot."""
         self._fastest = fastest

@@ -108,8 +108,8 @@ class SensorWatch:
         is_silent = self._silent_since <= now    # False for NaN
         silent_for = now - self._silent_since if is_silent else 0.0
         is_late = silent_for > self._longest_wait
-        become_fresh = are_fresh and not self._were_fresh
-        if become_fresh or (are_fresh and is_checked):    # otherwise the wait would start anew
+        became_fresh = are_fresh and not self._were_fresh
+        if became_fresh or (are_fresh and is_checked):    # otherwise the wait would start anew
             self._silent_since = now - max([source.age(now) for source in self._sources])
             self._longest_wait = RESUME_TIME
         else:

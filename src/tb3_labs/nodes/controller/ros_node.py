@@ -9,7 +9,7 @@ import rospy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.handout import CONTROLLER_GOODBYE
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.msg import MouseController
@@ -32,7 +32,7 @@ class ControllerNode:
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
-        self._response = Response()    # of this robot, learned while it moves
+        self._response = MotorResponse()    # of this robot, learned while it moves
         self._core = core = ControllerCore(self._law(config), GyroWatch(
             self._model, rospy.resolve_name('reset')))
         self._robot_wait = time.monotonic() + ROBOT_WAIT

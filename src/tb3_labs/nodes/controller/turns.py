@@ -11,7 +11,7 @@ from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import Estimate
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
@@ -52,10 +52,10 @@ class TurnConfig(Config):
 
 
 def make_turn(config: TurnConfig, model: RobotModel,
-              response: Optional[Response] = None) -> PreciseTurn:
+              response: Optional[MotorResponse] = None) -> PreciseTurn:
     """Returns the law of a turn. `response` has the known delay and lag of this robot."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
-                       math.radians(config.tolerance_deg), response or Response())
+                       math.radians(config.tolerance_deg), response or MotorResponse())
 
 
 class Heading:

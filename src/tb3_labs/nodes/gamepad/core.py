@@ -52,7 +52,7 @@ class GamepadCore:
         self._config = config
         self._model = model
         self._pad = PadListener()
-        self.joy = self._pad.source
+        self.joy = self._pad.freshness
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
         self._zero_until = 0.0    # until this time the pad commands zero [s]
@@ -69,13 +69,13 @@ class GamepadCore:
         now, state = joy.at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME)
-        before, pushed_at = self._pad.before, now - self._pad.lateness
+        before, pushed_at = self._pad.state_before, now - self._pad.lateness
         self._command_is_due = True
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
             self._handle(ControlEvent.REGAIN, now)
         elif state.relinquish and not before.relinquish and not state.regain:
-            if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.grants:
+            if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.must_renew:
                 self.messages.grant(now, self._pad.lateness)
                 self._handle(ControlEvent.RELINQUISH, now)
         is_held_anew = state.hold and not before.hold
@@ -105,12 +105,12 @@ class GamepadCore:
 
     def on_leave(self, now: float) -> None:
         """Take back the control that this pad gave, since this node ends."""
-        if self.messages.grants:
+        if self.messages.must_renew:
             self._on_control_taken(now)
 
     def _on_control_taken(self, now: float) -> None:
         self.messages.stopped_at = now
-        if self.messages.grants:
+        if self.messages.must_renew:
             self._handle(ControlEvent.TAKEN, now)
         elif self._drives():
             self._handle(ControlEvent.STOPPED, now)
@@ -125,7 +125,7 @@ class GamepadCore:
         command = self._command(now) if self._command_is_due else None
         holder = None if self.holder is self._published_holder else self.holder
         waits_for_rest = self._pad.state is not None and self.holder is ControlHolder.NOBODY
-        watched = self.messages.grants or self._drives() or waits_for_rest
+        watched = self.messages.must_renew or self._drives() or waits_for_rest
         reset_requested, self._reset_requested = self._reset_requested, False
         self._published_holder = self.holder
         return PadOutput(
@@ -173,7 +173,7 @@ class GamepadCore:
         """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the
         permission that the pad gave."""
         self._sleep.update(now)
-        if self.messages.grants and self._sleep.slept_for > EXPIRE_AFTER:
+        if self.messages.must_renew and self._sleep.slept_for > EXPIRE_AFTER:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
                           warning=True)
             self._on_control_taken(now)
@@ -203,7 +203,7 @@ class GamepadCore:
         self._command_is_due = True
         if before is ControlHolder.MOVE_TO_GOAL:
             self._zero_until = now + HAND_BACK_TIME
-            if self.messages.grants:       # another node took control
+            if self.messages.must_renew:    # another node took control
                 self.messages.stop(now)
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
@@ -220,13 +220,13 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _check_loss(self, now: float) -> None:
-        needs_pad = self._drives() or self.messages.grants
+        needs_pad = self._drives() or self.messages.must_renew
         if self.joy.is_fresh(now) or not needs_pad:
             return
         hint = ''
-        if self._pad.hangs:
+        if self._pad.driver_hangs:
             hint = '. joy_node repeats one message: start it again'
-        elif not self._pad.repeats:
+        elif not self._pad.has_repeated:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
         silence = self.joy.silence_with_age(now).capitalize()

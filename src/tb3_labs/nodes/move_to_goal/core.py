@@ -15,7 +15,7 @@ from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroWatch
@@ -58,10 +58,10 @@ class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
     def __init__(self, law: DriveLaw, has_control: bool = False,
-                 response: Optional[Response] = None,
+                 response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
         """`law` and this node improve the delays of this robot in `response`."""
-        self._response = response or Response()
+        self._response = response or MotorResponse()
         self._timing, self.imu, self.odometry = SampleTiming(), Sensor('imu'), Sensor('odom')
         self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
@@ -70,7 +70,7 @@ class MoveToGoalCore:
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         #: May this node drive? The value at the last tick.
         self.has_control = has_control
-        self._grants = 0                   # number of grants at the last update
+        self._known_grant_count = 0        # number of grants at the last update
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
@@ -128,7 +128,7 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        repetition = self.on_repetition(request, steady_now)
+        repetition = self.note_goal(request, steady_now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
             requests.refuse(request, doubt + ': send it again')
@@ -149,8 +149,8 @@ class MoveToGoalCore:
             self.set_goal(goal)
         requests.accept(request)
 
-    def on_repetition(self, request: GoalRequest, steady_now: float) -> Repetition:
-        """Take in a goal that was sent again with the same GoalID."""
+    def note_goal(self, request: GoalRequest, steady_now: float) -> Repetition:
+        """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
         self._update_control(steady_now)    # a goal may be older than a sleep
         self._check_end(steady_now)
         return self._requests.note(request, steady_now)
@@ -186,7 +186,8 @@ class MoveToGoalCore:
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
         before, self.has_control = self.has_control, permission.granted
-        is_new_grant, self._grants = permission.count > self._grants, permission.count
+        is_new_grant = permission.count > self._known_grant_count
+        self._known_grant_count = permission.count
         if is_new_grant and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:

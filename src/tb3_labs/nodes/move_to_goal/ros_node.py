@@ -12,7 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig, errors
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroWatch
@@ -84,7 +84,7 @@ class MoveToGoalNode:
         typed = {'has_control': _permission()}
         start, drive = read_config(MoveToGoalConfig, DriveConfig, typed=typed)
         self._model = read_model()
-        self._response = Response()    # of this robot, learned while it moves
+        self._response = MotorResponse()    # of this robot, learned while it moves
         self._core = core = MoveToGoalCore(self._law(drive), start.has_control, self._response,
                                            GyroWatch(self._model, rospy.resolve_name('reset')))
         core.set_goal(start.goal)

@@ -129,8 +129,8 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            on_request = self._core.on_goal if handle else self._core.on_repetition
-            self._runner.handle(lambda: on_request(request, steady_time()))
+            take_in = self._core.on_goal if handle else self._core.note_goal
+            self._runner.handle(lambda: take_in(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         with self.lock:
