@@ -70,7 +70,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
         part.unlink(missing_ok=True)    # the part exists only after a failure
 
 
-def reason(problem: BaseException) -> str:
+def failure_text(problem: BaseException) -> str:
     """Returns the reason for a failure in one line, with the name of the file if known."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'

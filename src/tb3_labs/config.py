@@ -45,7 +45,7 @@ def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
                    if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def hint_for(name: str, known: Iterable[str]) -> str:
     """Returns a hint for a name that is not in `known`."""
     near = difflib.get_close_matches(name, list(known), 1)
     return f'is {near[0]} meant?' if near else 'known: ' + ', '.join(sorted(known))
