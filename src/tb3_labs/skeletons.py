@@ -28,7 +28,8 @@ def package_files(templates: Path, package: str) -> Dict[str, str]:
     for path in sorted(templates.rglob('*')):
         name = path.relative_to(templates).as_posix()
         if path.is_file():
-            name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
+            if name.endswith(SUFFIX):
+                name = name[:-len(SUFFIX)]
             files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
     return files
 
@@ -66,4 +67,4 @@ def write_package(files: Dict[str, str], target: Path) -> None:
         path.write_text(text, encoding='utf-8')
         if text.startswith('#!'):
             mode = path.stat().st_mode
-            path.chmod(mode | (mode & 0o444) >> 2)    # users who may read the file may execute it
+            path.chmod(mode | ((mode & 0o444) >> 2))    # users who may read the file may execute it

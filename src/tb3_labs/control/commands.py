@@ -86,12 +86,10 @@ class CommandHistory:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
         self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
-        #: Time since the start [s].
-        self.now = 0.0
+        self.now = 0.0        # time since the start [s]
         #: Start of the period in which the robot obeys a command that is sent now [s].
         self.begin = 0.0
-        #: The latest command.
-        self.command = 0.0
+        self.command = 0.0    # the latest command
         self._same_since = 0.0
         self._earlier_travel = 0.0        # travel commanded before the latest period
 
@@ -182,8 +180,9 @@ class Estimate:
         spread = noise * noise
         largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)
         agrees = abs(sample - self.value) <= largest_surprise
+        have_noise = spread > 0.0 and math.isfinite(self._variance)
         share = 1.0    # the sample replaces the estimate
-        if agrees and spread > 0.0 and math.isfinite(self._variance):
+        if agrees and have_noise:
             share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)
         self._variance = share * spread

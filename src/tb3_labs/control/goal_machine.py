@@ -31,14 +31,10 @@ class GoalMachine:
         self.law = law
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
-        #: The reason why the drive was given up, or ''.
-        self.failure = ''
-        #: Did a person or program cancel the drive? Only a new goal starts another drive.
-        self.cancelled = False
-        #: Was a motion to this goal commanded?
-        self.begun = False
-        #: Number of the drive. Each goal and each restart begins a new drive.
-        self.attempt = 0
+        self.failure = ''         # the reason why the drive was given up, or ''
+        self.begun = False        # was a motion to this goal commanded?
+        self.cancelled = False    # did a person or program cancel the drive?
+        self.attempt = 0          # number of the drive; each goal and restart begins a new drive
         self._tries_left = 0
         self._interrupted = False
         self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)
@@ -86,7 +82,9 @@ class GoalMachine:
             for stall in self._stalls.values():
                 stall.resume()
         if self._interrupted or not self.begun:
-            self.begun, self._interrupted, self.state = True, False, GoalState.ROTATE_TO_GOAL
+            self.begun = True
+            self._interrupted = False
+            self.state = GoalState.ROTATE_TO_GOAL
             self.law.start(motion.pose, goal)
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)

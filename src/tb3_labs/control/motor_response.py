@@ -89,10 +89,8 @@ class MotorResponse:
                  gain: float = 1.0) -> None:
         #: Time from a command to the moment at which the motors begin to follow it [s].
         self.delay = delay
-        #: Time constant of the motors [s].
-        self.lag = lag
-        #: Steady speed as a share of the command.
-        self.gain = gain
+        self.lag = lag      # time constant of the motors [s]
+        self.gain = gain    # steady speed as a share of the command
         self._count = 0             # of measurements
         self._usual_delay = 0.0     # mean of the measured delays [s]
 
@@ -161,7 +159,8 @@ class Identification:
             self._from_rest = False    # then commands may be delayed, too
         if not self._from_rest:
             return
-        if self._speed_is_prompt and not self._start_observed and abs(speed) > ONSET_SPEED:
+        starts = not self._start_observed and abs(speed) > ONSET_SPEED
+        if self._speed_is_prompt and starts:
             self._identify_at_start(history, travelled, speed, age)
         command = history.command
         if abs(command) < LEAST_CRUISE_SHARE * fastest or history.now > LEARNING_TIME:

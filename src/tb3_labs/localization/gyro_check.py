@@ -83,8 +83,7 @@ class OrientationWatch:
         self._farthest = 0.0                  # largest change of the yaw since then [rad]
         self._turned = 0.0                    # turn by the gyro since then [rad]
         self._rested_for = 0.0                # time for which the gyro rested [s]
-        #: Is the orientation stuck?
-        self.is_stuck = False
+        self.is_stuck = False                 # does the orientation contradict the gyro?
 
     def on_imu(self, timed: TimedSample) -> None:
         (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
@@ -167,9 +166,10 @@ class _Comparison:
 
     def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
         """Learn the share of a steady turn that the wheels lose, if the gyro is calibrated."""
-        is_steady_turn = (least * most > STEADY_TURN_RATE ** 2
-                          and most - least < STEADY_TURN_SPREAD * abs(most))
-        if self.is_calibrated and self.turned_for < SLIP_TIME and is_steady_turn:
+        needs_turn = self.is_calibrated and self.turned_for < SLIP_TIME
+        is_fast = least * most > STEADY_TURN_RATE ** 2
+        is_steady = most - least < STEADY_TURN_SPREAD * abs(most)
+        if needs_turn and is_fast and is_steady:
             seconds = reading.end - reading.begin
             self.turned_for += seconds
             slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP_SHARE)
@@ -182,8 +182,7 @@ class GyroWatch:
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
         self._gyro_lies = GYRO_LIES.format(model.name, reset_topic)
-        #: Was any rate of the gyro compared with the wheels?
-        self.has_compared = False
+        self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all comparisons at rest [s]
         self._uncompared_for = 0.0   # time of gyro samples since the last comparison [s]
@@ -217,7 +216,8 @@ class GyroWatch:
             self._comparison = _Comparison()
         elif last is not None and time > last.stamp:
             self._add_turn(last, sample)
-        self._comparison.wheels, readings = sample, self._comparison.readings
+        self._comparison.wheels = sample
+        readings = self._comparison.readings
         while readings and readings[0].end + LONGEST_GYRO_LEAD <= time:
             self._compare_with_wheels(readings.popleft())
 
@@ -255,7 +255,8 @@ class GyroWatch:
             least, most, max(turn.rate_of_one_wheel for turn in turns))
         nearest = clamp(reading.rate, lowest - margin, highest + margin)
         shows_rest = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
-        seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
+        seconds = reading.end - reading.begin
+        rests = margin < RESTING_MARGIN
         if rests:
             self._rested_for += seconds
         if self._uncompared_for < AGREEMENT_TIME:

@@ -81,13 +81,11 @@ class Localizer:
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
-        #: True from a loss of the pose to the next reset.
-        self.is_lost = False
+        self.is_lost = False    # True from a loss of the pose to the next reset
         #: Time of the last known command to move [s, receiver's clock].
         self.driven_at = -math.inf
         self._jump_finder = JumpFinder()
-        #: The jumps of both sensors.
-        self.jumps: Queue[Jump] = Queue()
+        self.jumps: Queue[Jump] = Queue()    # of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
@@ -186,7 +184,9 @@ class Localizer:
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
             for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'
-            self.frame, self._buffer, self.is_lost = None, SampleBuffer(), True
+            self.frame = None
+            self._buffer = SampleBuffer()
+            self.is_lost = True
         elif self.frame is not None:
             self.frame = replace(
                 self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
@@ -200,15 +200,16 @@ class Localizer:
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:
             if reset.stamp is None:
-                reset.stamp, reset.epoch = (
-                    self._clock.stamp_of(reset.requested_at), self._clock.epoch)
+                reset.stamp = self._clock.stamp_of(reset.requested_at)
+                reset.epoch = self._clock.epoch
             if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
-            readings = None if reset.stamp is None else self._buffer.at(
-                reset.stamp + reset.sample_delay)
-            if readings is None:
+            if reset.stamp is None:
                 return    # later resets wait for this one
+            readings = self._buffer.at(reset.stamp + reset.sample_delay)
+            if readings is None:
+                return
             self._carry_out(reset, *readings)
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:

@@ -120,7 +120,8 @@ def _is_reset(before: _JumpSample, after: _JumpSample, gap: _Gap) -> bool:
     # after the reset of a board the IMU is near zero, too
     yaw_from_zero = min(abs(now.yaw), abs(difference(now.yaw, turned)))
     place_is_near = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE
-    if not is_zero and not (place_is_near and yaw_from_zero <= NEAR_ZERO_YAW):
+    is_near_zero = place_is_near and yaw_from_zero <= NEAR_ZERO_YAW
+    if not is_zero and not is_near_zero:
         return False
     has_moved = was.distance_to(now) > NEAR_ZERO_PLACE
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
@@ -170,7 +171,8 @@ class JumpFinder:
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
         is_short = self._since_received.longest < LONGEST_SILENCE
-        if stood and is_short and abs(turned) <= RESTING_TURN:
+        was_turned = abs(turned) > RESTING_TURN
+        if stood and is_short and not was_turned:
             return (_shift(before.sample.pose, after.sample.pose),
                     Jump(SET_TO_ZERO, POSE_KEPT, turned))
         return None, Jump(SET_TO_ZERO, POSE_LOST)
@@ -245,8 +247,8 @@ class EncoderWatch:
         self._stand, self._rolls = _Interval(), _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        stands = self._wheels is not None and self._wheels[1:] == sample[1:]
-        self._stand.update(stands, sample.stamp)
+        wheels_stand = self._wheels is not None and self._wheels[1:] == sample[1:]
+        self._stand.update(wheels_stand, sample.stamp)
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:

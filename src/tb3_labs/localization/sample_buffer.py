@@ -107,14 +107,17 @@ class SampleBuffer:
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()
             yaw = self._imu_yaw_at(time)
-            pair = pair if yaw is None else (sample, yaw)
+            if yaw is not None:
+                pair = sample, yaw
         return pair
 
     def at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
         """Returns (odom_T_base, yaw of the IMU [rad]) at `stamp` [s]; None if either is unknown."""
         pose = self._odometry.at(stamp)
-        yaw = None if pose is None else self._imu_yaw_at(stamp)
-        return None if yaw is None else (pose, yaw)
+        yaw = self._imu_yaw_at(stamp)
+        if pose is None or yaw is None:
+            return None
+        return pose, yaw
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
         """Returns the yaw of the IMU [rad]. In a long gap the odometry gives the turn."""
@@ -123,7 +126,8 @@ class SampleBuffer:
             return yaw
         (begin, start), (end, stop) = around
         before, here, after = (self._odometry.at(moment) for moment in (begin, time, end))
-        if end - begin > BRIDGED_GAP or before is None or here is None:
+        is_bridged = end - begin <= BRIDGED_GAP
+        if not is_bridged or before is None or here is None:
             return None
         yaw = start + difference(here.yaw, before.yaw)
         if after is not None:    # the odometry may not have reached the end of the gap yet

@@ -81,13 +81,15 @@ class SampleTiming:
 
     def _timed(self, source: str, last: Optional[TimedSample], sample: Sample,
                now: float) -> TimedSample:
-        silence, before = _silence(last, now), last.sample if last else None
+        silence = _silence(last, now)
+        before = last.sample if last else None
+        by_stamps = sample.stamp - before.stamp if before else 0.0
         all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
         time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
         return TimedSample(
             sample, before, arrival=now, time=time, epoch=self.clock.epoch,
             measured_at=self.clock.measured_at(time, now), silence=silence, all_silent=all_silent,
-            by_stamps=sample.stamp - before.stamp if before else 0.0)
+            by_stamps=by_stamps)
 
 
 def _silence(last: Optional[TimedSample], now: float) -> float:
@@ -115,9 +117,9 @@ class SenderClock:
             self._new_epoch()
         elif self._is_new_clock(source, stamp, arrival, silence, all_silent):
             self._new_epoch()
-        time = arrival
-        if self.uses_stamps:
-            time = max(stamp, self._last[source][0]) if source in self._last else stamp
+        time = stamp if self.uses_stamps else arrival
+        if self.uses_stamps and source in self._last:
+            time = max(stamp, self._last[source][0])
         self._last[source] = time, stamp
         self._last_arrival = arrival
         self._least.add(arrival, arrival - time)

@@ -148,5 +148,5 @@ class GoalRequests:
 
     def _forget(self, now: float) -> None:
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
-        self._repetitions = {sender: each for sender, each in self._repetitions.items()
-                             if just_woke or each.source.is_fresh(now)}
+        self._repetitions = {sender: repetition for sender, repetition in self._repetitions.items()
+                             if just_woke or repetition.source.is_fresh(now)}

@@ -36,12 +36,9 @@ class _Grant:
     """The permission that one sender gave, and the renewals by this sender."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        #: Time at which the True arrived [s].
-        self.granted_at = now
-        #: The True was sent at this time or earlier [s].
-        self.sent_before = now
-        #: Were the sensors fresh at any time since the grant?
-        self.had_sensors = False
+        self.granted_at = now       # time at which the True arrived [s]
+        self.sent_before = now      # the True was sent at this time or earlier [s]
+        self.had_sensors = False    # were the sensors fresh at any time since the grant?
         self._renews = renews
         self._received_for = 0.0
         self._source = Freshness('control', SUSPEND_AFTER)
@@ -55,7 +52,8 @@ class _Grant:
         self.sent_before = self.granted_at
         delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
         # checked for a few seconds only: later a sender's fast clock would look like a delay
-        if self._renews and delay > 0.0 and self._received_for < EXPIRE_AFTER:
+        is_checked = self._renews and self._received_for < EXPIRE_AFTER
+        if is_checked and delay > 0.0:
             self.sent_before -= delay
 
     def silent_for(self, now: float) -> float:
@@ -78,8 +76,9 @@ class Permission:
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time for which a grant waits for the sensors [s]
         # The grants by sender. The grant at the start has the sender ''.
-        self._grants: Dict[str, _Grant] = (
-            {'': _Grant(math.nan, renews=False)} if granted_at_start else {})
+        self._grants: Dict[str, _Grant] = {}
+        if granted_at_start:
+            self._grants[''] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # the last message, by sender
         self._stops: Dict[str, float] = {}        # time of the last False [s], by sender
         self._refused: Set[str] = set()    # senders of a True whose refusal was logged
@@ -121,7 +120,8 @@ class Permission:
         is_repeated = self._last_value.get(sender, False)
         self._last_value[sender] = is_grant
         given_by_senders = set(self._grants) - {''}
-        if not is_grant and message.age is Age.OLD and not given_by_senders:
+        is_old_stop = not is_grant and message.age is Age.OLD
+        if is_old_stop and not given_by_senders:
             return    # this False does not end the grant at the start
         if not is_grant:
             self._stops = {other: at for other, at in self._stops.items()

@@ -44,8 +44,7 @@ class Sensor(Freshness):
 
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
-        #: Content of the last message, without the stamp.
-        self.reading: Any = None
+        self.reading: Any = None    # content of the last message, without the stamp
         #: Time for which the reading was repeated although it must change [s].
         self.repeated_for = 0.0
         #: The longest time between two messages since the last pause [s].

@@ -29,7 +29,8 @@ class ControllerCore:
     """Turns one robot by its IMU, and drives the robot by the mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
-        self._timing, self.imu = SampleTiming(), Sensor('imu')
+        self._timing = SampleTiming()
+        self.imu = Sensor('imu')
         self.driver = Driver.NOBODY
         self._last_driver = Driver.NOBODY        # at the last tick
         self._law = law
@@ -76,8 +77,8 @@ class ControllerCore:
                               'scroll up to stop')
             self._mouse_is_due = True
             is_centred = self.mouse.twist == Twist2()
-            self._handle(DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED,
-                         'the mouse took over')
+            event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
+            self._handle(event, 'the mouse took over')
         elif active and was_active:
             self._mouse_loss_logged = True
             self._release_mouse('messages of the mouse are late: move it to the middle of the '
@@ -139,7 +140,8 @@ class ControllerCore:
             self._repetitions.stop()
             if self.driver is Driver.TURN:
                 self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
-        was_active, silence = self.mouse.active, self.mouse.silence(steady_now)
+        was_active = self.mouse.active
+        silence = self.mouse.silence(steady_now)
         if self._sleep.slept_for or silence:
             self.mouse.lose(steady_now)
         if was_active and not self.mouse.active:
@@ -160,8 +162,9 @@ class ControllerCore:
         """Look at both clocks, and decide."""
         self._check_sleep_and_mouse(steady_now)
         step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
+        turn_is_due = self.driver is Driver.TURN and step_is_due
         command = None
-        if self._mouse_is_due or (self.driver is Driver.TURN and step_is_due):
+        if self._mouse_is_due or turn_is_due:
             command = self._command(now)
         before, self._last_driver = self._last_driver, self.driver
         return Output(command, stops_first=self.driver is not before,

@@ -99,9 +99,11 @@ class Mouse:
         active, x, y = message.content
         sender = self._senders[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
-        was_active, deactivated = sender.active, sender.reported_active and not active
+        rests = not active or twist == Twist2()
+        was_active = sender.active
+        deactivated = sender.reported_active and not active
         self.source.received(message.at)
-        sender.received(message, rests=not active or twist == Twist2())
+        sender.received(message, rests)
         was_lost = was_active and not sender.active
         if deactivated or was_lost:
             self.lose(message.at, kept=sender)

@@ -88,10 +88,11 @@ class ControllerNode:
 
     def _diagnose(self):
         core, now = self._core, ros_time()
+        mouse = 'active' if core.mouse.active else 'not active'
         return core.problem(now), dict(
             values_of('imu', core.imu, now),
             **values_of('mouse_info', core.mouse.source, steady_time()),
-            driver=core.driver.value, mouse='active' if core.mouse.active else 'not active')
+            driver=core.driver.value, mouse=mouse)
 
 
 class Keyboard:

@@ -71,10 +71,11 @@ class GamepadCore:
         self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME)
         before, pushed_at = self._pad.state_before, now - self._pad.lateness
         self._command_is_due = True
+        relinquishes = state.relinquish and not before.relinquish
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
             self._handle(ControlEvent.REGAIN, now)
-        elif state.relinquish and not before.relinquish and not state.regain:
+        elif relinquishes and not state.regain:
             if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.must_renew:
                 self.messages.grant(now, self._pad.lateness)
                 self._handle(ControlEvent.RELINQUISH, now)
@@ -86,7 +87,8 @@ class GamepadCore:
             self._handle(ControlEvent.LOST, now)    # the loss was not noticed before
         elif self._drives() and pushed_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
-        if state.reset and not before.reset and self._is_accepted('Y', OLDEST_RESET, now):
+        asks_for_reset = state.reset and not before.reset
+        if asks_for_reset and self._is_accepted('Y', OLDEST_RESET, now):
             self._reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
@@ -167,7 +169,8 @@ class GamepadCore:
         state = self._pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
-        return (state.hold or not self._config.has_hold) and not state.at_rest
+        is_held = state.hold or not self._config.has_hold
+        return is_held and not state.at_rest
 
     def _check_clock(self, now: float) -> None:
         """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the

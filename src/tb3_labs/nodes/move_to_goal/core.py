@@ -62,7 +62,9 @@ class MoveToGoalCore:
                  gyro: Optional[GyroWatch] = None) -> None:
         """`law` and this node improve the delays of this robot in `response`."""
         self._response = response or MotorResponse()
-        self._timing, self.imu, self.odometry = SampleTiming(), Sensor('imu'), Sensor('odom')
+        self._timing = SampleTiming()
+        self.imu = Sensor('imu')
+        self.odometry = Sensor('odom')
         self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
         self._log = LogQueue()
@@ -243,7 +245,8 @@ class MoveToGoalCore:
     def _check_end(self, steady_now: float) -> None:
         """Answer the client of a drive that has ended, once."""
         machine = self._machine
-        if machine.goal is None or machine.active or machine.attempt == self._last_ended_attempt:
+        was_answered = machine.attempt == self._last_ended_attempt
+        if machine.goal is None or machine.active or was_answered:
             return
         self._last_ended_attempt = machine.attempt
         if machine.failure:
@@ -272,13 +275,13 @@ class MoveToGoalCore:
         return self._localizer.odom_T_local
 
     def status(self, now: float) -> DriveStatus:
-        machine, problem = self._machine, self._sensors.problem(now) or self._sensor_conflict()
+        machine = self._machine
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
             attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
             failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
-            sensor_problem=problem)
+            sensor_problem=self._sensors.problem(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
@@ -300,8 +303,8 @@ class MoveToGoalCore:
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
         elif sensors.status is SensorStatus.TIMED_OUT and may_drive:
-            self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
-                                  f'{sensors.silent_for:.1f} s')
+            reason = sensors.hold_reason or 'sensors were silent'
+            self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
@@ -334,13 +337,15 @@ class MoveToGoalCore:
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
                 self._log.add(f'{text}: {jump.outcome}', warning=True)
+            has_begun = self._machine.begun and self._machine.active
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
-            elif self._permission.has_grant and self._machine.begun and self._machine.active:
+            elif self._permission.has_grant and has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_resets():
             if reset.done:
                 self._machine.restart()
                 self._restart()
-                reset.hint = '' if self._machine.active else '; no goal: send one'
+                if not self._machine.active:
+                    reset.hint = '; no goal: send one'
                 self._log.add(reset.answer)

@@ -46,7 +46,6 @@ MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
-
 _permissions = [False]    # each value of _has_control:=; only the last value is used
 
 
@@ -139,10 +138,10 @@ class MoveToGoalNode:
     def _diagnose(self):
         core, now = self._core, ros_time()
         status = core.status(now)
+        control = 'granted' if status.has_control else 'not granted'
         return status.failure or status.sensor_problem, dict(
             values_of('imu', core.imu, now), **values_of('odom', core.odometry, now),
-            state=status.text or 'about to begin',
-            control='granted' if status.has_control else 'not granted', goal=status.goal)
+            state=status.text or 'about to begin', control=control, goal=status.goal)
 
 
 class LocalPath:
@@ -158,7 +157,9 @@ class LocalPath:
     def show(self, fix):
         """Add a localizer.Fix. Publish the path once in PATH_PERIOD."""
         if fix.frame_number != self._frame_number:
-            self._frame_number, self._points, self._sent = fix.frame_number, [], -math.inf
+            self._frame_number = fix.frame_number
+            self._points = []
+            self._sent = -math.inf
         here = fix.local_T_base
         if not self._points or _is_farther(self._points[-1][0], here):
             self._points.append((here, to_pose_stamped(here, self._frame_id, fix.stamp)))
@@ -209,8 +210,8 @@ class Display:
         self._shown = fix.stamp, odom_T_local
         if self._tf.pub_tf.get_num_connections():
             self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
-        if self._goal is not None and (
-                self._distance.get_num_connections() or self._angle.get_num_connections()):
+        has_subscriber = self._distance.get_num_connections() or self._angle.get_num_connections()
+        if self._goal is not None and has_subscriber:
             distance, angle = errors(fix.local_T_base, self._goal)
             self._distance.publish(distance)
             self._angle.publish(math.degrees(angle))

@@ -225,7 +225,8 @@ def to_requested_pose(header, pose):
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        name = name if len(name) <= LONGEST_QUOTE else name[:LONGEST_QUOTE] + '...'
+        if len(name) > LONGEST_QUOTE:
+            name = name[:LONGEST_QUOTE] + '...'
         raise ValueError(
             f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
     return RequestedPose(to_pose2(pose), in_odom)
