@@ -25,7 +25,7 @@ from tb3_labs.geometry.angles import clamp
 
 #: Two times that differ by less than this belong to the same sample, since times are rounded [s].
 SAME_SAMPLE_TIME = 1e-6
-#: A nudge may last two periods, so it has a smaller gain: this is added to the divisor of the gain.
+#: For nudges this is added to the divisor of the gain, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -35,23 +35,23 @@ class ApproachConfig:
 
     #: The robot obeys each command for this long [s].
     period: float
-    #: The command changes at most this fast [1/s^2].
+    #: Greatest rate of change of the command [1/s^2].
     acceleration: float
     #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
     #: robot can follow the profile in spite of disturbances.
     braking: float
     #: Near zero the speed is this gain times the way after a stop [1/s].
     gain: float
-    #: The lowest speed of a motion. At a lower speed the last bit would take too long.
+    #: The lowest speed of a motion. At a lower speed the last part of the way would take too long.
     slowest: float
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: For nudges, the larger one of this and `close_enough` applies.
+    #: For nudges the robot stops within the larger of this and `close_enough`.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
-    #: A nudge is held for this long [s], so that a stop does not replace the nudge too early.
+    #: A nudge lasts at least this time [s], so that a stop does not replace the nudge too early.
     nudge_time: float = 0.0
     #: Is the measured speed the present speed, as from a gyro? The odometry sends the mean over the
     #: last control period, which is too high while the robot brakes.
@@ -82,8 +82,8 @@ class Approach:
         self.start()
 
     def start(self) -> None:
-        """Start again with a robot at rest."""
-        self._now = 0.0                     # since the start [s]
+        """Start a new approach of a robot at rest."""
+        self._now = 0.0                     # time since the start [s]
         self._measured_at = -math.inf       # time of the latest sample [s]
         #: The way that would remain if the robot were commanded to stop now.
         self.way_after_stop = Estimate()
@@ -91,7 +91,7 @@ class Approach:
         self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # the first step calls this again, with its sample
+        self._begin(math.nan, 0.0)    # the first step begins again, with its sample
 
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way, since the goal was moved."""
@@ -141,7 +141,7 @@ class Approach:
         self._motor_speed = speed
 
     def _advance(self, speed: float, dt: float) -> None:
-        """Let `dt` [s] pass. The travel commanded meanwhile reduces the way after a stop."""
+        """Let `dt` [s] pass. The travel commanded in this time reduces the way after a stop."""
         history = self._history
         before = history.commanded_travel(history.begin)
         history.advance(dt)

@@ -16,14 +16,14 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: All steps after the first are due this much early [s], since a step's sample may come 5 ms late.
-#: Until a late command arrives, the robot obeys the previous command.
+#: Each step but the first is due before the end of a period by this time [s], since the sample of a
+#: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: A node that does not drive reads the next sample after this time, about one period [s].
 LONGEST_IDLE = 0.036
 #: In 95 of 100 cases the estimate is off by less than this [standard deviations].
 STANDARD_ERRORS = 2.0
-#: A sample that is this many standard deviations away contradicts the estimate.
+#: A sample that is off by more standard deviations than this contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
@@ -71,7 +71,7 @@ class Pace:
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
-        """Skip a step that was due. The next step is due a period later."""
+        """Skip a step that was due. The next step is due one period after this step."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
@@ -85,7 +85,7 @@ class CommandHistory:
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
-        self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
+        self._sent: Deque[Tuple[float, float]] = deque()   # (start of the period, command)
         self.now = 0.0        # time since the start [s]
         #: Start of the period in which the robot obeys a command that is sent now [s].
         self.begin = 0.0
@@ -104,7 +104,7 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded_travel(self, until: float) -> float:
-        """Returns the travel commanded until `until` [s], a time after the latest command."""
+        """Returns the travel commanded up to the time `until` [s], after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
@@ -114,7 +114,7 @@ class CommandHistory:
         self.begin = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
-        """Give a command for the period that begins now."""
+        """Note the command for the period that begins now."""
         begin = self.begin
         self._earlier_travel = self.commanded_travel(begin)
         if command != self.command:
@@ -149,13 +149,13 @@ class CommandHistory:
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """Returns the speed of a motor that had `speed`, after `dt` [s] at a constant `command`."""
+    """Returns the speed of a motor `dt` [s] after it had `speed`, at a constant `command`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 
 class Estimate:
     """A Kalman filter of one number. The estimate of a number that does not change is the mean of
-    all samples. After a change of the number, later samples have more weight."""
+    all samples. After a change of the number, new samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate. It is 0 before the first sample.

@@ -20,7 +20,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensors_and_stalls import StallWatch
 
 #: A drive that ends outside its tolerance, for instance since the network stalled, starts again
-#: from there, at most this many times.
+#: from there. This is the greatest number of such starts.
 MORE_TRIES = 2
 
 
@@ -89,7 +89,7 @@ class GoalMachine:
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        while self.active:    # after a finished state, the next state has its turn in the same step
+        while self.active:    # the state after a finished state gives the command of this step
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]

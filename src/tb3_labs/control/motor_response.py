@@ -48,9 +48,9 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
-#: A sample delay is clipped to these [s]. The least is that of the firmware on a fast host.
+#: A sample delay is clipped to these limits [s]. The least is that of the firmware on a fast host.
 LEAST_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
-#: A measured delay and a measured lag are clipped to these [s].
+#: A measured delay and a measured lag are clipped to these limits [s].
 MAX_DELAY, MAX_LAG = 0.4, 0.15
 #: Standard deviations of the values with which an approach begins.
 FIRST_GAIN_DEVIATION = 0.03
@@ -66,7 +66,7 @@ LEARNING_WEIGHT = 0.1
 LEAST_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
-#: At steady speed the command was the same for more than this time [s].
+#: A speed is steady only if the command did not change for this time [s].
 CRUISE_TIME = 0.12
 #: Samples are used if the command has at least this share of the fastest speed.
 LEAST_CRUISE_SHARE = 0.5
@@ -116,7 +116,7 @@ class MotorResponse:
 def identify_at_start(time: float, steady_speed: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
     """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if the sample does
-    not show both.
+    not show both values.
 
     The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
     The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
@@ -139,7 +139,7 @@ class Identification:
         #: The estimate of this approach.
         self.estimate = copy(response)
         self._response = response
-        self._initial = copy(response)    # the equations are solved for the difference from this
+        self._initial = copy(response)    # the equations give the difference from these values
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # was the robot at rest at the start?
         self._start_observed = False     # did a sample show that the robot speeds up?
@@ -148,8 +148,8 @@ class Identification:
         self._normal_matrix, self._normal_vector = np.diag(deviations ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """Start just before the first command, at this measured `speed`. Nothing is identified
-        unless the robot is at rest, since an earlier command may still move the robot."""
+        """Start just before the first command, at this measured `speed`. If the robot moves,
+        nothing is identified, since an earlier command may cause this motion."""
         self._from_rest = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travelled: float, speed: float,

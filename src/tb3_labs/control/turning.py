@@ -15,13 +15,13 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: Samples at rest must span this time, nearly one control period of the robot [s].
+#: From the first to the latest sample at rest this time must pass, nearly one control period [s].
 SETTLING_TIME = 0.03
 
 
 class Settling:
     """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? The
-    times of measurement count, since one sample may be read several times."""
+    time is that between measurements, since one sample may be read several times."""
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
@@ -61,7 +61,7 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: If the IMU is noisy, a turn at rest waits for more samples, at most this long [s].
+    #: If the IMU is noisy, a turn at rest waits for more samples, at most for this time [s].
     LONGEST_WAIT_AT_REST = 0.6
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     KNOWN_WELL_SHARE = 0.35

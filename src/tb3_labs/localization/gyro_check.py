@@ -2,17 +2,17 @@
 
 A board that calibrates its gyro while the robot turns takes this rate of turn for zero. From then
 on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with the rates at
-which the wheels turned the robot a little earlier and later. The part of the turn that delay, slip
-and uneven wheels do not explain is added up. A robot that is carried also contradicts its wheels.
+which the wheels turned the robot a little earlier and later. Delay, slip and uneven wheels explain
+a part of the difference; the rest is added up. A robot that is carried also contradicts its wheels.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, a contradiction is not found.
 * After a silence the comparison starts again. A contradiction is over when gyro and resting wheels
   have agreed for `AGREEMENT_TIME`.
-* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. It waits again
-  after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its gyro.
-  If the samples of the wheels cannot be compared, the motion waits only for `AGREEMENT_TIME`.
+* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. The motion waits
+  again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
+  gyro. If the samples of the wheels cannot be compared, the motion waits only for `AGREEMENT_TIME`.
 * In motion, an error of the gyro is not found if slip (5.5 % of the turn) or uneven wheels
   (7.5 deg/s at full speed) may explain the error.
 
@@ -30,21 +30,21 @@ from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 
-#: A turn of the wheels may show in the gyro up to this much later [s].
+#: The gyro shows a turn of the wheels at most this time after the wheels [s].
 LONGEST_GYRO_LAG = 0.13
-#: A turn of the wheels may show in the gyro up to this much earlier [s].
+#: The gyro shows a turn of the wheels at most this time before the wheels [s].
 LONGEST_GYRO_LEAD = 0.04
-#: A sound gyro differs from slipping wheels by up to this share of the turn.
+#: A healthy gyro differs from slipping wheels by up to this share of the turn.
 SLIP_SHARE = 0.055
-#: A sound gyro differs from uneven wheels by up to this share of _WheelTurn.rate_of_one_wheel.
+#: A healthy gyro differs from uneven wheels by up to this share of _WheelTurn.rate_of_one_wheel.
 UNEVEN_SHARE = 0.033
-#: A sound gyro drifts by up to this [rad/s].
+#: A healthy gyro drifts by up to this [rad/s].
 GYRO_DRIFT = 0.02
-#: Once the gyro agreed with resting wheels, a slip up to this share is believed, as on a carpet.
+#: After the gyro agreed with resting wheels, a slip up to this share is possible, as on a carpet.
 WORST_SLIP_SHARE = 0.45
-#: Once the gyro agreed with resting wheels, wheels may be uneven by this share (worn wheels).
+#: After the gyro agreed with resting wheels, worn wheels may be uneven by up to this share.
 WORST_UNEVEN_SHARE = 0.1
-#: The slip of the wheels is known after steady turns of this total time [s].
+#: The slip of the wheels is known after steady turns for this time in total [s].
 SLIP_TIME = 0.1
 #: A steady turn is faster than this [rad/s].
 STEADY_TURN_RATE = 0.3
@@ -128,11 +128,11 @@ class _GyroRate(NamedTuple):
 
 
 class _Comparison:
-    """The comparison of gyro and wheels since the last silence, or since the clock was set."""
+    """The comparison of gyro and wheels since the last silence, or since a change of the clock."""
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest sample
-        self.readings: Deque[_GyroRate] = deque()    # rates that wait for the wheels' turns
+        self.readings: Deque[_GyroRate] = deque()    # rates of the gyro that are not compared yet
         self.turns: Deque[_WheelTurn] = deque()
         self.is_calibrated = False  # did the gyro agree with resting wheels?
         self.turned_for = 0.0       # time of steady turns with a calibrated gyro [s]
@@ -153,8 +153,8 @@ class _Comparison:
 
     def plausible_rates(self, least: float, most: float,
                         one_wheel: float) -> Tuple[float, float, float]:
-        """Returns (lowest, highest, margin) [rad/s]. The rate of a sound gyro is between `lowest` -
-        `margin` and `highest` + `margin`. The arguments are the least and the largest
+        """Returns (lowest, highest, margin) [rad/s]. The rate of a healthy gyro is between `lowest`
+        - `margin` and `highest` + `margin`. The arguments are the least and the largest
         _WheelTurn.rate, and the largest _WheelTurn.rate_of_one_wheel."""
         margin = SLIP_SHARE * max(-least, most) + GYRO_DRIFT
         if not self.is_calibrated:
@@ -165,7 +165,7 @@ class _Comparison:
         return lowest, highest, margin + WORST_UNEVEN_SHARE * one_wheel
 
     def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
-        """Learn the share of a steady turn that the wheels lose, if the gyro is calibrated."""
+        """If the gyro is calibrated, learn the share of a steady turn that the wheels lose."""
         needs_turn = self.is_calibrated and self.turned_for < SLIP_TIME
         is_fast = least * most > STEADY_TURN_RATE ** 2
         is_steady = most - least < STEADY_TURN_SPREAD * abs(most)

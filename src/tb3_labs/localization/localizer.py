@@ -2,10 +2,10 @@
 
 Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
 the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits for
-later samples of both sensors, and uses the values interpolated to the moment of the request. So a
-reset corrects any earlier error. If the odometry jumps and the robot did not move, ``local`` is
-shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved
-unnoticed, the pose is lost. Then a local frame does not exist until a reset declares a new frame.
+samples of both sensors from after the request, and interpolates to the moment of the request. So a
+reset corrects any error of the old frame. If the odometry jumps and the robot did not move,
+``local`` is shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may
+have moved unnoticed, the pose is lost. Then there is no local frame until the next reset.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -25,7 +25,7 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: The latest speed is assumed to last for two control periods at most [s].
+#: The robot is assumed to keep its latest speed for at most two control periods [s].
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -46,7 +46,7 @@ class Reset:
     requested_at: float = 0.0        # [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
-    sample_delay: float = 0.0        # samples are older than their stamps by this time [s]
+    sample_delay: float = 0.0        # samples are older by this time than their stamps show [s]
     before: Optional[Pose2] = None   # the pose at the request in the old frame, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
@@ -90,7 +90,7 @@ class Localizer:
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._awaits_imu = True    # after a silence of both sensors: no IMU yet?
+        self._awaits_imu = True    # no sample of the IMU since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
         jump = heading_jump(timed.before, timed.sample)
@@ -144,7 +144,7 @@ class Localizer:
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at `reset.requested` at `now`. Resets are carried out in order.
-        Samples are older than their stamps show, by `sample_delay` [s]."""
+        Samples are older by `sample_delay` [s] than their stamps show."""
         reset.requested_at, reset.sample_delay = now, sample_delay
         reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
@@ -175,7 +175,7 @@ class Localizer:
                       yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before the samples that it needs?"""
+        """Is `stamp` after the request of a waiting reset, but before its samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 
@@ -206,7 +206,7 @@ class Localizer:
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
             if reset.stamp is None:
-                return    # later resets wait for this one
+                return    # the resets after this reset wait, too
             readings = self._buffer.at(reset.stamp + reset.sample_delay)
             if readings is None:
                 return

@@ -31,7 +31,7 @@ class Track:
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value. `time` is not before :attr:`newest`. A second value of the same time
+        """Append a value. `time` is not before :attr:`newest`. A second value for the same time
         replaces the first value."""
         if time == self.newest:
             self._samples.pop()
@@ -120,7 +120,7 @@ class SampleBuffer:
         return pose, yaw
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """Returns the yaw of the IMU [rad]. In a long gap the odometry gives the turn."""
+        """Returns the yaw of the IMU [rad]. In a long gap the yaw turns as the odometry does."""
         yaw, around = self._imu.at(time), self._imu.around(time)
         if yaw is not None or around is None:
             return yaw
@@ -130,7 +130,7 @@ class SampleBuffer:
         if not is_bridged or before is None or here is None:
             return None
         yaw = start + difference(here.yaw, before.yaw)
-        if after is not None:    # the odometry may not have reached the end of the gap yet
+        if after is not None:    # the odometry at the end of the gap may not have arrived yet
             drift = difference(stop - start, difference(after.yaw, before.yaw))
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)

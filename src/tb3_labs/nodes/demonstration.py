@@ -1,4 +1,4 @@
-"""The demonstration: the criteria of a good drive, and the table of all drives."""
+"""The demonstration: when a drive is good, and the table of all drives."""
 import math
 from dataclasses import dataclass
 from typing import Sequence, Tuple

@@ -1,8 +1,8 @@
 """The numbers of the robots.
 
-Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and
-its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets round the Burger's speeds up
-to 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts off 0.5 % more.
+Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and its
+motor driver), the Dynamixel XL430/XM430 manuals. The data sheets give the Burger's speeds rounded
+up, as 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts off 0.5 % more.
 """
 import math
 from dataclasses import dataclass
@@ -68,8 +68,8 @@ MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
     """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the robot itself.
 
-    First each speed is clipped alone. If a wheel is still too fast, both speeds are scaled by the
-    same factor, so that the robot drives the same curve more slowly.
+    First each speed is clipped to its own limit. If a wheel is still too fast, both speeds are
+    scaled by the same factor, so that the robot drives the same curve more slowly.
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)

@@ -19,10 +19,10 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder. After LOST nobody may drive, since the person does not
-    have a stop button any more."""
+    """An event that may change the holder. After LOST nobody may drive, since the person has lost
+    the stop button."""
 
-    #: The pad's messages arrive, and its sticks rest, or its hold button was pressed again.
+    #: The pad's messages arrive, and either its sticks rest, or its hold button was pressed again.
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed

@@ -1,4 +1,4 @@
-"""May move_to_goal drive? A person gives the permission once. Renewals only keep it alive.
+"""May move_to_goal drive? A person gives the permission once. Renewals only prolong the permission.
 
 Several senders give and take the permission by True and False. The rules follow ISO 13850, by which
 a stop holds until a person releases the machine again.
@@ -9,15 +9,15 @@ a stop holds until a person releases the machine again.
 * A False of any sender ends the grants of all senders.
 * A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the grant.
   After a silence of `EXPIRE_AFTER` the grant has expired.
-* A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
-  never were fresh, the limit is `ROBOT_START`.
+* A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. Before the
+  sensors are fresh for the first time, this limit is `ROBOT_START`.
 * If this process sleeps for longer than `EXPIRE_AFTER`, all grants expire. A True that
   arrives while the process wakes is ignored, since the True may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
-* A True is ignored if it was sent more than `OLDEST_GRANT` ago, before another sender's False, or
-  before this node started or woke. A True was delayed if the renewals after it arrive faster than
-  one in each `RENEWAL_PERIOD`.
+* A True is ignored if it was sent more than `OLDEST_GRANT` ago, or before another sender's False,
+  or before this node started or woke. A True was delayed if the renewals after it arrive faster
+  than one in each `RENEWAL_PERIOD`.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 Edge case: A sender that renews must renew once before the robot may move. So the True of a sender
@@ -98,7 +98,7 @@ class Permission:
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
-        """Start to hear senders. The time before is not a sleep."""
+        """Start to hear senders. The time before this call is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
             self._grants[''] = _Grant(now, renews=False)
@@ -147,7 +147,7 @@ class Permission:
                                  'then True, gives control again')
 
     def _refuse(self, sender: str, text: str) -> None:
-        """Log that a sender's True is ignored. Log once, since True may be repeated for ever."""
+        """Log once that a sender's True is ignored, since the sender may repeat True for ever."""
         if sender not in self._refused:
             self._refused.add(sender)
             self._log.add(text, warning=True)

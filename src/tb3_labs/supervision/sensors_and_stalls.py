@@ -19,14 +19,14 @@ UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for 
 SURE_DRIVE_SPEED = 0.02
 #: If the command is to turn faster than this, the readings must show a motion [rad/s].
 SURE_TURN_RATE = 0.1
-#: The robot is stalled if commands to move bring it no nearer for this long [s].
+#: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
-#: The robot got nearer if the remaining way is shorter by at least this [m or rad].
+#: The robot got nearer to its goal if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
 #: One drive may command rest for at most this time in total [s].
 LONGEST_REST = 4.0
-#: The goal is missed if the remaining way grows again by more than this [m or rad]. A robot
-#: overshoots by less in a short stall of the network.
+#: The goal is missed if the remaining way grows again by more than this [m or rad]. In a short
+#: stall of the network a robot overshoots by less than this.
 AWAY_LIMIT = 0.8
 
 
@@ -125,7 +125,7 @@ class SensorWatch:
         self.silent_for = silent_for
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
-        """Set the status when the sensors are fresh. They may have been silent until now."""
+        """Set the status when the sensors are fresh. The sensors may have been silent until now."""
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
         if is_late:

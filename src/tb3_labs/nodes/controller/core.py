@@ -21,7 +21,7 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: Least time between two log lines about refused turns [s].
+#: A refused turn is logged at most once in this time [s].
 REFUSAL_PERIOD = 1.0
 
 
@@ -39,7 +39,7 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[ActiveTurn] = None  # None after the result of the turn is logged
+        self._turn: Optional[ActiveTurn] = None  # None after its result was logged
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last log line about a refused turn
@@ -64,7 +64,7 @@ class ControllerCore:
             self._log_result(self._turn, now)
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels. Only the check of the gyro uses it."""
+        """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
@@ -92,7 +92,7 @@ class ControllerCore:
                           'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests, unless it is a repetition, see
+        """Turn by the angle [deg] that another node requests. A repetition may be refused, see
         Repetitions."""
         self._check_sleep_and_mouse(turn.at)
         doubts = self._repetitions.doubts_after(turn, self._sleep.is_waking)
@@ -269,7 +269,7 @@ class ControllerCore:
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. A turn that ends for a `reason` is given up."""
+        """Change the driver. If a turn ends for a `reason`, it is given up."""
         before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
         if reason:
             self._repetitions.stop()

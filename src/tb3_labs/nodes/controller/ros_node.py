@@ -105,8 +105,8 @@ class Keyboard:
     def __init__(self, on_line, on_end):
         self._on_line = guarded(on_line)
         self._on_end = guarded(on_end)
-        # A job in the background that reads its terminal is stopped by this signal. If the signal
-        # is ignored, the read fails.
+        # This signal stops a job in the background that reads its terminal. If the signal is
+        # ignored, the read fails.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
@@ -114,7 +114,7 @@ class Keyboard:
         if sys.stdin is not None:      # without an input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # A thread that reads sys.stdin holds the lock of its buffer, and Python would wait
-                # for this lock at its end. Therefore descriptor 0 is read without a buffer.
+                # for this lock when the node ends. Therefore descriptor 0 is read without a buffer.
                 for line in open(0, 'rb', buffering=0, closefd=False):
                     self._on_line(line.decode(errors='replace').strip())
         self._on_end()

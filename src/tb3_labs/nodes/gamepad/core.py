@@ -4,9 +4,9 @@ The package :mod:`tb3_labs.nodes` says how a core is used. No press of a button 
 several messages arrive together. B always sends False, whoever holds the robot. A sends True, and Y
 asks for a reset, unless the press may be old.
 
-A silent pad is lost while a stick is off its middle, and while move_to_goal drives by the pad's
-permission. Unless joy_node repeats its messages (autorepeat_rate), a stick that is held still looks
-like a lost pad.
+A silent pad is lost if a stick is off its middle, or if move_to_goal drives by the pad's
+permission. If joy_node does not repeat its messages (autorepeat_rate), a stick at a constant
+position looks like a lost pad.
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -57,9 +57,9 @@ class GamepadCore:
         self._sleep = SleepWatch()
         self._zero_until = 0.0    # until this time the pad commands zero [s]
         self._command_is_due = False
-        self._reset_requested = False    # was a reset requested since the last tick?
+        self._reset_requested = False    # was Y pressed since the last tick?
         self._published_holder: Optional[ControlHolder] = None
-        self._stick_pushed_since = math.inf    # a pushed stick has not driven since [s]
+        self._stick_pushed_since = math.inf    # time since which a pushed stick does not drive [s]
         self._stick_logged = False             # was the pushed stick logged?
         self._log = LogQueue()
 
@@ -84,7 +84,7 @@ class GamepadCore:
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._handle(ControlEvent.LOST, now)    # the loss was not noticed before
+            self._handle(ControlEvent.LOST, now)    # this message shows the loss
         elif self._drives() and pushed_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         asks_for_reset = state.reset and not before.reset
@@ -95,13 +95,13 @@ class GamepadCore:
         """Take in whether move_to_goal has control."""
         now = has_control.at
         if has_control.content:
-            self.messages.granted_at = -math.inf    # move_to_goal answers the last True
+            self.messages.granted_at = -math.inf    # this is the answer to the last True
             self._handle(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING_TIME:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or False of another node. A False is a stop, also for this pad."""
+        """Take in a True or False of another node. A False also stops the driving by this pad."""
         if not message.content:
             self._on_control_taken(message.at)
 
@@ -187,7 +187,7 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? If it may be older than `longest` [s], it is not."""
+        """Is a press accepted? A press that may be older than `longest` [s] is rejected."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'

@@ -68,7 +68,7 @@ class PadListener:
         self.has_repeated = False    # did the pad ever repeat an unchanged state?
         self.driver_hangs = False    # does the pad's driver hang, and repeat one message?
         self._lateness = Lateness()
-        self._received_since = math.inf    # the usual delay is learned from this time on [s]
+        self._received_since = math.inf    # time from which the usual delay is learned [s]
         self._last: Optional[PadState] = None
         self._newest_stamp = -math.inf
         self.state_before = PadState()  # the state before the last message
@@ -77,7 +77,7 @@ class PadListener:
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in a message. `stamp` is the time of sending, or 0. `hangs`: does the driver repeat
-        one message? Of the first message, only the stop button is treated as just pressed."""
+        one message? In the first message only the stop button is treated as just pressed."""
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
@@ -98,7 +98,7 @@ class PadListener:
         self.state_before = before
 
     def knows_lateness(self, now: float) -> bool:
-        """Is the usual delay known? Otherwise `lateness` may be wrong."""
+        """Is the usual delay known? If not, `lateness` may be wrong."""
         if self.driver_hangs and not self.freshness.is_fresh(now):
             return False    # two messages may have the same stamp
         return now - self._received_since >= LATENESS_KNOWN_AFTER

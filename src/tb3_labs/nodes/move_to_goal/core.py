@@ -32,7 +32,7 @@ from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
 
-#: A warning names another node that commands motions for this long while this node drives [s].
+#: If another node commands motions for this time while this node drives, a warning names it [s].
 RIVAL_TIME = 0.3
 
 
@@ -60,7 +60,7 @@ class MoveToGoalCore:
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
-        """`law` and this node improve the delays of this robot in `response`."""
+        """`response` has the delays of this robot, which `law` and this node improve."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
         self.imu = Sensor('imu')
@@ -105,7 +105,7 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Take in a command of another node, which may move the robot. If this node drives, too, a
+        """Take in a command of another node, which may move the robot. If both nodes drive, a
         warning names the other node after `RIVAL_TIME`."""
         if not (linear or angular):
             return
@@ -153,19 +153,19 @@ class MoveToGoalCore:
 
     def note_goal(self, request: GoalRequest, steady_now: float) -> Repetition:
         """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
-        self._update_control(steady_now)    # a goal may be older than a sleep
+        self._update_control(steady_now)    # a goal may be from before a sleep
         self._check_end(steady_now)
         return self._requests.note(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
-        self._update_control(steady_now)    # a sleep is not a pause of a sender
+        self._update_control(steady_now)    # this finds a sleep, which is not a pause of a sender
         if self._requests.cancel(steady_now, name, stamp):
             self._machine.cancel()
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested` now. A request that may be older than a
+        """Declare that the robot is at `reset.requested` now. A request that may be from before a
         sleep is refused. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
@@ -205,7 +205,7 @@ class MoveToGoalCore:
     def tick(self, now: float, steady_now: float) -> DriveOutput:
         """Look at both clocks, and decide."""
         self._update_control(steady_now)
-        # a command is due at the rate of the law, and if a sensor is lost
+        # a command is due at the rate of the law, and also if a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end(steady_now)
@@ -313,7 +313,7 @@ class MoveToGoalCore:
         odometry = self._timing.odometry
         assert odometry is not None
         before, after = odometry.before, odometry.sample
-        # The odometry takes its yaw from the IMU. So both yaws must change together.
+        # The odometry takes its yaw from the IMU. So both must change their yaw together.
         turned = before is None or before.pose.yaw != after.pose.yaw
         self.imu.check_repetition(turns or (drives and turned), now)
         self.odometry.check_repetition(drives or turns, now)
@@ -327,7 +327,7 @@ class MoveToGoalCore:
         self._last_command = Twist2()
 
     def _restart(self) -> None:
-        """Start a motion that was requested, from rest."""
+        """Start a requested motion of a robot at rest."""
         self._pause()
         self._sensors.request_motion()
 

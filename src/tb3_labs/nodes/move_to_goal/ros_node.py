@@ -51,17 +51,18 @@ _permissions = [False]    # each value of _has_control:=; only the last value is
 
 def pop_permission():
     """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). rospy
-    would set a parameter, which outlives the launch, and a later start would drive."""
+    would set a parameter, which would outlive the launch and let a later start drive."""
     values = {'true': True, 'false': False}
     for word in list(sys.argv):
         name, _, value = word.partition(':=')
         if name == '_has_control':
             sys.argv.remove(word)
-            _permissions.append(values.get(value.lower(), value))    # another text is refused later
+            # read_config() refuses another text
+            _permissions.append(values.get(value.lower(), value))
 
 
 def _permission():
-    """Returns the permission of this start. A node that roslaunch starts again has none."""
+    """Returns the permission of this start. A node that roslaunch restarts has none."""
     if 'has_control:=true' in sys.argv or rospy.has_param('~has_control'):
         rospy.logwarn('has_control without _, or on the parameter server, gives no control: a '
                       'launch file takes has_control:=true, the node _has_control:=true')
@@ -102,8 +103,8 @@ class MoveToGoalNode:
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Every message is read, since any may have the displacement that the firmware reverses. The
-        # core decides at the next sample of the IMU, which is fresher.
+        # Every message is read, since any message may have the displacement that the firmware
+        # reverses. The core decides at the next sample of the IMU, which is fresher.
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)

@@ -1,4 +1,4 @@
-"""Takes goals and resets for move_to_goal. A reset declares that the robot is at a pose now.
+"""Takes goals and resets for move_to_goal. A reset declares the present pose of the robot.
 
 Goals come by the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal of this
 action, as in move_base. Resets come by the services `reset_pose` and `set_pose`, and by the topic
@@ -34,7 +34,7 @@ STATUS_PERIOD = 0.5
 #: Frames of a goal or a reset that mean ``local``. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
-#: A longer frame name of a sender is cut in the log [characters].
+#: A sender's frame name that is longer than this is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal that ends: the method of actionlib that answers the client}
@@ -52,7 +52,7 @@ class GoalServer(ActionServer):
     not need the lock of the core.
 
     This class sees each message before actionlib (test/ros/stops.test). actionlib (1.14.0) treats a
-    goal with a known GoalID as a new goal after 5 s. It accepts a repeated latched goal as new. It
+    goal with a known GoalID as a new goal after 5 s, accepts a repeated latched goal as new, and
     does not cancel an ended goal, to which the robot may drive again after a reset.
     """
 
@@ -104,7 +104,7 @@ class GoalServer(ActionServer):
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """Obey a cancel, even an old cancel. actionlib's own subscriber calls this method."""
+        """Obey a cancel, however old it is. actionlib's own subscriber calls this method."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
@@ -221,7 +221,7 @@ def only_new(topic, callback):
 
 def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The frame's name
-    may have this node's namespace or not. Raises ``ValueError`` for other frames."""
+    may begin with this node's namespace. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
