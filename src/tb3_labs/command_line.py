@@ -13,7 +13,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # a script starts a job with `&` so that it ignores SIGINT, but SIGINT must end a tool
+        # a job of a script that was started with `&` ignores SIGINT, which must end a tool
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 

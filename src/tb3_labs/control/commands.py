@@ -104,7 +104,7 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded_travel(self, until: float) -> float:
-        """Returns the travel commanded up to the time `until` [s], after the latest command."""
+        """Returns the travel commanded until the time `until` [s], after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 

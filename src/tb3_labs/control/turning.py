@@ -20,8 +20,8 @@ SETTLING_TIME = 0.03
 
 
 class Settling:
-    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? The
-    time is that between measurements, since one sample may be read several times."""
+    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? This
+    time is counted between measurements, since one sample may be read several times."""
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.

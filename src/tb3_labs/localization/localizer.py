@@ -5,7 +5,7 @@ the stamp of an odometry message, with the IMU's yaw interpolated to this stamp.
 samples of both sensors from after the request, and interpolates to the moment of the request. So a
 reset corrects any error of the old frame. If the odometry jumps and the robot did not move,
 ``local`` is shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may
-have moved unnoticed, the pose is lost. Then there is no local frame until the next reset.
+have moved unnoticed, the pose is lost. Then a local frame does not exist until the next reset.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -47,7 +47,7 @@ class Reset:
     stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
     sample_delay: float = 0.0        # samples are older by this time than their stamps show [s]
-    before: Optional[Pose2] = None   # the pose at the request in the old frame, if known
+    before: Optional[Pose2] = None   # the pose in the old frame at the request, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
     hint: str = ''                   # a text for the caller, added to the answer
@@ -143,8 +143,8 @@ class Localizer:
         return over
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
-        """Declare that the robot is at `reset.requested` at `now`. Resets are carried out in order.
-        Samples are older by `sample_delay` [s] than their stamps show."""
+        """Declare that the robot is at the pose `reset.requested` at the time `now`. Resets are
+        carried out in order. Samples are older by `sample_delay` [s] than their stamps show."""
         reset.requested_at, reset.sample_delay = now, sample_delay
         reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
@@ -175,7 +175,7 @@ class Localizer:
                       yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before its samples?"""
+        """Is `stamp` after the request of a waiting reset, but before the samples for it?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 

@@ -61,10 +61,10 @@ class Track:
 
     def at(self, time: float) -> Any:
         """Returns the value at `time`; None if `time` is too early, too late, or in a gap."""
-        around = self.around(time)
-        if around is None:
+        neighbours = self.around(time)
+        if neighbours is None:
             return None
-        (begin, start), (end, stop) = around
+        (begin, start), (end, stop) = neighbours
         if begin == end:
             return start
         if end - begin > INTERPOLATED_GAP:
@@ -121,10 +121,10 @@ class SampleBuffer:
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
         """Returns the yaw of the IMU [rad]. In a long gap the yaw turns as the odometry does."""
-        yaw, around = self._imu.at(time), self._imu.around(time)
-        if yaw is not None or around is None:
+        yaw, neighbours = self._imu.at(time), self._imu.around(time)
+        if yaw is not None or neighbours is None:
             return yaw
-        (begin, start), (end, stop) = around
+        (begin, start), (end, stop) = neighbours
         before, here, after = (self._odometry.at(moment) for moment in (begin, time, end))
         is_bridged = end - begin <= BRIDGED_GAP
         if not is_bridged or before is None or here is None:

@@ -6,8 +6,8 @@ TimedSample with all times that other files need, so that no file measures a tim
 Header stamps show intervals well. But they come from the robot's clock, which may be off by a
 second, may be set, or may always show zero. Arrivals are on the receiver's clock, but a network
 delays messages. So the stamps give the order of the samples. The *least delay* is the shortest time
-between stamp and arrival in the last seconds. It converts times from one clock to the other clock.
-If the stamps are not a clock, the arrivals replace the stamps of both sensors.
+between stamp and arrival in the last seconds. This delay converts times from one clock to the
+other. If the stamps are not a clock, the arrivals replace the stamps of both sensors.
 
 Units: seconds. Cases:
 

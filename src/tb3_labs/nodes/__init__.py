@@ -8,7 +8,7 @@ know both.
   that a person may have caused comes as an events.Event.
 * *Out*: ``tick(now)`` looks at the clock and decides. It returns one events.Output, which has the
   command, and everything else that the node must do. `tick` is called after each message, and ten
-  times a second. While an Output is `watched`, it is called more often, since messages may stop.
-  ``idle_for(now)`` is the time for which no sample of the IMU needs to be read.
+  times a second. While an Output is `watched`, `tick` is called more often, since messages may
+  stop. ``idle_for(now)`` is the time for which no sample of the IMU needs to be read.
 * *State*: properties, ``status(now)`` and ``problem(now)`` change nothing.
 """

@@ -58,7 +58,7 @@ class ControlMessages:
         #: Time of the last True that move_to_goal has not answered yet [s].
         self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
-        #: Time at which control was taken from move_to_goal, by anyone [s].
+        #: Time at which a person or a node took control from move_to_goal [s].
         self.stopped_at = -math.inf
 
     def pop_renewal(self, now: float) -> bool:

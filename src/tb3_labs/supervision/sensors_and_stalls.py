@@ -180,7 +180,7 @@ class StallWatch:
     def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
         """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad] and
         the time since the last update [s]. `rests`: do the samples show a robot at rest?
-        `must_move`: is the command to move, not to rest?"""
+        `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= LONGEST_REST:

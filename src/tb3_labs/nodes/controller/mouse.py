@@ -32,7 +32,7 @@ def to_mouse(message) -> MouseState:
 
 
 class _MouseSource:
-    """What the messages of one mouse show."""
+    """The state of one mouse, by its messages."""
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)

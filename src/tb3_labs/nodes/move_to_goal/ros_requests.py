@@ -31,7 +31,7 @@ ANSWER_WITHIN = 0.85
 ANSWER_POLL = 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
-#: Frames of a goal or a reset that mean ``local``. The handout's client sends `map`.
+#: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
 #: A sender's frame name that is longer than this is cut in the log [characters].
@@ -68,7 +68,7 @@ class GoalServer(ActionServer):
         """Take goals from now on."""
         subscribe('move_base_simple/goal', PoseStamped,
                   only_new('move_base_simple/goal', self._on_simple_goal))
-        # otherwise actionlib's status thread may publish while the topics are closed
+        # without this, actionlib's status thread may publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
 
