@@ -6,7 +6,7 @@ quantity if each value of the variable is the number of a recent message.
 import math
 from dataclasses import replace
 from itertools import product
-from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Callable, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class RecentSamples(NamedTuple):
 
     sample: np.ndarray
     age: np.ndarray
-    is_there: np.ndarray
+    exists: np.ndarray
 
 
 def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> RecentSamples:
@@ -71,8 +71,8 @@ def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> R
 def is_equal(series: Series, quantity: Quantity, samples: RecentSamples) -> np.ndarray:
     """Returns an array: does the value (row) equal the quantity's number at the recent sample
     (column)?"""
-    apart = np.abs(series.value[:, None] - quantity.value[samples.sample])
-    return samples.is_there & (apart <= SAME_SHARE * quantity.scale)
+    distance = np.abs(series.value[:, None] - quantity.value[samples.sample])
+    return samples.exists & (distance <= SAME_SHARE * quantity.scale)
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
@@ -97,20 +97,28 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
     # the first value may be from before the first message
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     all_values = subsampled(series.take(slice(first, None)))
+    if not len(all_values.time):
+        return []
     some_values = all_values.take(slice(None, None, COARSE_STEP))
     most_misses = (1.0 - share) * len(all_values.time) + 1e-9
-    found, times = [], np.empty(0)
-    for each in quantities if len(all_values.time) else ():
-        if not len(each.time):
+    found: List[Quantity] = []
+    times = np.empty(0)
+    for quantity in quantities:
+        if not len(quantity.time):
             continue
-        if each.time is not times:
-            times = each.time
+        if quantity.time is not times:
+            times = quantity.time
             samples = recent_samples(all_values.time, times, RECENT_TIME)
-            samples_of_some = RecentSamples(*(rows[::COARSE_STEP] for rows in samples))
-        if all((~is_equal(values, each, recent).any(axis=1)).sum() <= most_misses
-               for values, recent in ((some_values, samples_of_some), (all_values, samples))):
-            found.append(each)
+            some_samples = RecentSamples(*(rows[::COARSE_STEP] for rows in samples))
+        if misses(some_values, quantity, some_samples) <= most_misses and (
+                misses(all_values, quantity, samples) <= most_misses):
+            found.append(quantity)
     return found
+
+
+def misses(series: Series, quantity: Quantity, samples: RecentSamples) -> int:
+    """Returns how many values of a variable differ from the numbers of all recent samples."""
+    return int((~is_equal(series, quantity, samples).any(axis=1)).sum())
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
@@ -131,83 +139,78 @@ def median_pause(series: Series, quantity: Quantity) -> float:
 
 # -- headings
 
-#: The forms that a node may give to a yaw from -180 to 180 degrees. Each has words, a formula, and
-#: the sign of its change for a turn to the left; 0 if the form is not a heading.
+class YawRange(NamedTuple):
+    """A form that a node may give to a yaw from -180 to 180 degrees. `sign` is the sign of its
+    change for a turn to the left; 0 if the form is not a heading."""
+
+    text: str
+    formula: Callable[[np.ndarray], np.ndarray]
+    sign: int
+
+
+class YawUnit(NamedTuple):
+    """A unit that a node may give to a yaw. `factor` converts degrees to this unit."""
+
+    text: str
+    factor: float
+    rounded: Callable[[np.ndarray], np.ndarray] = np.asarray
+
+
+FROM_0_TO_360 = YawRange('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1)
+FROM_MINUS_180 = YawRange('from -180 to 180', lambda yaw: yaw, 1)
 RANGES = (
-    ('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1),
-    ('from -180 to 180', lambda yaw: yaw, 1),
-    ('plus 180 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw + 180.0, yaw), 1),
-    ('plus 180', lambda yaw: yaw + 180.0, 1),
-    ('plus 360, also where it is positive', lambda yaw: yaw + 360.0, 1),
-    ('minus 360 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw - 360.0, yaw), 1),
-    ('plus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw + 360.0, yaw), 1),
-    ('minus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw - 360.0, yaw), 1),
-    ('without its sign', np.abs, 0),
-    ('subtracted from 360', lambda yaw: 360.0 - yaw, -1),
-    ('subtracted from 360 where it is negative',
-     lambda yaw: np.where(yaw < 0.0, 360.0 - yaw, yaw), 0),
-    ('divided by 2', lambda yaw: yaw / 2.0, 0),
-    ('divided by 2, plus 360 where it is negative',
-     lambda yaw: yaw / 2.0 + np.where(yaw < 0.0, 360.0, 0.0), 0),
-    ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
-    ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
-#: The units that a node may give to a yaw, each (words, factor from degrees, rounding).
-UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
-         ('degrees, converted to degrees twice', 180.0 / math.pi, None),
-         ('degrees, cut to whole numbers', 1.0, np.trunc),
-         ('degrees, rounded to whole numbers', 1.0, np.round),
-         ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
-#: The order of a quaternion's numbers in squaternion.
-ORDER = 'wxyz'
+    FROM_0_TO_360, FROM_MINUS_180,
+    YawRange('plus 180 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw + 180.0, yaw), 1),
+    YawRange('plus 180', lambda yaw: yaw + 180.0, 1),
+    YawRange('plus 360, also where it is positive', lambda yaw: yaw + 360.0, 1),
+    YawRange('without its sign', np.abs, 0),
+    YawRange('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
+    YawRange('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
+DEGREES, RADIANS = YawUnit('degrees', 1.0), YawUnit('radians', math.pi / 180.0)
+UNITS = (DEGREES, RADIANS, YawUnit('degrees, converted to degrees twice', 180.0 / math.pi),
+         YawUnit('degrees, cut to whole numbers', 1.0, np.trunc),
+         YawUnit('degrees, rounded to whole numbers', 1.0, np.round),
+         YawUnit('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
-             of: str = '') -> Iterator[Quantity]:
+             sensor_clause: str = '') -> Iterator[Quantity]:
     """Yields the quantities that a node may take for the heading. The first is the correct heading.
-    `quaternion` is w, x, y, z of each sample. `of` names the sensor; '' is the IMU."""
-    roll, pitch, yaw = np.degrees(euler(*quaternion))
-    for (unit, factor, rounding), (range_text, form, sign) in product(UNITS, RANGES):
-        name = f'the yaw{of} in {unit}, {range_text}'
-        if name.startswith(f'the yaw{of} in degrees, from 0'):
-            name = 'the heading, from 0 to 360 degrees' + of
-        named = [(name, form(yaw) * factor)]
-        if factor != 1.0:       # the node may change the range after it has converted the unit
-            named.append((name.replace('from 0 to 360', 'its number plus 360 where it is negative'),
-                          form(yaw * factor)))
-        for name, value in named:
-            yield Quantity(name, time, rounding(value) if rounding else value,
-                           max(360.0 * min(factor, 1.0), 1.0), sign * factor)
-    for (axis, angle), (range_text, form, _), (unit, factor, _) in product(
-            (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
-        yield Quantity(f'the {axis}{of} in {unit}, {range_text}', time, form(angle * factor),
-                       360.0 * factor)
+    `quaternion` is w, x, y, z of each sample. `sensor_clause` is '' for the IMU."""
     w, x, y, z = quaternion
-    for part, value in zip(ORDER, quaternion):
-        name = f'the {part} of the quaternion{of}'
-        yield Quantity(name, time, value, 1.0)
-        yield Quantity(name + ', plus 360 where it is negative', time, RANGES[0][1](value), 1.0)
-    half_yaw = np.arcsin(np.clip(z, -1.0, 1.0))
-    for part, value in (('the arcsine of the z', half_yaw),
-                        ('twice the arcsine of the z', 2.0 * half_yaw),
-                        ('twice the arccosine of the w', 2.0 * np.arccos(np.clip(w, -1.0, 1.0)))):
-        for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
-            yield Quantity(f'{part} of the quaternion{of}{unit}', time, value * factor,
-                           6.3 * factor)
+    roll, pitch, yaw = np.degrees(euler(w, x, y, z))
+    for unit, yaw_range in product(UNITS, RANGES):
+        name = f'the yaw{sensor_clause} in {unit.text}, '
+        scale = max(360.0 * min(unit.factor, 1.0), 1.0)
+        value = unit.rounded(yaw_range.formula(yaw) * unit.factor)
+        quantity = Quantity(name + yaw_range.text, time, value, scale, yaw_range.sign * unit.factor)
+        if unit is DEGREES and yaw_range is FROM_0_TO_360:
+            quantity = quantity._replace(name='the heading, from 0 to 360 degrees' + sensor_clause)
+        yield quantity
+        if unit.factor != 1.0 and yaw_range is FROM_0_TO_360:
+            # the node may change the range after it has converted the unit
+            yield quantity._replace(
+                name=name + 'its number plus 360 where it is negative',
+                value=unit.rounded(yaw_range.formula(yaw * unit.factor)))
     # a node may hand over the numbers in the order of ROS
-    angles = np.degrees(euler(x, y, z, w))
-    for (axis, angle), (_, form, _), (unit, factor, _) in product(
-            zip(('yaw', 'pitch', 'roll'), angles[::-1]), RANGES[:2], UNITS[:2]):
-        yield Quantity(
-            f'the {axis} of the quaternion{of} read in the order x, y, z, w, in {unit}', time,
-            form(angle * factor), 360.0 * factor)
+    _, _, misread_yaw = np.degrees(euler(x, y, z, w))
+    misread_name = f'yaw of the quaternion{sensor_clause} read in the order x, y, z, w,'
+    angles = (('roll' + sensor_clause, roll), ('pitch' + sensor_clause, pitch),
+              (misread_name, misread_yaw))
+    for (angle_name, angle), unit, yaw_range in product(
+            angles, (DEGREES, RADIANS), (FROM_0_TO_360, FROM_MINUS_180)):
+        yield Quantity(f'the {angle_name} in {unit.text}, {yaw_range.text}', time,
+                       yaw_range.formula(angle * unit.factor), 360.0 * unit.factor)
+    for part, value in zip('wxyz', quaternion):
+        yield Quantity(f'the {part} of the quaternion{sensor_clause}', time, value, 1.0)
 
 
 def heading_from_another_zero(series: Series, correct: Quantity, unit: float) -> Optional[Quantity]:
     """Returns the heading with another zero, such as the heading at the node's start, if a variable
     follows it; else None. `unit` is the change of the variable for one degree."""
     heading = correct.at(series.time)
-    apart = np.exp(1j * np.radians(series.value / unit - heading))
-    zero = np.degrees(np.angle(np.nanmedian(apart.real) + 1j * np.nanmedian(apart.imag)))
+    offset = np.exp(1j * np.radians(series.value / unit - heading))
+    zero = np.degrees(np.angle(np.nanmedian(offset.real) + 1j * np.nanmedian(offset.imag)))
     # angles are compared on the unit circle
     circle = replace(series, value=np.exp(1j * np.radians(series.value / unit - zero)))
     if not matching_quantities(circle, [correct._replace(
