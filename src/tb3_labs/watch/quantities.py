@@ -11,7 +11,8 @@ from typing import Callable, Iterable, Iterator, List, NamedTuple, Optional, Seq
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import euler
-from tb3_labs.watch.variables import Series, last_before
+from tb3_labs.geometry.sorted_times import last_before
+from tb3_labs.watch.variables import Series
 
 #: Two numbers are equal if they differ by at most this share of the quantity's scale.
 SAME_SHARE = 3e-4

@@ -10,6 +10,8 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
+from tb3_labs.geometry.sorted_times import last_until
+
 TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
 
 
@@ -42,17 +44,6 @@ class Series:
     def changes(self) -> np.ndarray:
         """The times of the readings whose text differs from the reading before."""
         return self.time[1:][self.text[1:] != self.text[:-1]]
-
-
-def last_until(times: Any, time: Any) -> Any:
-    """Returns the index of the last of `times` that is not after `time`; -1 if all are later.
-    `times` are sorted. If `time` is an array, an array of indices is returned."""
-    return np.searchsorted(times, time, side='right') - 1
-
-
-def last_before(times: Any, time: Any) -> Any:
-    """Returns the same as `last_until`, but only times before `time` count."""
-    return np.searchsorted(times, time, side='left') - 1
 
 
 def to_number(text: str) -> float:

@@ -41,6 +41,7 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2, TypedPose
+from tb3_labs.geometry.sorted_times import last_before, last_until
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
 from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFinder
 from tb3_labs.localization.sample_timing import SampleTiming
@@ -49,7 +50,6 @@ from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_pe
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.timeouts import RESET_SILENCE
-from tb3_labs.watch.variables import last_before, last_until
 
 #: A movement ends if no command moves the robot for this time [s].
 MOVEMENT_PAUSE = 1.0

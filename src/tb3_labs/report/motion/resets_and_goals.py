@@ -21,8 +21,8 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.report.run_data import Poses, RunData, cached_per_run
-from tb3_labs.watch.variables import last_until
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3

@@ -19,10 +19,9 @@ from tb3_labs.report.motion.movements import (
     NO_SPEED, TERMINAL, Movement, MovementKind, movements, programs)
 from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
+from tb3_labs.robot.samples import REST_ANGULAR
 
-#: A robot rests if its mean rate of turn over REST_WINDOW is below this [rad/s].
-REST_RATE = 0.03
-#: The rate of turn at rest is averaged over this time [s].
+#: A robot rests if its mean rate of turn over this time is below REST_ANGULAR [s].
 REST_WINDOW = 0.15
 #: A robot comes to rest within this time after the last command [s].
 REST_WAIT = 2.0
@@ -150,7 +149,7 @@ def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
     """Does the robot rest from `begin` to `end` [s]? False if there is no sample."""
     rates = imu.between(begin, end).yaw_rate
-    return len(rates) > 0 and bool(abs(rates.mean()) < REST_RATE)
+    return len(rates) > 0 and bool(abs(rates.mean()) < REST_ANGULAR)
 
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
 from tb3_labs.report.motion.turns import turn_reports
@@ -22,7 +23,6 @@ from tb3_labs.report.page.document import degrees, document
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
-from tb3_labs.watch.variables import last_until
 
 #: A pose belongs to the row of an odometry message if both times differ by at most this [s].
 SAME_INSTANT = 0.02
