@@ -1,4 +1,4 @@
-"""The quantities that a variable may follow, and the search for those that it does.
+"""The quantities that a variable may follow, and the search for the quantities that it follows.
 
 A quantity is a number that a formula gives for each message of a sensor. A variable follows a
 quantity if each value of the variable is the number of a recent message.
@@ -25,11 +25,11 @@ RECENT_TIME = 0.5
 ARRIVAL_LEAD = 0.03
 #: Longer delays between a quantity and a variable are not found [s].
 LONGEST_DELAY = 8.0
-#: At most about this many values of a variable are compared.
+#: About this number of values of a variable is compared.
 MOST_VALUES = 400
-#: Each fourth value is compared first. This excludes most quantities in little time.
+#: Each fourth value is compared first, because this excludes most quantities in little time.
 COARSE_STEP = 4
-#: Changes of a quantity by at most this share of its scale do not count.
+#: A quantity is at rest while it changes by at most this share of its scale.
 MOVED_SHARE = 0.005
 
 
@@ -61,10 +61,12 @@ class RecentSamples(NamedTuple):
 def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> RecentSamples:
     """Returns the samples at each of the times `readings` that are at most `longest` old [s].
     `times` are the times of all samples, at least one."""
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    step = 1.0
+    if len(times) > 1:
+        step = float(np.median(np.diff(times)))
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
     index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
-    # the age of a sample is the time since the next sample came
+    # a sample gets old only when the next sample comes
     age = (readings[:, None] - np.append(times[1:], np.inf)[index.clip(0)]).clip(0.0)
     return RecentSamples(index.clip(0), age, (index >= 0) & (age <= longest))
 
@@ -77,8 +79,8 @@ def is_equal(series: Series, quantity: Quantity, samples: RecentSamples) -> np.n
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
-    """Returns, for each value, the age of the newest sample with this value [s]; inf if no sample
-    of the last `longest` seconds has it. The newest sample of all has the age 0."""
+    """Returns for each value of a variable the age of the newest sample with this value [s]; inf if
+    no sample of the last `longest` seconds has this value. The newest sample has the age 0."""
     if not len(quantity.time) or not len(series.time):
         return np.full(len(series.time), np.inf)
     samples = recent_samples(series.time, quantity.time, longest)
@@ -95,7 +97,7 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in the given order. If there are several,
     this run does not show which one the node uses."""
-    # the first value may be from before the first message
+    # the variable may have its first value before the first message comes
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     all_values = subsampled(series.take(slice(first, None)))
     if not len(all_values.time):
@@ -123,10 +125,12 @@ def misses(series: Series, quantity: Quantity, samples: RecentSamples) -> int:
 
 
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the longest delay with which a variable follows a quantity [s]; inf if it does not
-    follow it."""
-    found = np.sort(sample_ages(subsampled(series), quantity, LONGEST_DELAY))
-    return float(found[int(FOLLOWING_SHARE * (len(found) - 1))]) if len(found) else math.inf
+    """Returns the longest delay with which a variable follows a quantity [s]; inf if the variable
+    does not follow the quantity."""
+    ages = np.sort(sample_ages(subsampled(series), quantity, LONGEST_DELAY))
+    if not len(ages):
+        return math.inf
+    return float(ages[int(FOLLOWING_SHARE * (len(ages) - 1))])
 
 
 def median_pause(series: Series, quantity: Quantity) -> float:
@@ -207,15 +211,16 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
 
 
 def heading_from_another_zero(series: Series, correct: Quantity, unit: float) -> Optional[Quantity]:
-    """Returns the heading with another zero, such as the heading at the node's start, if a variable
-    follows it; else None. `unit` is the change of the variable for one degree."""
+    """Returns the heading that a variable follows if this heading is 0 in another direction, such
+    as the direction at the node's start; else None. `unit` is the change of the variable for one
+    degree."""
     heading = correct.at(series.time)
     offset = np.exp(1j * np.radians(series.value / unit - heading))
     zero = np.degrees(np.angle(np.nanmedian(offset.real) + 1j * np.nanmedian(offset.imag)))
     # angles are compared on the unit circle
     circle = replace(series, value=np.exp(1j * np.radians(series.value / unit - zero)))
-    if not matching_quantities(circle, [correct._replace(
-            value=np.exp(1j * np.radians(correct.value)), scale=60.0)]):
+    correct_circle = correct._replace(value=np.exp(1j * np.radians(correct.value)), scale=60.0)
+    if not matching_quantities(circle, [correct_circle]):
         return None
     return correct._replace(
         name=f'the heading {zero:+.1f} degrees, which was {heading[0]:.1f} at the first line',
