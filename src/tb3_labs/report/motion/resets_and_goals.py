@@ -9,7 +9,7 @@ Within an epoch, ``local`` may move in ``odom``. If the odometry jumps while the
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
 :mod:`tb3_labs.localization.odometry_jumps`).
 
-The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`). Goals
+The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.completion`). Goals
 are in ``local``. Units: metres, radians, seconds since the recording's start on the recorder's
 clock. Edge case: a reset before the first local_pose, or after the last one, begins no epoch.
 """
