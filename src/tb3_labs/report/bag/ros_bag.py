@@ -1,8 +1,8 @@
 """Reads a rosbag into a RunData. The bag must have a topic of type Imu and one of type Odometry.
 
-A bag has definitions of its messages, of which rosbag makes Python code that it runs. But a bag may
-come from a stranger. So this reader uses only the installed message classes, and does not read
-topics of other types.
+The library rosbag makes Python code of the definitions of messages in a bag, and runs this code.
+But a bag may come from a stranger. So this reader uses only the installed message classes, and does
+not read topics of other types.
 """
 import math
 import struct
@@ -36,22 +36,22 @@ OPTIONAL_TOPICS = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, Joy,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: The first reading keeps the records for the second one if their size is below this [bytes].
+#: The first reading keeps the records for the second reading if their size is below this [bytes].
 MOST_KEPT = 2 ** 26
 #: A record takes this memory in addition to its data [bytes].
 RECORD_OVERHEAD = 500
-#: The recorder's clock was set back if the arrivals of a topic run back by more than this [s]. A
-#: busy recorder may write two messages of a topic in the wrong order, but not with such a distance.
+#: The recorder's clock was set back if a message of a topic arrived by more than this before the
+#: previous message [s]. A busy recorder may exchange two messages that are nearer to each other.
 LEAST_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.
 LONGEST_OUTAGE = 3600.0
-#: The problem of a recording whose clock jumped. It is read until the jump, since the later times
-#: are wrong.
+#: The problem of a recording whose clock jumped. The recording is read until the jump, since all
+#: times after the jump are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
-#: At most this many topics that are not read are named.
+#: If topics are not read, at most this many of them are named.
 NAMED_TOPICS = 5
 
 
@@ -158,7 +158,7 @@ def _collect(records, of_topic, sender_index, names):
     """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill the
     Collector `sender_index` with the index of each command's sender. `names` is {sender: index}.
     Returns (time of the first message [s since 1970], the problem that ended the reading or '')."""
-    # all records of a topic use one message object, one after the other
+    # the records of a topic are read one after the other into the same message object
     receivers = {topic: (*each, each[1]()) for topic, each in of_topic.items()}
     is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in receivers and (
         receivers[connection.topic][1] is _class_of(connection)))

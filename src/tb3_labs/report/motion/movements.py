@@ -146,8 +146,8 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray
         kind = _kind_by_control(run, begin, end, len(ahead) > 0, cut)
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
-        is_drive = has_turn and _is_line(run, forward, turns_again)
-        is_drive = is_drive and 'mouse_info' not in run.devices
+        may_be_drive = has_turn and 'mouse_info' not in run.devices
+        is_drive = may_be_drive and _is_line(run, forward, turns_again)
         kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
     else:
         is_fast = np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED
