@@ -46,8 +46,7 @@ class NodeRun:
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
         most readings. If no senders were recorded, all commands are taken for the node's."""
-        self.run = run
-        self.variables = variables_of(run, node)
+        self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
         # in the recording of a trial all commands are the node's
         if node is not None and len(run.sender_index) and not len(run.events):

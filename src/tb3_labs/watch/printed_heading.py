@@ -20,14 +20,11 @@ def printed_headings(node_run: NodeRun) -> Series:
     end_of_run = [*node_run.run.starts[1:], np.inf][0]
     texts = [str(text) for text in printed.text]
     time_of_letter = np.repeat(printed.arrival, [len(text) for text in texts])
-    times, numbers = [], []
-    for line in HEADING_LINE.finditer(''.join(texts)):
-        time = time_of_letter[line.end() - 1]
-        if time < end_of_run:
-            times.append(time)
-            numbers.append(line.group(1))
-    return Series('the printed number', np.array(times, dtype=float),
-                  np.array(numbers, dtype=object), np.array(numbers, dtype=float))
+    lines = list(HEADING_LINE.finditer(''.join(texts)))
+    times = np.array([time_of_letter[line.end() - 1] for line in lines], dtype=float)
+    numbers = np.array([line.group(1) for line in lines], dtype=object)
+    return Series('the printed number', times, numbers, numbers.astype(float)).take(
+        times < end_of_run)
 
 
 def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:

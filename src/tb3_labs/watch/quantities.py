@@ -61,9 +61,7 @@ class RecentSamples(NamedTuple):
 def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> RecentSamples:
     """Returns the samples at each of the times `readings` that are at most `longest` old [s].
     `times` are the times of all samples, at least one."""
-    step = 1.0
-    if len(times) > 1:
-        step = float(np.median(np.diff(times)))
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
     index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
     # a sample gets old only when the next sample comes
@@ -153,14 +151,6 @@ class YawRange(NamedTuple):
     sign: int
 
 
-class YawUnit(NamedTuple):
-    """A unit that a node may give to a yaw. `factor` converts degrees to this unit."""
-
-    text: str
-    factor: float
-    rounded: Callable[[np.ndarray], np.ndarray] = np.asarray
-
-
 FROM_0_TO_360 = YawRange('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1)
 FROM_MINUS_180 = YawRange('from -180 to 180', lambda yaw: yaw, 1)
 RANGES = (
@@ -171,11 +161,12 @@ RANGES = (
     YawRange('without its sign', np.abs, 0),
     YawRange('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
     YawRange('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
-DEGREES, RADIANS = YawUnit('degrees', 1.0), YawUnit('radians', math.pi / 180.0)
-UNITS = (DEGREES, RADIANS, YawUnit('degrees, converted to degrees twice', 180.0 / math.pi),
-         YawUnit('degrees, cut to whole numbers', 1.0, np.trunc),
-         YawUnit('degrees, rounded to whole numbers', 1.0, np.round),
-         YawUnit('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
+#: The units that a node may give to a yaw, each (text, factor from degrees, rounding).
+DEGREES, RADIANS = ('degrees', 1.0, np.asarray), ('radians', math.pi / 180.0, np.asarray)
+UNITS = (DEGREES, RADIANS, ('degrees, converted to degrees twice', 180.0 / math.pi, np.asarray),
+         ('degrees, cut to whole numbers', 1.0, np.trunc),
+         ('degrees, rounded to whole numbers', 1.0, np.round),
+         ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
@@ -184,28 +175,26 @@ def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
     `quaternion` is w, x, y, z of each sample. `sensor_clause` is '' for the IMU."""
     w, x, y, z = quaternion
     roll, pitch, yaw = np.degrees(euler(w, x, y, z))
-    for unit, yaw_range in product(UNITS, RANGES):
-        name = f'the yaw{sensor_clause} in {unit.text}, '
-        scale = max(360.0 * min(unit.factor, 1.0), 1.0)
-        value = unit.rounded(yaw_range.formula(yaw) * unit.factor)
-        quantity = Quantity(name + yaw_range.text, time, value, scale, yaw_range.sign * unit.factor)
-        if unit is DEGREES and yaw_range is FROM_0_TO_360:
+    for (unit, factor, rounded), yaw_range in product(UNITS, RANGES):
+        name = f'the yaw{sensor_clause} in {unit}, '
+        quantity = Quantity(name + yaw_range.text, time, rounded(yaw_range.formula(yaw) * factor),
+                            max(360.0 * min(factor, 1.0), 1.0), yaw_range.sign * factor)
+        if unit == 'degrees' and yaw_range is FROM_0_TO_360:
             quantity = quantity._replace(name='the heading, from 0 to 360 degrees' + sensor_clause)
         yield quantity
-        if unit.factor != 1.0 and yaw_range is FROM_0_TO_360:
+        if factor != 1.0 and yaw_range is FROM_0_TO_360:
             # the node may change the range after it has converted the unit
-            yield quantity._replace(
-                name=name + 'its number plus 360 where it is negative',
-                value=unit.rounded(yaw_range.formula(yaw * unit.factor)))
+            yield quantity._replace(name=name + 'its number plus 360 where it is negative',
+                                    value=rounded(yaw_range.formula(yaw * factor)))
     # a node may hand over the numbers in the order of ROS
     _, _, misread_yaw = np.degrees(euler(x, y, z, w))
-    misread_name = f'yaw of the quaternion{sensor_clause} read in the order x, y, z, w,'
-    angles = (('roll' + sensor_clause, roll), ('pitch' + sensor_clause, pitch),
-              (misread_name, misread_yaw))
-    for (angle_name, angle), unit, yaw_range in product(
+    angles = (
+        ('roll' + sensor_clause, roll), ('pitch' + sensor_clause, pitch),
+        (f'yaw of the quaternion{sensor_clause} read in the order x, y, z, w,', misread_yaw))
+    for (angle_name, angle), (unit, factor, _), yaw_range in product(
             angles, (DEGREES, RADIANS), (FROM_0_TO_360, FROM_MINUS_180)):
-        yield Quantity(f'the {angle_name} in {unit.text}, {yaw_range.text}', time,
-                       yaw_range.formula(angle * unit.factor), 360.0 * unit.factor)
+        yield Quantity(f'the {angle_name} in {unit}, {yaw_range.text}', time,
+                       yaw_range.formula(angle * factor), 360.0 * factor)
     for part, value in zip('wxyz', quaternion):
         yield Quantity(f'the {part} of the quaternion{sensor_clause}', time, value, 1.0)
 

@@ -65,8 +65,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def goal_remark(node_run: NodeRun, turn: NodeTurn, correct: Optional[NodeTurn]) -> str:
-    """Returns a clause that helps to explain a wrong goal, or ''. `correct` is a turn
-    with a correct goal, or None."""
+    """Returns a clause that helps to explain a wrong goal, or ''. `correct` is a turn with a
+    correct goal, or None."""
     starts, printed = node_run.run.starts, node_run.run.printed.arrival
     start = max([time for time in starts if time < turn.begin], default=turn.begin)
     is_asked = ((start < printed) & (printed < turn.begin)).any()
@@ -74,12 +74,7 @@ def goal_remark(node_run: NodeRun, turn: NodeTurn, correct: Optional[NodeTurn]) 
         return f'. It had asked for nothing, {turn.begin - start:.1f} s after its start'
     if correct is None:
         return ''
-    remark = f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
-    for name, series in node_run.variables.items():
-        now, then = series.text_at(turn.begin), series.text_at(correct.begin)
-        if now != then and set(series.text) == {'True', 'False'}:
-            remark += f'; {name} was {now} now, and {then} then'
-    return remark
+    return f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
 
 
 def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:

@@ -199,8 +199,7 @@ def turn_of(letter: TypedLetter, commands: Any, heading: Quantity, series: Optio
         goal_before, goal_after = goal.text_at(begin), goal.text_at(read_at + READING_PERIOD)
     is_after = commands.arrival > max(begin, read_at - 2.0 * READING_PERIOD)
     commands = commands.take(is_after & (commands.arrival < end))
-    times = commands.arrival
-    headings = heading.at(times)
+    times, headings = commands.arrival, heading.at(commands.arrival)
     if goal is not None:
         last_moment = np.nextafter(end, 0.0)
         goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))
