@@ -144,7 +144,7 @@ def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
         samples = node_run.run.odometry
         steps = np.abs(np.diff(series.value))
         sensor_steps = np.hypot(np.diff(samples.x), np.diff(samples.y))
-    # the sensor's path length up to each reading, and up to LONGEST_LAG before each reading
+    # the length of the sensor's path until each reading, and until LONGEST_LAG before the reading
     way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(sensor_steps)))
     way_before = np.interp(series.time - LONGEST_LAG, series.time, way) if len(way) else way
     return series.time[1:][steps > 2.0 * POSE_TOLERANCE + way[1:] - way_before[:-1]]

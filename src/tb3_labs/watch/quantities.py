@@ -59,7 +59,7 @@ class RecentSamples(NamedTuple):
 
 
 def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> RecentSamples:
-    """Returns the samples at each of the times `readings` that are at most `longest` old [s].
+    """Returns for each of the times `readings` the samples that are at most `longest` old [s].
     `times` are the times of all samples, at least one."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)

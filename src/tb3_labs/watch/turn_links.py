@@ -43,7 +43,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         deviations = wrap_all((after - turn.begin_yaw) / unit - TURN_DEG * np.array(sides), 360.0)
         tolerance = GOAL_TOLERANCE_DEG
         if not turn.side:
-            # it is not known how long before the change of goal_yaw the node read the letter
+            # the node read the letter at an unknown time before goal_yaw changed
             soon = series.at(turn.begin + 2.0 * READING_PERIOD)
             tolerance += float(abs(wrap_all((soon - turn.begin_yaw) / unit, 360.0)))
         if (np.abs(deviations) <= tolerance).any():

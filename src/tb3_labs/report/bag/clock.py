@@ -38,7 +38,7 @@ class RecordedClock:
         return cls(float(lags[len(lags) // 20]), stamp)
 
     def is_same_as(self, other: 'RecordedClock') -> bool:
-        """Do both senders share one clock, or does this sender copy the stamps of the other?"""
+        """Do the stamps of this sender come from the clock of the `other` sender?"""
         is_copied = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
         return abs(self.lag - other.lag) < SAME_CLOCK or is_copied.mean() > 0.5
 

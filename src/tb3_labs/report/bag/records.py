@@ -223,7 +223,7 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
                 yield unpacker.decompress(b'', UNPACKED_PIECE)
         return pieces_of
     if compression == b'lz4':
-        import roslz4    # here, since most bags do not need it
+        import roslz4    # imported here, since most bags do not need it
         unpack = roslz4.LZ4Decompressor().decompress
         return lambda part: iter([unpack(part)])
     raise ValueError(f'packed by {compression!r}')

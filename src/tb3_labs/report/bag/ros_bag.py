@@ -186,7 +186,7 @@ def _collect(records, of_topic, sender_index, names):
             last = last_of_topic[topic] = arrival
             collector.add(message, arrival, start)
             if made is Twist:
-                # a sender is not in `names` if the first reading ended before its commands
+                # a sender is not in `names` if the first reading ended before its first command
                 sender_index.keep([names.setdefault(connection.sender, len(names))],
                                   arrival, arrival)
     except TooLarge as too_large:
@@ -196,7 +196,7 @@ def _collect(records, of_topic, sender_index, names):
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
-    `namespace` is None. `types` is as in `_contents`. May raise BagProblem."""
+    `namespace` is None. `_contents` returns the `types`. May raise BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}

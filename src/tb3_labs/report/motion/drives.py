@@ -37,7 +37,7 @@ class DriveReport:
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # final change of the heading in MOVE_FORWARD [rad]
-    deviation: float                  # largest change of the heading in it [rad]
+    deviation: float                  # largest change of the heading in MOVE_FORWARD [rad]
     seconds: Tuple[float, ...]        # the time in each state of DRIVING
 
     @property

@@ -17,7 +17,7 @@ The commands do not name their sender. Other topics help to find it if they were
 * With `joy` and without `ctrl_relinq`, the pad never gave control, and all movements are by hand.
 * With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
 
-Without these topics, a person who drives turns and a straight line by keys looks like a node.
+Without these topics, a person's drive by keys looks like a node's drive.
 
 Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next command, at most for the robot's timeout. A run

@@ -34,7 +34,7 @@ LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
 #: new frame, but at most this time before the first message of the new frame [s].
 MOST_BEFORE = 0.05
-#: The first pose in a new frame may come this time after the drive that the reset begins [s].
+#: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
 #: A goal belongs to a state if their messages arrived within this time [s].
 SAME_MOMENT = 0.5
@@ -62,7 +62,7 @@ class Span:
 
 @cached_per_run
 def epochs(run: RunData) -> List[Epoch]:
-    """Returns the Epochs of a run in order. The first begins at -inf, the last ends at inf."""
+    """Returns the Epochs of a run. The first epoch begins at -inf, the last epoch ends at inf."""
     frames = _frames(run)
     begins = [-math.inf] + _epoch_begins(run)
     ends = begins[1:] + [math.inf]

@@ -30,7 +30,7 @@ REST_MEAN = 0.3
 #: The recorder may miss the first commands of a new node. So the rest before a turn may end this
 #: time before the turn's first recorded command [s].
 MOST_MISSED = 1.0
-#: If the sender is not known, a movement is a turn only if its angle is between these [rad].
+#: If the sender is not known, a movement is a turn only if its angle is between these two [rad].
 LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
 #: If a node is the sender, a movement is a turn if its angle is above this [rad].

@@ -20,7 +20,8 @@ GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in 
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
 #: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. The
-#: curve of a stranger's bag may need a depth that would take hours. Then all samples are kept.
+#: curve of a stranger's bag may need a depth that would take hours. So a stretch at this depth is
+#: not split, and all its samples are kept.
 MOST_DEPTH = 500
 #: The points (time, value) of a line, and the indices of the points that are not joined to the
 #: previous point.
@@ -52,7 +53,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
     """Returns the indices of the samples that a curve keeps. The straight lines between these
     samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
     the indices at which a new stretch begins, in order. Both ends of a stretch are kept. The search
-    ends when more than `most` samples are kept, even if the lines still differ by more.
+    ends when more than `most` samples are kept, even if the lines differ by more than `bounds`.
 
     Source: Douglas and Peucker (1973), with the distance along the axis of the values.
     """

@@ -184,7 +184,7 @@ def _draw_frames(axes: Axes, width: float, own: str,
                 linewidth=1.0 if number else 1.8))
             drawn.append(np.linspace(begin, end, 9))
     boxes: List[np.ndarray] = []
-    # before the first reset, a panel has already two names: of its own and of the other frame
+    # before the first reset, a panel already has the names of its own and of the other frame
     for number, (pose, name) in enumerate(named[:MOST_NAMED_RESETS + 2]):
         size = width * np.array((LETTER_WIDTH * len(name), LETTER_HEIGHT))
         boxes.append(_box_of_name(axes, pose, size, boxes, np.concatenate(drawn)))

@@ -61,7 +61,7 @@ REFERENCES = (
     Reference(('initial_global_y',), 'y in odom', _column_of('odometry', 'y')),
     Reference(('initial_global_yaw',), 'yaw by the IMU', _column_of('imu', 'yaw')),
     Reference(('initial_odom_yaw',), 'yaw in odom', _column_of('odometry', 'yaw')))
-#: The handouts' other variables. They are drawn before variables with names of a student.
+#: The handouts' other variables. They are drawn before a student's own variables.
 HANDOUT_NAMES = ('turning', 'state', 'has_control')
 
 

@@ -89,7 +89,7 @@ class WatchedNode:
         self._pause, self._next = 0.25, 0.0
 
     def is_own(self, kind):
-        """Is this class from the script, a module beside the script, or the src of its package?"""
+        """Is this class from the script, from a module beside it, or from its package's src?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
