@@ -29,7 +29,7 @@ from tb3_labs.report.bag import messages, records, ros_bag
 from tb3_labs.report.bag.messages import LONGEST_LINE
 from tb3_labs.report.bag.ros_bag import CLOCK_JUMPED, BagProblem, read_run
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.completion import completed
 from tb3_labs.report.page.moments import moments
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 

@@ -9,7 +9,7 @@ from real_recordings import arrays_of
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.bag.messages import declared_by
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.completion import completed
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData, yaw_offset
 
 #: The robot's clock is ahead of the recorder's by this much [s].

@@ -10,7 +10,8 @@ from recorded_run import odometry_jumps
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import LAB_GOAL, CAME_TO_REST, CONTROL_GONE, MovementKind, completed, movements
+from tb3_labs.report.motion.completion import CAME_TO_REST, CONTROL_GONE, LAB_GOAL, completed
+from tb3_labs.report.motion.movements import MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import epochs
 from tb3_labs.report.run_data import Commands, Poses
 

@@ -25,7 +25,7 @@ from tb3_labs.report.run_data import LEAST_LEAP, Commands, ImuSamples, OdometryS
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.completion import completed
 from tb3_labs.report.page.figures import paths_figure
 from tb3_labs.report.page.files import COMPUTED, GOAL_TAKEN, NO_COMMANDS, NO_DRIVE, write_csv, write_report
 

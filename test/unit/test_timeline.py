@@ -15,7 +15,7 @@ from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, sta
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import completed
+from tb3_labs.report.motion.completion import completed
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import timeline
 from tb3_labs.report.page.moments import moments

@@ -1,2 +1,2 @@
-"""What do the numbers mean? Angles, quaternions, and poses in the plane. This room does not know
-robots."""
+"""What do the numbers mean? Angles, quaternions, poses in the plane, and sorted times. This room
+does not know robots."""

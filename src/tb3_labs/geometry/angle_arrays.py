@@ -15,7 +15,8 @@ def wrap_all(angles: Union[float, Sequence[float], np.ndarray],
              whole_turn: float = WHOLE_TURN) -> np.ndarray:
     """Returns `angles`, an array of any shape, wrapped to (-pi, pi]. For angles in degrees,
     `whole_turn` is 360, and the result is in (-180, 180]."""
-    angles, half_turn = np.asarray(angles, dtype=float), whole_turn / 2.0
+    angles = np.asarray(angles, dtype=float)
+    half_turn = whole_turn / 2.0
     with np.errstate(invalid='ignore'):
         wrapped = np.minimum(angles - whole_turn * np.round(angles / whole_turn), half_turn)
         return np.where(wrapped <= -half_turn, half_turn, wrapped)
@@ -35,6 +36,7 @@ def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         norm = np.sqrt(w * w + x * x + y * y + z * z)
         roll, pitch, yaw = euler(w / norm, x / norm, y / norm, z / norm)
-        is_valid = (np.abs(norm - 1.0) <= NORM_TOLERANCE) & (
-            np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT)
-    return np.where(is_valid, np.where(yaw <= -math.pi, math.pi, yaw), math.nan)
+        is_unit = np.abs(norm - 1.0) <= NORM_TOLERANCE
+        is_level = (np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT)
+    yaw = np.where(yaw <= -math.pi, math.pi, yaw)
+    return np.where(is_unit & is_level, yaw, math.nan)

@@ -2,7 +2,7 @@
 
 The library squaternion has the order w, x, y, z, and checks nothing. Another order, or a norm that
 is not 1, gives a plausible wrong yaw. So the parts are keywords here, and a quaternion is invalid
-if no robot on a floor can have it. Only this file and angle_arrays use quaternions.
+if no robot on a floor can have it. Only this file and angle_arrays.py use quaternions.
 
 Units: radians, counter-clockwise positive (REP-103). Edge cases: A wrapped angle or yaw is in
 (-pi, pi], so half a turn is +pi. The angle NaN stays NaN. An infinite angle raises ``ValueError``.
@@ -15,7 +15,7 @@ from squaternion import Quaternion
 WHOLE_TURN = 2.0 * math.pi
 #: A norm is invalid if it differs from 1 by more than this. A real TurtleBot3 sends 0.999996.
 NORM_TOLERANCE = 0.05
-#: A larger tilt is invalid: the parts of the quaternion must be in a wrong order [rad].
+#: A larger tilt is invalid, because the parts of the quaternion must be in a wrong order [rad].
 MAX_TILT = math.radians(45.0)
 
 

@@ -45,7 +45,7 @@ class Pose2:
         return np.asarray(points, dtype=float) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def inverse(self) -> 'Pose2':
-        """Returns the pose of the parent frame in this pose's own frame."""
+        """Returns the inverse pose: the parent frame, seen from this pose."""
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return Pose2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap(-self.yaw))
 
@@ -69,7 +69,7 @@ class Pose2:
 
 
 def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
-    """Returns the pose at a `fraction` (0 to 1) of the way. The yaw turns the short way round."""
+    """Returns the pose at a `fraction` (0 to 1) of the way. Its yaw turns the short way round."""
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))
@@ -104,6 +104,6 @@ class RequestedPose:
                 raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
                                  'pose is lost; give the pose in local')
             pose = odom_T_local.inverse() @ pose
-        # TypedPose checks the distance, and accepts only floats of Python, not of numpy
+        # TypedPose raises the error; it accepts only Python's floats, not numpy's
         TypedPose(float(pose.x), float(pose.y))
         return pose

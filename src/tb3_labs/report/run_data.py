@@ -1,9 +1,9 @@
 """The recorded data of one run, as arrays.
 
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
-sample arrived at the recorder. `time` is the stamp of the sample, converted from the sender's clock
-to the recorder's clock, so that the times of two topics can be compared. On a real robot, these
-clocks differ by up to a second. If a message has no stamp, both times are the arrival.
+sample arrived at the recorder. `time` is the stamp of the sample. It is converted from the sender's
+clock to the recorder's clock, because the clocks of a real robot and a recorder differ by up to a
+second. If a message has no stamp, `time` is the arrival, too.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
 Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid
@@ -41,7 +41,7 @@ class Samples:
 
     def take(self: SamplesType, index: Any) -> SamplesType:
         """Returns some of the samples. `index` is an index of numpy, such as a mask or a slice."""
-        return type(self)(*(getattr(self, part.name)[index] for part in fields(self)))
+        return type(self)(*(getattr(self, column.name)[index] for column in fields(self)))
 
     def between(self: SamplesType, begin: float, end: float) -> SamplesType:
         """Returns the samples with `time` in [begin, end) [s]. The times are in order."""
@@ -62,13 +62,13 @@ class Samples:
 
 
 class Yaws(Samples):
-    """Samples that have a yaw."""
+    """Samples that each have a yaw."""
 
     yaw: np.ndarray
 
     def yaw_at(self, time: Any) -> np.ndarray:
-        """Returns the continuous yaw [rad] at each time [s], linear between two samples. It is the
-        first yaw before the first sample, and the last yaw after the last sample."""
+        """Returns the continuous yaw [rad] at each time [s], linear between two samples. Before the
+        first sample it is the first yaw, and after the last sample it is the last yaw."""
         return np.interp(time, self.time, self._continuous_yaw)
 
     @functools.cached_property
@@ -96,7 +96,7 @@ class Orientations(ImuSamples):
 
 @dataclass(frozen=True)
 class Poses(Yaws):
-    """Poses in the plane. Each topic has a frame of its own."""
+    """Poses in the plane. All poses of a topic are in the same frame."""
 
     x: np.ndarray
     y: np.ndarray
@@ -116,8 +116,8 @@ class Poses(Yaws):
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
 
     def at(self, time: float) -> Pose2:
-        """Returns the interpolated pose at `time` [s]. It is the first pose before the first
-        sample, and the last pose after the last sample."""
+        """Returns the interpolated pose at `time` [s]. Before the first sample it is the first
+        pose, and after the last sample it is the last pose."""
         after = int(np.searchsorted(self.time, time))
         if after in (0, len(self)):
             return self.pose(min(after, len(self) - 1))
@@ -125,7 +125,7 @@ class Poses(Yaws):
         return interpolate(self.pose(after - 1), self.pose(after), (time - begin) / (end - begin))
 
     def inverse(self) -> 'Poses':
-        """Returns for each pose the pose of the parent frame in the frame of this pose."""
+        """Returns the inverse of each pose: the parent frame, seen from the pose."""
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
         return Poses(self.arrival, self.time, -cos * self.x - sin * self.y,
                      sin * self.x - cos * self.y, wrap_all(-self.yaw))
@@ -137,7 +137,7 @@ class Poses(Yaws):
                      self.y + sin * other.x + cos * other.y, wrap_all(self.yaw + other.yaw))
 
     def seen_from(self, parent_T_frame: Pose2) -> 'Poses':
-        """Returns the same poses in the parent frame."""
+        """Returns the same poses in the parent frame of `parent_T_frame`."""
         x, y = parent_T_frame.act(np.column_stack([self.x, self.y])).T
         return Poses(self.arrival, self.time, x, y, wrap_all(self.yaw + parent_T_frame.yaw))
 
@@ -231,14 +231,14 @@ class RunData:
     control: Numbers = Numbers.none()                # on ctrl_relinq; 1 if a node may drive
     mouse: MouseSamples = MouseSamples.none()
     log: LogLines = LogLines.none()                  # of nodes in the robot's namespace
-    devices: Tuple[str, ...] = ()                    # the recorded ones of joy, mouse_info
+    devices: Tuple[str, ...] = ()                    # joy, mouse_info, if they were recorded
     senders: Tuple[str, ...] = ()                    # names of the commands' senders
     sender_index: Numbers = Numbers.none()           # each command's index in senders
     starts: Tuple[float, ...] = ()                   # of the node in a trial [s]
     letters: Numbers = Numbers.none()                # typed letters; l is 1, r -1, others 0
     events: States = States.none()                   # notes of the marker in a trial
     printed: States = States.none()                  # texts that the node printed in a trial
-    variables: Variables = Variables.none()          # that the probe read in nodes
+    variables: Variables = Variables.none()          # read by the probe in nodes
     derived: Tuple[str, ...] = ()                    # names of fields that were computed
     topics: Dict[str, str] = field(default_factory=dict)     # {name of a field: topic}
     dropped: Dict[str, int] = field(default_factory=dict)    # {name: invalid messages}
@@ -249,7 +249,7 @@ Result = TypeVar('Result')
 
 
 def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Result]:
-    """Decorates a function of a run, so that its result is computed only once for each run."""
+    """Decorates a function of a run: its result is computed only once for each run."""
     @functools.wraps(find)
     def found(run: RunData) -> Result:
         known = vars(run).setdefault('_found', {})
@@ -268,8 +268,8 @@ class YawOffset(NamedTuple):
 
 
 def yaw_offset(run: RunData) -> YawOffset:
-    """Returns the YawOffset by the odometry messages that are not in a gap of the IMU. All numbers
-    are NaN if there is no such message."""
+    """Returns the YawOffset at the odometry messages, apart from those in a gap of the IMU. If no
+    message is left, all numbers are NaN."""
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
     before = np.abs(imu_time[after - 1] - at)

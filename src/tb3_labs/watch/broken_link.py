@@ -1,8 +1,8 @@
 """A broken link of the chain sensor -> belief -> goal -> error -> command -> stop.
 
 A link compares a number of the node with the correct number. The handout computes the correct
-number from the node's *own* numbers in the links before. Therefore the consequence of a mistake is
-not reported as another mistake.
+number from the node's *own* numbers in the previous links of the chain. Therefore the consequence
+of a mistake is not reported as another mistake.
 """
 from functools import cached_property, lru_cache
 from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -10,8 +10,9 @@ from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional,
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.watch.quantities import Quantity, headings, matching_quantities, median_pause
-from tb3_labs.watch.variables import Series, bare_name, last_until, variables_of
+from tb3_labs.watch.variables import Series, bare_name, variables_of
 
 #: A variable is late if its pauses are longer than this while its quantity changes [s].
 LONGEST_UPDATE_GAP = 0.3
@@ -19,8 +20,8 @@ LONGEST_UPDATE_GAP = 0.3
 LONGEST_READING_GAP = 0.4
 #: A longer pause between commands is a mistake [s].
 LONGEST_COMMAND_GAP = 0.45
-#: If a variable follows no quantity, it is compared with the headings again. The tolerance is then
-#: larger by this factor.
+#: If a variable follows no quantity, it is compared with the headings a second time, with a
+#: tolerance that is larger by this factor.
 COARSE_FACTOR = 30.0
 #: A variable with at most this many values is not called constant.
 FEWEST_READINGS = 10
@@ -44,7 +45,7 @@ class NodeRun:
 
     def __init__(self, run: Any, node: Optional[str] = None) -> None:
         """`run` is a RunData. `node` is the node's name, by default the name of the node with the
-        most readings. If no senders were recorded, all commands count as the node's."""
+        most readings. If no senders were recorded, all commands are taken for the node's."""
         self.run, self.variables = run, variables_of(run, node)
         self.commands = run.commands
         # in the recording of a trial all commands are the node's
@@ -106,9 +107,9 @@ class NodeRun:
         """Returns a clause on the node's constant `name` if its value is not the handout's
         `value`; else ''."""
         series = self.variable(name.lower())
-        own = series.value[-1] if series is not None else np.nan
-        return '' if not np.isfinite(own) or own == value else \
-            f'; its {name} is {own:g}, the handout has {value:g}'
+        if series is None or not np.isfinite(series.value[-1]) or series.value[-1] == value:
+            return ''
+        return f'; its {name} is {series.value[-1]:g}, the handout has {value:g}'
 
 
 def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
@@ -124,8 +125,10 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
     node's file that assign it."""
     name, message = broken.variable, broken.message
     lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
-    place = '' if not lines else ' ({} is assigned in line{} {})'.format(
-        name, 's' if len(lines) > 1 else '', ', '.join(map(str, lines[:5])))
+    place = ''
+    if lines:
+        word = 'line' if len(lines) == 1 else 'lines'
+        place = f" ({name} is assigned in {word} {', '.join(map(str, lines[:5]))})"
     first_word = message.split()[0]
     if '_' not in first_word and first_word != name:        # names of variables get no capital
         message = message[:1].upper() + message[1:]
@@ -135,12 +138,13 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
 # -- functions that several labs share
 
 def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Is a quantity the correct heading, in any range and unit, to within a degree?"""
+    """Does a quantity differ from the correct heading by less than a degree? It may have another
+    range and another unit."""
     unit = quantity.per_degree
     if unit <= 0.0:
         return False
-    apart = wrap_all(quantity.value - correct.value / correct.per_degree * unit, 360.0 * unit)
-    return bool((np.abs(apart) < unit).all())
+    error = wrap_all(quantity.value - correct.value / correct.per_degree * unit, 360.0 * unit)
+    return bool((np.abs(error) < unit).all())
 
 
 def is_constant(series: Series) -> bool:
@@ -151,13 +155,14 @@ def is_constant(series: Series) -> bool:
 
 def worst_index(series: Series, should: np.ndarray) -> int:
     """Returns the index of the value that differs most from `should`, the correct values."""
-    apart = np.abs(series.value - should)
-    return int(np.argmax(np.where(np.isfinite(apart), apart, -1.0)))
+    error = np.abs(series.value - should)
+    return int(np.argmax(np.where(np.isfinite(error), error, -1.0)))
 
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
     """Returns the BrokenLink of a variable that should follow the quantity `correct`. The clause
-    `behaviour` says what it does instead. The BrokenLink has the values at the worst moment."""
+    `behaviour` says what the variable does instead. The BrokenLink has the variable's value and the
+    correct value at the moment when they differ most."""
     should = correct.at(series.time)
     worst = worst_index(series, should)
     name = correct.name.partition(',')[0]
@@ -171,10 +176,12 @@ def followed_heading(series: Series, quantities: List[Quantity]
     returns (None, the BrokenLink). The first of the `quantities` is the correct heading."""
     correct = quantities[0]
     found = matching_quantities(series, quantities)
-    usable = [each for each in found or quantities if is_usable_heading(each, correct)]
-    if not found:       # on a busy computer samples come late, or are lost
+    if found:
+        usable = [each for each in found if is_usable_heading(each, correct)]
+    else:       # on a busy computer samples come late, or are lost
         usable = matching_quantities(
-            series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in usable])
+            series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities
+                     if is_usable_heading(each, correct)])
     if usable:
         return usable[0], None
     if is_constant(series) and not found:
@@ -220,7 +227,7 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
 
 
 def other_field_text(node_run: NodeRun) -> str:
-    """Returns a clause on the first field other than angular.z that is not 0; '' if there is no
+    """Returns a clause on the first field that is not 0, apart from angular.z; '' if there is no
     such field."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
     return clause and '; ' + clause

@@ -24,7 +24,8 @@ class Place(NamedTuple):
 
 class Link(NamedTuple):
     """A link of a chain. A student can answer the `question` by looking at the node. The `check`
-    finds mistakes. The `place` explains the link. The `parts` of the lab use the link."""
+    finds mistakes. The `place` in a lab sheet explains the link. `parts` are the parts of the lab
+    that use the link."""
 
     question: str
     check: Check
@@ -43,7 +44,7 @@ TURN_STEP, DRIVE_STEP, CONTROL_STEP = (
 #: The parts of the labs (see marking/labs) that use a link.
 TURNS, DRIVES, CONTROL = ('turns', 'both'), ('drive', 'reset'), ('drive', 'reset', 'control')
 #: For each lab with a chain, the links of the chain, in order. The gamepad and the mouse have no
-#: chain, because the criteria on them move each input alone, and so name the mistake.
+#: chain. Their criteria move each input alone, so that the criterion itself names the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -101,7 +102,8 @@ def remarks(run: Any, lab: str) -> List[str]:
 
 
 def broken_links_of_nodes(run: Any) -> List[Tuple[str, Link, BrokenLink]]:
-    """Returns (node, Link, BrokenLink) of each node of a known lab whose chain is broken."""
+    """Returns (node, Link, BrokenLink) for each node that belongs to a known lab and has a broken
+    link."""
     found = []
     for node in sorted(set(run.variables.node)):
         node_run = NodeRun(run, node)

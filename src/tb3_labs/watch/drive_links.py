@@ -7,6 +7,7 @@ from typing import Iterator, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.sorted_times import last_before
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
@@ -15,7 +16,7 @@ from tb3_labs.watch.broken_link import (
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval,
     control_intervals, local_frames, own_pose, state_intervals)
-from tb3_labs.watch.variables import last_before, shortened_value
+from tb3_labs.watch.variables import shortened_value
 
 #: The tolerance of each state [rad or m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
@@ -25,7 +26,7 @@ GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a has_control that does not follow ctrl_relinq."""
+    """Yields the variable has_control if it does not follow ctrl_relinq."""
     series, starts = node_run.variable('has_control'), node_run.run.starts
     if series is None:
         return
@@ -33,41 +34,45 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
         # a node that was not running did not receive the message
         if not starts and not node_run.runs_at(begin):
             continue
-        part = series.between(begin + LONGEST_LAG,
-                              end if starts else min(end, node_run.end_after(begin)))
+        known_until = end if starts else min(end, node_run.end_after(begin))
+        part = series.between(begin + LONGEST_LAG, known_until)
         if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
             yield BrokenLink(f'{part.time[-1] - begin:.1f} s after a {bool(value)} on ctrl_relinq '
                              f'{series.name} was {part.text[-1]}', part.time[0], series.name)
 
 
 def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a `state` that a reset did not set to ROTATE_TO_GOAL."""
+    """Yields the variable `state` if a reset did not set it to ROTATE_TO_GOAL."""
     series = node_run.variable('state')
     if series is None:
         return
     for frame in node_run.cached(local_frames):
         part = series.between(frame.begin + LONGEST_LAG, frame.end)
         soon = series.between(frame.begin - SHORT_LAG, frame.begin + LONGEST_LAG).text
-        if frame.is_reset and len(part.text) and ROTATE_TO_GOAL not in soon and (
-                series.text_at(frame.begin - SHORT_LAG) == part.text[0] in STATES[1:]) and (
-                own_pose(node_run, part.time[:1]).error(ROTATE_TO_GOAL)
-                > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE):
+        if not frame.is_reset or not len(part.text) or ROTATE_TO_GOAL in soon:
+            continue
+        stayed = series.text_at(frame.begin - SHORT_LAG) == part.text[0]
+        error = own_pose(node_run, part.time[:1]).error(ROTATE_TO_GOAL)[0]
+        must_rotate = error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE
+        if must_rotate and stayed and part.text[0] in STATES[1:]:
             yield BrokenLink(
                 expected(f'{frame.clause}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
                 frame.begin, series.name)
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a variable of the goal whose constant value is not the requested value."""
+    """Yields a variable of the goal if it is constant and differs from the requested value."""
     goals = node_run.run.goals
     if not len(goals) or not len(node_run.run.starts):
         return      # without a trial, another node may have sent the goals
     for name, requested in zip(HANDOUT_GOAL, (goals.x[0], goals.y[0], goals.yaw[0])):
         series = node_run.variable(name)
-        # the node may have its goal_yaw in degrees
-        accepted = [requested, np.degrees(requested) if 'yaw' in name else requested]
-        if series is not None and is_constant(series) and (
-                np.abs(series.value[-1] - accepted).min() > 1e-3):
+        accepted = [requested]
+        if 'yaw' in name:       # the node may have its goal_yaw in degrees
+            accepted.append(np.degrees(requested))
+        if series is None or not is_constant(series):
+            continue
+        if np.abs(series.value[-1] - np.array(accepted)).min() > 1e-3:
             message = expected(f'{series.name} is {shortened_value(series.text[-1])}',
                                f'{requested:g}')
             yield BrokenLink(message, series.time[0], series.name)
@@ -137,28 +142,33 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
     if part.state == MOVE_FORWARD:
         speed = np.median(part.linear)
         if not 0.0 < speed <= MAX_LINEAR_SPEED + 0.01:
-            yield BrokenLink(
-                f'in {part.state} linear.x was {speed:.2f}, by the handout it is {DRIVE_SPEED:g}'
-                + ('' if speed else node_run.cached(other_field_text)), part.begin, 'linear.x')
+            other_field = node_run.cached(other_field_text) if speed == 0.0 else ''
+            yield BrokenLink(f'in {part.state} linear.x was {speed:.2f}, by the handout it is '
+                             f'{DRIVE_SPEED:g}{other_field}', part.begin, 'linear.x')
         return
-    (formula, gain), (correct, error) = fitted_formula(node_run, part), next(
-        heading_errors(node_run, part))
+    formula, gain = fitted_formula(node_run, part)
+    correct, error = next(heading_errors(node_run, part))
     text = f'in {part.state} angular.z was '
     if formula and (formula != correct or gain < 0.0):
         yield BrokenLink(f'{text}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[part.state]:g} x ({correct})', part.begin, 'angular.z')
-    turns = part.angular.any()
-    is_wrong = part.angular * error < 0.0 if turns else part.angular == 0.0
-    wrong = np.flatnonzero(is_wrong & (np.abs(error) > 2.0 * TOLERANCES[part.state]) & (
-        np.abs(error) < 3.0))
+    other_field = ''
+    is_wrong = part.angular * error < 0.0
+    if not part.angular.any():
+        is_wrong = part.angular == 0.0
+        other_field = node_run.cached(other_field_text)
+    # near an error of half a turn, both signs of a command are correct
+    is_clear = (np.abs(error) > 2.0 * TOLERANCES[part.state]) & (np.abs(error) < 3.0)
+    wrong = np.flatnonzero(is_wrong & is_clear)
     if len(wrong) > 2:
         k = wrong[0]
-        yield BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad' + (
-            '' if turns else node_run.cached(other_field_text)), part.time[k], 'angular.z')
+        yield BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad'
+                         f'{other_field}', part.time[k], 'angular.z')
 
 
 def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields a state that ends too early or too late, and an unknown state that does not end."""
+    """Yields a state that ends too early or too late. Also yields a state that the handout does not
+    have, if it does not end."""
     if part.state not in TOLERANCES:
         # an additional state is not a mistake if the node leaves it
         is_left = part.next_state in STATES or part.end - part.begin < 1.0
@@ -197,7 +207,7 @@ def error_text(state: str, error: float) -> str:
 
 def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that a node sends after it has reached the goal or has lost control. Also
-    yields the last command at such a moment if it is not zero."""
+    yields the last command before such a moment if it is not zero."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
     is_any = np.ones_like(is_moving)

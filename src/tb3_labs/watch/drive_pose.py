@@ -19,7 +19,8 @@ from tb3_labs.watch.variables import Series, shortened_value
 
 #: A variable with fewer values in a frame is not judged.
 FEWEST_VALUES = 10
-#: The search for the followed quantity uses the values within this time of the worst value [s].
+#: The values in a window of this length, with the worst value in its middle, are used to find the
+#: quantity that a wrong variable follows [s].
 FOLLOWED_WINDOW = 60.0
 #: The scale of all quantities here. Two places or angles are equal up to POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / SAME_SHARE
@@ -27,8 +28,8 @@ SCALE = POSE_TOLERANCE / SAME_SHARE
 
 def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
     """Yields the quantities that a node may take for its local place in `frame`. The first two are
-    correct, since the handout does not ask for a declared pose. Each later one has one mistake; the
-    last one is not local at all."""
+    correct, since the handout does not ask for a declared pose. Each other quantity has one
+    mistake; the last quantity is the place in ``odom``."""
     here, declared = samples.x + 1j * samples.y, frame.declared_place
     moved, turned = here - frame.place, frame.odometry_yaw - frame.declared_yaw
     displacement = 'the displacement since the reset, '
@@ -51,13 +52,15 @@ def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
 
 def yaw_readings(node_run: NodeRun, frame: Frame, sensor: str,
                  window: Tuple[float, float]) -> Iterator[Tuple[Quantity, float]]:
-    """Yields each quantity that a node may read for the yaw of the `sensor`, IMU or odometry, in a
-    `window` of the frame [s]. Each has its value at the start of the frame. The first is correct.
-    """
+    """Yields (quantity, its value at the start of the frame) for each quantity that a node may read
+    in place of the yaw of the `sensor`, IMU or odometry, in a `window` of the frame [s]. The first
+    quantity is correct."""
     run = node_run.run
-    # the quantities below have the correct yaw again, under this name
-    samples, at_start, correct = (run.imu, frame.imu_yaw, 'the yaw') if sensor == 'IMU' else (
-        run.odometry, frame.odometry_yaw, 'the yaw of the odometry')
+    # the other quantities include the correct yaw, too, under the name `correct`
+    if sensor == 'IMU':
+        samples, at_start, correct = run.imu, frame.imu_yaw, 'the yaw'
+    else:
+        samples, at_start, correct = run.odometry, frame.odometry_yaw, 'the yaw of the odometry'
     samples = samples.take(in_window(samples.arrival, window))
     yield Quantity('the yaw of the ' + sensor, samples.arrival, samples.yaw, SCALE), at_start
     for quantities in (node_run.imu_quantities, node_run.odometry_quantities):
@@ -126,8 +129,8 @@ def made_of(reading: Quantity, clause: str, value: Any) -> Quantity:
 
 def pose_quantities(node_run: NodeRun, frame: Frame, name: str,
                     window: Tuple[float, float]) -> Iterator[Quantity]:
-    """Yields the quantities that the variable `name` may follow in a `window` of a frame [s]. Their
-    values are in comparable form. The first two are correct."""
+    """Yields the quantities that the variable `name` may follow in a `window` of a frame [s], with
+    their values in comparable form. The first two are correct."""
     if name == 'local_yaw':
         quantities = local_yaw_quantities(node_run, frame, window)
     elif name in REFERENCES_OF:
@@ -148,8 +151,8 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields the wrong variables of the local pose. The wrong references of a variable are
-    yielded before the variable."""
+    """Yields the wrong variables of the local pose. If the node computes a variable from wrong
+    references, the references are yielded before the variable."""
     for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
@@ -169,12 +172,14 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
     first = correct.time[correct.time >= frame.begin][:1]
     if not len(first):
         return
-    value = comparable(name, series.value * (unit_of(series) if is_local else 1.0))
+    unit = unit_of(series) if is_local else 1.0
+    value = comparable(name, series.value * unit)
     in_frame = Series(name, series.time, series.text, value).between(
         first[0] + LONGEST_LAG, frame.end)
     part = part_with_control(node_run, in_frame)
-    if np.isfinite(part.value).sum() < FEWEST_VALUES or matching_quantities(
-            part, accepted, RIGHT_SHARE):
+    if np.isfinite(part.value).sum() < FEWEST_VALUES:
+        return
+    if matching_quantities(part, accepted, RIGHT_SHARE):
         return
     should = correct.at(part.time)
     worst = worst_index(part, should)
@@ -202,13 +207,15 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
 
 
 def followed_text(part: Series, quantities: Iterator[Quantity]) -> str:
-    """Returns a clause on the first two quantities that a variable follows; '' without any."""
+    """Returns a clause on the first two quantities that a variable follows; '' if it follows
+    none."""
     found = matching_quantities(part, quantities, RIGHT_SHARE)
     return 'followed ' + ', or '.join(each.name for each in found[:2]) if found else ''
 
 
 def late_text(part: Series, correct: Quantity) -> str:
-    """Returns a clause: how late a variable follows the correct quantity, or that it does not."""
+    """Returns a clause that says how late a variable follows the correct quantity, or that it does
+    not follow this quantity."""
     delays = np.sort(sample_ages(part, correct._replace(scale=1.0), 60.0))
     longest = delays[int(RIGHT_SHARE * (len(part.time) - 1))]
     return f'came up to {longest:.1f} s late' if longest < np.inf else 'did not follow it'

@@ -1,5 +1,5 @@
-"""A node of the Transformation lab, as its own variables show it: its local frames, its pose, its
-times with control, and its states with their commands.
+"""Finds the local frames, the pose, the times with control, and the states of a node of the
+Transformation lab, from the node's own variables.
 
 A local frame starts at each start of the node and at each reset. Here, places are complex numbers,
 x + iy, so that a rotation is a product.
@@ -9,20 +9,20 @@ from typing import Any, List, NamedTuple, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL, STATES
 from tb3_labs.watch.broken_link import LONGEST_READING_GAP, NodeRun
-from tb3_labs.watch.variables import Series, last_until
+from tb3_labs.watch.variables import Series
 
 #: A pose is correct if it is at most this far from the correct pose [m], [rad].
 POSE_TOLERANCE = 0.03
 #: A node keeps a law if at least this share of its values is correct.
 RIGHT_SHARE = 0.9
-#: The probe shows a change at most LONGEST_LAG after its cause, and most changes within SHORT_LAG
-#: [s].
+#: The probe shows each change within LONGEST_LAG, and most changes within SHORT_LAG [s].
 LONGEST_LAG, SHORT_LAG = 0.4, 0.1
 #: The robot rests for this time after the node's start [s].
 REST_TIME = 1.5
-#: A jump of a variable is a reset if at most two other jumps are within this time [s].
+#: A jump of a variable is a reset if the variable has at most two other jumps within this time [s].
 JUMP_WINDOW = 1.0
 #: The variables of the pose, each with the references from which the node computes it.
 REFERENCES_OF = {
@@ -77,8 +77,8 @@ def local_frames(node_run: NodeRun) -> List[Frame]:
 
 
 def recorded_frames(node_run: NodeRun) -> List[Frame]:
-    """Returns the frames that begin at recorded starts of the node, and at recorded resets. If no
-    start was recorded, the first reading is a start. The frames have no poses yet."""
+    """Returns the frames without their poses. A frame begins at each recorded start of the node (or
+    else at the first reading), and at each recorded reset."""
     run = node_run.run
     times = next(iter(node_run.variables.values())).time
     starts = run.starts or times[:1]
@@ -98,21 +98,21 @@ def first_from(samples: Any, time: float) -> Any:
 
 
 def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Frame:
-    """Returns the frame, with the robot's pose at its start taken from the node's references."""
+    """Returns the frame with the robot's pose at its start, by the node's references."""
     values = []
     for series in map(node_run.variable, REFERENCES):
-        value = np.nan
-        if series is not None:
-            value = series.value[0] if is_first else series.at(frame.begin + LONGEST_LAG)
-        values.append(value)
+        if series is None:
+            values.append(np.nan)
+        else:
+            values.append(series.value[0] if is_first else series.at(frame.begin + LONGEST_LAG))
     x, y, odometry_yaw, imu_yaw = values
     return frame._replace(place=complex(x, y), odometry_yaw=odometry_yaw, imu_yaw=imu_yaw)
 
 
 def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
     """Returns the times at which a frame started without a recorded start or reset. At such a time
-    the readings pause, or the node's references or pose jump. Times near one of `known`, the
-    recorded starts of frames, are left out."""
+    the readings pause, or the node's references or pose jump. `known` are the recorded starts of
+    frames; times near them are left out."""
     read = node_run.reading_times
     begins = list(read[1:][np.diff(read) > LONGEST_READING_GAP])
     for name in (*REFERENCES, *REFERENCES_OF):
@@ -144,7 +144,7 @@ def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
         samples = node_run.run.odometry
         steps = np.abs(np.diff(series.value))
         sensor_steps = np.hypot(np.diff(samples.x), np.diff(samples.y))
-    # the sensor's path length up to each reading, and up to LONGEST_LAG before each reading
+    # the length of the sensor's path until each reading, and until LONGEST_LAG before the reading
     way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(sensor_steps)))
     way_before = np.interp(series.time - LONGEST_LAG, series.time, way) if len(way) else way
     return series.time[1:][steps > 2.0 * POSE_TOLERANCE + way[1:] - way_before[:-1]]
@@ -183,17 +183,19 @@ def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
 
 
 def unit_of(series: Series) -> float:
-    """Returns the unit of a yaw [rad]. It is a degree if any value is above a whole turn in
-    radians."""
+    """Returns the unit of a yaw [rad]. The unit is a degree if any value is larger than a whole
+    turn in radians."""
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
 def part_with_control(node_run: NodeRun, part: Series, seconds: float = LONGEST_LAG) -> Series:
-    """Returns the readings in `part` at which the node has had control for at least these seconds,
-    by the variable has_control, or else by ctrl_relinq. If both are missing, all readings are
-    returned."""
+    """Returns the readings in `part` at which the node has had control for at least these seconds.
+    The variable has_control shows who has control; without it, ctrl_relinq does. If both are
+    missing, all readings are returned."""
     control, own = node_run.run.control, node_run.boolean_variable('has_control')
-    time, value = (control.arrival, control.value) if own is None else (own.time, own.value)
+    time, value = control.arrival, control.value
+    if own is not None:
+        time, value = own.time, own.value
     if not len(time):
         return part
     now, before = last_until(time, part.time), last_until(time, part.time - seconds)
@@ -223,12 +225,12 @@ class StateInterval(NamedTuple):
 
 
 def state_intervals(node_run: NodeRun) -> List[StateInterval]:
-    """Returns the StateIntervals of a run in order; [] if the node has no variable `state` with the
-    handout's states."""
+    """Returns the StateIntervals of a run in order; [] if the node does not have a variable `state`
+    with the handout's states."""
     series, sent = node_run.variable('state'), node_run.commands
     if series is None or not set(series.text) & set(STATES):
         return []
-    # an interval ends also at a new frame, a message on ctrl_relinq, or a gap of the readings
+    # a new frame, a message on ctrl_relinq, or a gap of the readings ends an interval, too
     cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
     gaps = series.time[1:][np.diff(series.time) > LONGEST_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
@@ -238,10 +240,8 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         errors = own_pose(node_run, part.time).error(ROTATE_TO_GOAL)
         if np.isnan(errors).all():
             continue
-        is_near_cut = (np.abs(np.subtract(cuts, end)) <= SHORT_LAG).any()
-        next_state = ''
-        if end in series.changes and end not in gaps and not is_near_cut:
-            next_state = series.text_at(end)
+        is_cut = end in gaps or (np.abs(np.subtract(cuts, end)) <= SHORT_LAG).any()
+        next_state = '' if is_cut or end not in series.changes else series.text_at(end)
         first, last = part.time[0], part.time[-1]
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
         found.append(StateInterval(

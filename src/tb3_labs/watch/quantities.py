@@ -1,4 +1,4 @@
-"""The quantities that a variable may follow, and the search for those that it does.
+"""The quantities that a variable may follow, and the search for the quantities that it follows.
 
 A quantity is a number that a formula gives for each message of a sensor. A variable follows a
 quantity if each value of the variable is the number of a recent message.
@@ -6,12 +6,13 @@ quantity if each value of the variable is the number of a recent message.
 import math
 from dataclasses import replace
 from itertools import product
-from typing import Iterable, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Callable, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import euler
-from tb3_labs.watch.variables import Series, last_before
+from tb3_labs.geometry.sorted_times import last_before
+from tb3_labs.watch.variables import Series
 
 #: Two numbers are equal if they differ by at most this share of the quantity's scale.
 SAME_SHARE = 3e-4
@@ -24,11 +25,11 @@ RECENT_TIME = 0.5
 ARRIVAL_LEAD = 0.03
 #: Longer delays between a quantity and a variable are not found [s].
 LONGEST_DELAY = 8.0
-#: At most about this many values of a variable are compared.
+#: About this number of values of a variable is compared.
 MOST_VALUES = 400
-#: Each fourth value is compared first. This excludes most quantities in little time.
+#: Each fourth value is compared first, because this excludes most quantities in little time.
 COARSE_STEP = 4
-#: Changes of a quantity by at most this share of its scale do not count.
+#: A quantity is at rest while it changes by at most this share of its scale.
 MOVED_SHARE = 0.005
 
 
@@ -54,16 +55,16 @@ class RecentSamples(NamedTuple):
 
     sample: np.ndarray
     age: np.ndarray
-    is_there: np.ndarray
+    exists: np.ndarray
 
 
 def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> RecentSamples:
-    """Returns the samples at each of the times `readings` that are at most `longest` old [s].
+    """Returns for each of the times `readings` the samples that are at most `longest` old [s].
     `times` are the times of all samples, at least one."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
     index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
-    # the age of a sample is the time since the next sample came
+    # a sample gets old only when the next sample comes
     age = (readings[:, None] - np.append(times[1:], np.inf)[index.clip(0)]).clip(0.0)
     return RecentSamples(index.clip(0), age, (index >= 0) & (age <= longest))
 
@@ -71,13 +72,13 @@ def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> R
 def is_equal(series: Series, quantity: Quantity, samples: RecentSamples) -> np.ndarray:
     """Returns an array: does the value (row) equal the quantity's number at the recent sample
     (column)?"""
-    apart = np.abs(series.value[:, None] - quantity.value[samples.sample])
-    return samples.is_there & (apart <= SAME_SHARE * quantity.scale)
+    distance = np.abs(series.value[:, None] - quantity.value[samples.sample])
+    return samples.exists & (distance <= SAME_SHARE * quantity.scale)
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
-    """Returns, for each value, the age of the newest sample with this value [s]; inf if no sample
-    of the last `longest` seconds has it. The newest sample of all has the age 0."""
+    """Returns for each value of a variable the age of the newest sample with this value [s]; inf if
+    no sample of the last `longest` seconds has this value. The newest sample has the age 0."""
     if not len(quantity.time) or not len(series.time):
         return np.full(len(series.time), np.inf)
     samples = recent_samples(series.time, quantity.time, longest)
@@ -94,30 +95,40 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in the given order. If there are several,
     this run does not show which one the node uses."""
-    # the first value may be from before the first message
+    # the variable may have its first value before the first message comes
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     all_values = subsampled(series.take(slice(first, None)))
+    if not len(all_values.time):
+        return []
     some_values = all_values.take(slice(None, None, COARSE_STEP))
     most_misses = (1.0 - share) * len(all_values.time) + 1e-9
-    found, times = [], np.empty(0)
-    for each in quantities if len(all_values.time) else ():
-        if not len(each.time):
+    found: List[Quantity] = []
+    times = np.empty(0)
+    for quantity in quantities:
+        if not len(quantity.time):
             continue
-        if each.time is not times:
-            times = each.time
+        if quantity.time is not times:
+            times = quantity.time
             samples = recent_samples(all_values.time, times, RECENT_TIME)
-            samples_of_some = RecentSamples(*(rows[::COARSE_STEP] for rows in samples))
-        if all((~is_equal(values, each, recent).any(axis=1)).sum() <= most_misses
-               for values, recent in ((some_values, samples_of_some), (all_values, samples))):
-            found.append(each)
+            some_samples = RecentSamples(*(rows[::COARSE_STEP] for rows in samples))
+        if misses(some_values, quantity, some_samples) <= most_misses and (
+                misses(all_values, quantity, samples) <= most_misses):
+            found.append(quantity)
     return found
 
 
+def misses(series: Series, quantity: Quantity, samples: RecentSamples) -> int:
+    """Returns how many values of a variable differ from the numbers of all recent samples."""
+    return int((~is_equal(series, quantity, samples).any(axis=1)).sum())
+
+
 def longest_delay(series: Series, quantity: Quantity) -> float:
-    """Returns the longest delay with which a variable follows a quantity [s]; inf if it does not
-    follow it."""
-    found = np.sort(sample_ages(subsampled(series), quantity, LONGEST_DELAY))
-    return float(found[int(FOLLOWING_SHARE * (len(found) - 1))]) if len(found) else math.inf
+    """Returns the longest delay with which a variable follows a quantity [s]; inf if the variable
+    does not follow the quantity."""
+    ages = np.sort(sample_ages(subsampled(series), quantity, LONGEST_DELAY))
+    if not len(ages):
+        return math.inf
+    return float(ages[int(FOLLOWING_SHARE * (len(ages) - 1))])
 
 
 def median_pause(series: Series, quantity: Quantity) -> float:
@@ -131,87 +142,74 @@ def median_pause(series: Series, quantity: Quantity) -> float:
 
 # -- headings
 
-#: The forms that a node may give to a yaw from -180 to 180 degrees. Each has words, a formula, and
-#: the sign of its change for a turn to the left; 0 if the form is not a heading.
+class YawRange(NamedTuple):
+    """A form that a node may give to a yaw from -180 to 180 degrees. `sign` is the sign of its
+    change for a turn to the left; 0 if the form is not a heading."""
+
+    text: str
+    formula: Callable[[np.ndarray], np.ndarray]
+    sign: int
+
+
+FROM_0_TO_360 = YawRange('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1)
+FROM_MINUS_180 = YawRange('from -180 to 180', lambda yaw: yaw, 1)
 RANGES = (
-    ('from 0 to 360', lambda yaw: np.where(yaw < 0.0, yaw + 360.0, yaw), 1),
-    ('from -180 to 180', lambda yaw: yaw, 1),
-    ('plus 180 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw + 180.0, yaw), 1),
-    ('plus 180', lambda yaw: yaw + 180.0, 1),
-    ('plus 360, also where it is positive', lambda yaw: yaw + 360.0, 1),
-    ('minus 360 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw - 360.0, yaw), 1),
-    ('plus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw + 360.0, yaw), 1),
-    ('minus 360 where it is positive', lambda yaw: np.where(yaw > 0.0, yaw - 360.0, yaw), 1),
-    ('without its sign', np.abs, 0),
-    ('subtracted from 360', lambda yaw: 360.0 - yaw, -1),
-    ('subtracted from 360 where it is negative',
-     lambda yaw: np.where(yaw < 0.0, 360.0 - yaw, yaw), 0),
-    ('divided by 2', lambda yaw: yaw / 2.0, 0),
-    ('divided by 2, plus 360 where it is negative',
-     lambda yaw: yaw / 2.0 + np.where(yaw < 0.0, 360.0, 0.0), 0),
-    ('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
-    ('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
-#: The units that a node may give to a yaw, each (words, factor from degrees, rounding).
-UNITS = (('degrees', 1.0, None), ('radians', math.pi / 180.0, None),
-         ('degrees, converted to degrees twice', 180.0 / math.pi, None),
+    FROM_0_TO_360, FROM_MINUS_180,
+    YawRange('plus 180 where it is negative', lambda yaw: np.where(yaw < 0.0, yaw + 180.0, yaw), 1),
+    YawRange('plus 180', lambda yaw: yaw + 180.0, 1),
+    YawRange('plus 360, also where it is positive', lambda yaw: yaw + 360.0, 1),
+    YawRange('without its sign', np.abs, 0),
+    YawRange('mirrored, from 0 to 360', lambda yaw: (-yaw) % 360.0, -1),
+    YawRange('mirrored, from -180 to 180', lambda yaw: -yaw, -1))
+#: The units that a node may give to a yaw, each (text, factor from degrees, rounding).
+DEGREES, RADIANS = ('degrees', 1.0, np.asarray), ('radians', math.pi / 180.0, np.asarray)
+UNITS = (DEGREES, RADIANS, ('degrees, converted to degrees twice', 180.0 / math.pi, np.asarray),
          ('degrees, cut to whole numbers', 1.0, np.trunc),
          ('degrees, rounded to whole numbers', 1.0, np.round),
          ('radians, cut to whole numbers', math.pi / 180.0, np.trunc))
-#: The order of a quaternion's numbers in squaternion.
-ORDER = 'wxyz'
 
 
 def headings(time: np.ndarray, quaternion: Sequence[np.ndarray],
-             of: str = '') -> Iterator[Quantity]:
+             sensor_clause: str = '') -> Iterator[Quantity]:
     """Yields the quantities that a node may take for the heading. The first is the correct heading.
-    `quaternion` is w, x, y, z of each sample. `of` names the sensor; '' is the IMU."""
-    roll, pitch, yaw = np.degrees(euler(*quaternion))
-    for (unit, factor, rounding), (range_text, form, sign) in product(UNITS, RANGES):
-        name = f'the yaw{of} in {unit}, {range_text}'
-        if name.startswith(f'the yaw{of} in degrees, from 0'):
-            name = 'the heading, from 0 to 360 degrees' + of
-        named = [(name, form(yaw) * factor)]
-        if factor != 1.0:       # the node may change the range after it has converted the unit
-            named.append((name.replace('from 0 to 360', 'its number plus 360 where it is negative'),
-                          form(yaw * factor)))
-        for name, value in named:
-            yield Quantity(name, time, rounding(value) if rounding else value,
-                           max(360.0 * min(factor, 1.0), 1.0), sign * factor)
-    for (axis, angle), (range_text, form, _), (unit, factor, _) in product(
-            (('roll', roll), ('pitch', pitch)), RANGES[:2], UNITS[:2]):
-        yield Quantity(f'the {axis}{of} in {unit}, {range_text}', time, form(angle * factor),
-                       360.0 * factor)
+    `quaternion` is w, x, y, z of each sample. `sensor_clause` is '' for the IMU."""
     w, x, y, z = quaternion
-    for part, value in zip(ORDER, quaternion):
-        name = f'the {part} of the quaternion{of}'
-        yield Quantity(name, time, value, 1.0)
-        yield Quantity(name + ', plus 360 where it is negative', time, RANGES[0][1](value), 1.0)
-    half_yaw = np.arcsin(np.clip(z, -1.0, 1.0))
-    for part, value in (('the arcsine of the z', half_yaw),
-                        ('twice the arcsine of the z', 2.0 * half_yaw),
-                        ('twice the arccosine of the w', 2.0 * np.arccos(np.clip(w, -1.0, 1.0)))):
-        for unit, factor in (('', 1.0), (', in degrees', 180.0 / math.pi)):
-            yield Quantity(f'{part} of the quaternion{of}{unit}', time, value * factor,
-                           6.3 * factor)
+    roll, pitch, yaw = np.degrees(euler(w, x, y, z))
+    for (unit, factor, rounded), yaw_range in product(UNITS, RANGES):
+        name = f'the yaw{sensor_clause} in {unit}, '
+        quantity = Quantity(name + yaw_range.text, time, rounded(yaw_range.formula(yaw) * factor),
+                            max(360.0 * min(factor, 1.0), 1.0), yaw_range.sign * factor)
+        if unit == 'degrees' and yaw_range is FROM_0_TO_360:
+            quantity = quantity._replace(name='the heading, from 0 to 360 degrees' + sensor_clause)
+        yield quantity
+        if factor != 1.0 and yaw_range is FROM_0_TO_360:
+            # the node may change the range after it has converted the unit
+            yield quantity._replace(name=name + 'its number plus 360 where it is negative',
+                                    value=rounded(yaw_range.formula(yaw * factor)))
     # a node may hand over the numbers in the order of ROS
-    angles = np.degrees(euler(x, y, z, w))
-    for (axis, angle), (_, form, _), (unit, factor, _) in product(
-            zip(('yaw', 'pitch', 'roll'), angles[::-1]), RANGES[:2], UNITS[:2]):
-        yield Quantity(
-            f'the {axis} of the quaternion{of} read in the order x, y, z, w, in {unit}', time,
-            form(angle * factor), 360.0 * factor)
+    _, _, misread_yaw = np.degrees(euler(x, y, z, w))
+    angles = (
+        ('roll' + sensor_clause, roll), ('pitch' + sensor_clause, pitch),
+        (f'yaw of the quaternion{sensor_clause} read in the order x, y, z, w,', misread_yaw))
+    for (angle_name, angle), (unit, factor, _), yaw_range in product(
+            angles, (DEGREES, RADIANS), (FROM_0_TO_360, FROM_MINUS_180)):
+        yield Quantity(f'the {angle_name} in {unit}, {yaw_range.text}', time,
+                       yaw_range.formula(angle * factor), 360.0 * factor)
+    for part, value in zip('wxyz', quaternion):
+        yield Quantity(f'the {part} of the quaternion{sensor_clause}', time, value, 1.0)
 
 
 def heading_from_another_zero(series: Series, correct: Quantity, unit: float) -> Optional[Quantity]:
-    """Returns the heading with another zero, such as the heading at the node's start, if a variable
-    follows it; else None. `unit` is the change of the variable for one degree."""
+    """Returns the heading that a variable follows if this heading is 0 in another direction, such
+    as the direction at the node's start; else None. `unit` is the change of the variable for one
+    degree."""
     heading = correct.at(series.time)
-    apart = np.exp(1j * np.radians(series.value / unit - heading))
-    zero = np.degrees(np.angle(np.nanmedian(apart.real) + 1j * np.nanmedian(apart.imag)))
+    offset = np.exp(1j * np.radians(series.value / unit - heading))
+    zero = np.degrees(np.angle(np.nanmedian(offset.real) + 1j * np.nanmedian(offset.imag)))
     # angles are compared on the unit circle
     circle = replace(series, value=np.exp(1j * np.radians(series.value / unit - zero)))
-    if not matching_quantities(circle, [correct._replace(
-            value=np.exp(1j * np.radians(correct.value)), scale=60.0)]):
+    correct_circle = correct._replace(value=np.exp(1j * np.radians(correct.value)), scale=60.0)
+    if not matching_quantities(circle, [correct_circle]):
         return None
     return correct._replace(
         name=f'the heading {zero:+.1f} degrees, which was {heading[0]:.1f} at the first line',

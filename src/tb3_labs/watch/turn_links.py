@@ -8,11 +8,13 @@ from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
 from tb3_labs.watch.typed_turns import (
-    CLEAR_ERROR, OVER_TOLERANCE, READING_PERIOD, Turn, letter_turns, own_heading)
+    CLEAR_ERROR, OVER_TOLERANCE, READING_PERIOD, NodeTurn, letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A goal_yaw is correct if it differs by at most this from the correct angle [deg].
 GOAL_TOLERANCE_DEG = 3.0
+#: A node ends its turn within this time after the error is half the handout's tolerance [s].
+LONGEST_STOP_TIME = 0.5
 #: A node with a finer tolerance than the handout's ends its turn within this time [s].
 FINE_STOP_TIME = 2.5
 
@@ -25,11 +27,11 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a goal_yaw that a letter did not set to curr_yaw +90 or -90 degrees. Also yields a
-    goal_yaw that changed during its turn."""
+    """Yields goal_yaw if a letter did not set it to curr_yaw plus or minus 90 degrees, or if it
+    changed during a turn."""
     series, quantity, _ = node_run.cached(own_heading)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
-    correct: Optional[Turn] = None
+    correct: Optional[NodeTurn] = None
     if series is None or quantity is None or goal is None:
         return
     unit = quantity.per_degree
@@ -38,13 +40,13 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
             continue        # the node is still in the previous turn, and has not read the letter
         after = to_number(turn.goal_after)
         sides = [turn.side] if turn.side else [1, -1]
-        off = wrap_all((after - turn.begin_yaw) / unit - TURN_DEG * np.array(sides), 360.0)
+        deviations = wrap_all((after - turn.begin_yaw) / unit - TURN_DEG * np.array(sides), 360.0)
         tolerance = GOAL_TOLERANCE_DEG
         if not turn.side:
-            # an unrecorded letter was read at an unknown moment before goal_yaw changed
+            # the node read the letter at an unknown time before goal_yaw changed
             soon = series.at(turn.begin + 2.0 * READING_PERIOD)
             tolerance += float(abs(wrap_all((soon - turn.begin_yaw) / unit, 360.0)))
-        if (np.abs(off) <= tolerance).any():
+        if (np.abs(deviations) <= tolerance).any():
             correct = correct or turn
             goals = turn.goal[turn.moving]
             if len(set(goals)) > 5 and abs(goals[-1] - after) > GOAL_TOLERANCE_DEG * unit:
@@ -62,9 +64,9 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         yield BrokenLink(message + goal_remark(node_run, turn, correct), turn.begin, goal.name)
 
 
-def goal_remark(node_run: NodeRun, turn: Turn, correct: Optional[Turn]) -> str:
-    """Returns a clause that helps to explain a wrong goal, or ''. `correct` is a turn
-    with a correct goal, or None."""
+def goal_remark(node_run: NodeRun, turn: NodeTurn, correct: Optional[NodeTurn]) -> str:
+    """Returns a clause that helps to explain a wrong goal, or ''. `correct` is a turn with a
+    correct goal, or None."""
     starts, printed = node_run.run.starts, node_run.run.printed.arrival
     start = max([time for time in starts if time < turn.begin], default=turn.begin)
     is_asked = ((start < printed) & (printed < turn.begin)).any()
@@ -72,16 +74,11 @@ def goal_remark(node_run: NodeRun, turn: Turn, correct: Optional[Turn]) -> str:
         return f'. It had asked for nothing, {turn.begin - start:.1f} s after its start'
     if correct is None:
         return ''
-    remark = f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
-    for name, series in node_run.variables.items():
-        now, then = series.text_at(turn.begin), series.text_at(correct.begin)
-        if now != then and set(series.text) == {'True', 'False'}:
-            remark += f'; {name} was {now} now, and {then} then'
-    return remark
+    return f'; after {correct.letter} with {correct.begin_yaw:.4g} it was right'
 
 
 def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a `turning` that does not become True after a letter."""
+    """Yields the variable `turning` if it does not become True after a letter."""
     turning = node_run.boolean_variable('turning')
     if turning is None:
         return
@@ -96,20 +93,25 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom, or not at all. Also yields zeros that another callback
+    """Yields commands that come too seldom, or do not come. Also yields zeros that another callback
     sends during a turn."""
     turning = node_run.boolean_variable('turning')
     for turn in node_run.cached(letter_turns):
         moving, letter = turn.moving, turn.letter
-        if not len(turn.time) and turning is not None and turning.between(
-                turn.begin, min(turn.end, turn.begin + 1.0)).value.sum() > 10:
-            yield BrokenLink(f'after {letter} {turning.name} was True, and no command came',
-                             turn.begin)
-        if len(moving) in (1, 2) and moving[-1] == len(turn.time) - 1 and (
-                turn.end - turn.time[-1] > LONGEST_COMMAND_GAP):
-            yield BrokenLink('after {} the command {:+.2f} rad/s came {}, and then none'.format(
-                letter, turn.command[-1], 'once' if len(moving) == 1 else 'twice'), turn.begin)
+        if turning is not None and not len(turn.time):
+            soon = turning.between(turn.begin, min(turn.end, turn.begin + 1.0))
+            if soon.value.sum() > 10:
+                yield BrokenLink(f'after {letter} {turning.name} was True, and no command came',
+                                 turn.begin)
+        if not len(moving):
+            continue
+        ends_moving = moving[-1] == len(turn.time) - 1
+        then_silent = turn.end - turn.time[-1] > LONGEST_COMMAND_GAP
         if len(moving) < 3:
+            if ends_moving and then_silent:
+                often = 'once' if len(moving) == 1 else 'twice'
+                yield BrokenLink(f'after {letter} the command {turn.command[-1]:+.2f} rad/s came '
+                                 f'{often}, and then none', turn.begin)
             continue
         span = slice(moving[0], moving[-1] + 1)
         is_zero = turn.command[span] == 0.0
@@ -138,8 +140,8 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
         return
     turn, k = wrong[0]
     message = turn.command_text(k)
-    if len(set(turn.command[turn.moving])) == 1 and len(turn.moving) > 5 and (
-            abs(turn.difference[k]) <= 180.0):
+    is_constant = len(turn.moving) > 5 and len(set(turn.command[turn.moving])) == 1
+    if is_constant and abs(turn.difference[k]) <= 180.0:
         message = 'in the turn after {} the command stayed {:+.2f} rad/s, while the error went ' \
             'from {:+.0f} to {:+.0f} degrees'.format(
                 turn.letter, turn.command[k], turn.error[turn.moving[0]], turn.error[k])
@@ -187,16 +189,17 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
         inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
         if not len(inner):
             continue
-        first, begin = inner[0], turn.time[inner[0]]
-        more = turn.time[last] - begin
+        first = inner[0]
+        begin = turn.time[first]
+        time_inside = turn.time[last] - begin
         # a node with a finer tolerance comes nearer to the goal before it ends the turn
-        is_finer = more < FINE_STOP_TIME and (is_ended or turn.is_cut) and (
-            np.abs(turn.error[first:last + 1]).max() < HDG_TOL)
-        if more > 0.5 and not is_finer:
+        stayed_inside = np.abs(turn.error[first:last + 1]).max() < HDG_TOL
+        is_fine_stop = (is_ended or turn.is_cut) and time_inside < FINE_STOP_TIME
+        if time_inside > LONGEST_STOP_TIME and not (is_fine_stop and stayed_inside):
             is_on = turning is not None and turning.at(begin + 0.3) == 1.0
-            yield BrokenLink('{}, and the turn after {} went on{}{}'.format(
-                turn.command_text(first), turn.letter, ', with turning still True' if is_on else '',
-                own_tolerance), begin, 'turning')
+            clause = ', with turning still True' if is_on else ''
+            yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
+                             f'{clause}{own_tolerance}', begin, 'turning')
 
 
 def same_time_text(node_run: NodeRun) -> str:
@@ -209,11 +212,12 @@ def same_time_text(node_run: NodeRun) -> str:
 
 
 def turning_stayed_true(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a `turning` that is still True when the next letter is typed."""
+    """Yields the variable `turning` if it is still True when the next letter is typed."""
     turning, found = node_run.boolean_variable('turning'), node_run.cached(letter_turns)
     if turning is None or not len(node_run.run.letters):
         return
-    for before, turn in zip(found[:1] + found, found):
-        if turning.at(turn.begin - READING_PERIOD) == 1.0 and (before is turn or not before.is_cut):
+    for previous, turn in zip([None, *found], found):
+        was_cut = previous is not None and previous.is_cut
+        if turning.at(turn.begin - READING_PERIOD) == 1.0 and not was_cut:
             yield BrokenLink(f'{turning.name} was still True when {turn.letter} was typed: it did '
                              'not become False at the goal before', turn.begin, turning.name)

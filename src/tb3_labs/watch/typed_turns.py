@@ -5,11 +5,12 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.sorted_times import last_before
 from tb3_labs.handout import HDG_TOL, MOUSE_DEAD_ZONE, TURN_DEG
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, followed_heading, is_usable_heading)
 from tb3_labs.watch.quantities import Quantity, heading_from_another_zero, matching_quantities
-from tb3_labs.watch.variables import Series, last_before
+from tb3_labs.watch.variables import Series
 
 #: A node reads a typed letter within this time [s].
 LETTER_DELAY = 3.0
@@ -19,21 +20,23 @@ READING_PERIOD = 0.06
 CLEAR_ERROR = 20.0
 #: The error at the end of a turn may exceed the handout's tolerance by this [deg].
 OVER_TOLERANCE = 4.0
-#: A variable with another name than curr_yaw is the heading only if its range is larger than this.
+#: A variable that is not named curr_yaw is the heading only if its values differ by more than this.
 LEAST_RANGE = 0.5
+#: (begin, end, is_cut, side): the first fields of a NodeTurn.
+TypedLetter = Tuple[float, float, bool, int]
 
 
 @dataclass(frozen=True)
-class Turn:
+class NodeTurn:
     """The turn after a typed letter, until the next letter. `side` is 1 for the letter l, -1 for r,
-    and 0 for an unknown letter. A turn `is_cut` if the mouse moved, or the node ended, before the
-    next letter.
+    and 0 for an unknown letter. A turn `is_cut` if the mouse was moved, or the node ended, before
+    the next letter was typed.
 
     Angles have the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
-    letter; '' without a goal_yaw. The arrays have a value for each command of the turn. `command`
-    is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is goal_yaw minus
-    curr_yaw [deg], NaN if the goal is not known.
+    letter; both are '' if the node has no goal_yaw. The arrays have a value for each command of
+    the turn: `command` is angular.z, `goal` is goal_yaw, and `heading` is curr_yaw. `difference` is
+    goal_yaw minus curr_yaw [deg], and NaN if the goal is not known.
     """
 
     begin: float
@@ -79,8 +82,8 @@ class Turn:
                     and len(later) > 4 and not later.any())
 
     def command_text(self, k: int) -> str:
-        """Returns a clause on command `k` and its error. A difference of more than half a turn is
-        shown before and after it is wrapped."""
+        """Returns a clause on command `k` and its error. If the difference is more than half a
+        turn, the clause has the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
@@ -89,8 +92,8 @@ class Turn:
 
 
 class OwnHeading(NamedTuple):
-    """The node's variable for the heading, or None, is `series`. `quantity` is the usable heading
-    that this variable follows. If it follows none, `broken` is the BrokenLink."""
+    """`series` is the node's variable for the heading, or None. `quantity` is the usable heading
+    that this variable follows. If it follows no usable heading, `broken` is the BrokenLink."""
 
     series: Optional[Series] = None
     quantity: Optional[Quantity] = None
@@ -105,7 +108,8 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
         return OwnHeading()
     quantity, broken = followed_heading(series, node_run.imu_quantities)
     if broken is not None and 'does not follow' in broken.message:
-        for unit in (1.0, np.pi / 180.0):       # a node can turn by a heading with any zero
+        # a node can turn correctly by a heading that is 0 in any direction
+        for unit in (1.0, np.pi / 180.0):
             another = heading_from_another_zero(series, node_run.heading, unit)
             if another is not None:
                 return OwnHeading(series, another)
@@ -117,8 +121,8 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
     there is none, returns the first variable that follows any quantity of the IMU, or None."""
     followers = []
     for series in node_run.variables.values():
-        if 'goal' in series.name or not np.isfinite(series.value).any() or (
-                np.nanmax(series.value) - np.nanmin(series.value) <= LEAST_RANGE):
+        numbers = series.value[np.isfinite(series.value)]
+        if 'goal' in series.name or not len(numbers) or np.ptp(numbers) <= LEAST_RANGE:
             continue
         found = matching_quantities(series, node_run.imu_quantities)
         if found and is_usable_heading(found[0], node_run.heading):
@@ -128,31 +132,35 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
     return followers[0] if followers else None
 
 
-def typed_letters(node_run: NodeRun) -> List[Tuple[float, float, bool, int]]:
-    """Returns the first four fields of the Turn of each typed letter. If the recording has no
-    letters, `turning` shows when the letters were typed."""
-    typed, mouse = node_run.run.letters, node_run.run.mouse
-    times, sides = typed.arrival, typed.value
-    if not len(typed):
+def typed_letters(node_run: NodeRun) -> List[TypedLetter]:
+    """Returns the TypedLetters of a run. If the recording has no letters, `turning` shows when the
+    letters were typed."""
+    mouse = node_run.run.mouse
+    is_recorded = len(node_run.run.letters) > 0
+    if is_recorded:
+        times, sides = node_run.run.letters.arrival, node_run.run.letters.value
+    else:
         times = unrecorded_letters(node_run)
         sides = np.zeros(len(times))
     drives = (mouse.active > 0.0) & (np.maximum(abs(mouse.x), abs(mouse.y)) >= MOUSE_DEAD_ZONE)
     found = []
     for begin, end, side in zip(times, np.append(times[1:], node_run.run.duration), sides):
-        # the last message of the mouse before the letter is still in force
+        if is_recorded and not side:
+            continue        # a letter other than l and r starts no turn
+        # when the letter is typed, the last message of the mouse is still in force
         first = max(last_before(mouse.arrival, begin), 0)
         during = slice(first, np.searchsorted(mouse.arrival, end))
         moved = mouse.arrival[during][drives[during]]
         cut = min(*moved[:1], node_run.end_after(begin), end)
-        # a recorded letter other than l and r starts no turn
-        if cut > begin and (side or not len(typed)):
+        if cut > begin:
             found.append((float(begin), float(cut), bool(cut < end), int(side)))
     return found
 
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     """Returns the times at which `turning` became True. Returns no time if goal_yaw changes in a
-    turn, because then the letters may wait in a queue, and the commands of each are not known."""
+    turn: then the letters may wait in a queue, and it is not known which commands belong to which
+    letter."""
     turning, goal = node_run.boolean_variable('turning'), node_run.variable('goal_yaw')
     if turning is None:
         return np.empty(0)
@@ -161,28 +169,29 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
         if turning.at(time - 2.0 * READING_PERIOD) == turning.at(time) == 1.0:
             return np.empty(0)
     becomes_true = turning.time[1:][np.diff(turning.value) > 0.0]
-    # the node read the letter up to two readings before
+    # the node may have read the letter up to two periods of the probe earlier
     return becomes_true - 2.0 * READING_PERIOD
 
 
-def letter_turns(node_run: NodeRun) -> List[Turn]:
-    """Returns the Turn of each letter of a run."""
+def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
+    """Returns the NodeTurn of each letter of a run."""
     series, quantity, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
-    if quantity is None:        # without a usable heading, the correct heading is taken
+    if quantity is None:        # the turns are found by the correct heading
         quantity, series, goal = node_run.heading, None, None
     return [turn_of(letter, node_run.commands, quantity, series, goal)
             for letter in typed_letters(node_run)]
 
 
-def turn_of(letter: Tuple[float, float, bool, int], commands: Any, heading: Quantity,
-            series: Optional[Series], goal: Optional[Series]) -> Turn:
-    """Returns the Turn of a letter, one of `typed_letters`. The node uses the quantity `heading`;
-    its variable for the heading is `series`. `goal` is the variable goal_yaw. If it is None, the
-    letter gives the goal."""
+def turn_of(letter: TypedLetter, commands: Any, heading: Quantity, series: Optional[Series],
+            goal: Optional[Series]) -> NodeTurn:
+    """Returns the NodeTurn of a letter. The node uses the quantity `heading`; its variable for the
+    heading is `series`. `goal` is the variable goal_yaw. If it is None, the letter gives the goal.
+    """
     begin, end, _, side = letter
     begin_yaw = series.at(begin) if series is not None else float(heading.at(np.array([begin]))[0])
-    read_at, goal_before, goal_after = begin, '', ''
+    read_at = begin
+    goal_before = goal_after = ''
     if goal is not None:
         # goal_yaw changes when the node reads the letter
         changes = goal.between(begin, min(end, begin + LETTER_DELAY)).changes
@@ -200,5 +209,5 @@ def turn_of(letter: Tuple[float, float, bool, int], commands: Any, heading: Quan
     difference = (goals - headings) / heading.per_degree
     if goal is None and not side:
         difference[:] = np.nan
-    return Turn(*letter, begin_yaw, goal_before, goal_after, times, commands.angular, goals,
-                headings, difference)
+    return NodeTurn(*letter, begin_yaw, goal_before, goal_after, times, commands.angular, goals,
+                    headings, difference)

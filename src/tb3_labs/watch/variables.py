@@ -10,13 +10,15 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
+from tb3_labs.geometry.sorted_times import last_until
+
 TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
 
 
 @dataclass(frozen=True)
 class Series:
-    """The readings of one variable, each with a time, a text and a number `value`. The `value` of
-    True is 1, of False 0, and of any other text that is not a number NaN."""
+    """The readings of one variable, each with a time, a text and a number `value`. The `value` is 1
+    for the text True, 0 for False, and NaN for any other text that is not a number."""
 
     name: str
     time: np.ndarray
@@ -40,19 +42,8 @@ class Series:
 
     @property
     def changes(self) -> np.ndarray:
-        """The times of the readings whose text differs from the reading before."""
+        """The times of the readings whose text differs from the text of the previous reading."""
         return self.time[1:][self.text[1:] != self.text[:-1]]
-
-
-def last_until(times: Any, time: Any) -> Any:
-    """Returns the index of the last of `times` that is not after `time`; -1 if all are later.
-    `times` are sorted. If `time` is an array, an array of indices is returned."""
-    return np.searchsorted(times, time, side='right') - 1
-
-
-def last_before(times: Any, time: Any) -> Any:
-    """Returns the same as `last_until`, but only times before `time` count."""
-    return np.searchsorted(times, time, side='left') - 1
 
 
 def to_number(text: str) -> float:
@@ -64,7 +55,7 @@ def to_number(text: str) -> float:
 
 
 def shortened_value(text: str) -> str:
-    """Returns a variable's text, shortened to four digits of a number or to 40 characters."""
+    """Returns a variable's text, shortened to 40 characters; a number is rounded to four digits."""
     value = to_number(text)
     return text[:40] if np.isnan(value) else f'{value:.4g}'
 
@@ -87,9 +78,9 @@ def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of `node`, by default of the node with the most readings."""
     rows = run.variables
     counts = Counter(rows.node.tolist())
-    most: str = max(sorted(counts), key=lambda each: counts[each], default='')
+    most: str = max(sorted(counts), key=lambda name: counts[name], default='')
     chosen = node or most
-    is_own = np.array([each == chosen for each in rows.node], dtype=bool)
+    is_own = np.array([name == chosen for name in rows.node], dtype=bool)
     return variables_by_node(rows.take(is_own)).get(chosen, {})
 
 

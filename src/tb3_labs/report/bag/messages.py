@@ -2,7 +2,7 @@
 
 At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y=..., yaw=...``. The
 handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
-or a degree sign follows, or if the number is larger than a whole turn in radians.
+or a degree sign follows the number, or if the number is larger than a whole turn in radians.
 
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 """
@@ -26,8 +26,8 @@ from tb3_labs.report.run_data import (
 #: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
-#: The line of a reset. No character can be matched by two neighbouring parts of this expression.
-#: So the search is fast even in a line of thousands of blanks.
+#: The line of a reset. Two neighbouring parts of this expression never match the same character, so
+#: the search is fast even in a line of thousands of blanks.
 NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
@@ -37,9 +37,10 @@ RESET_LINE = re.compile(
 LONGEST_RESET = 500
 #: A run has at most this many resets.
 MOST_RESETS = 1000
-#: For each topic: most lines, most characters of a line, and most characters of all lines.
+#: The largest numbers of a topic's lines, of the characters of a line, and of all its characters.
 MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
-#: At most this many readings of variables are kept, as of a node with 15 variables in 15 minutes.
+#: At most this many readings of variables are kept. A node with 15 variables makes them in 15
+#: minutes.
 MOST_VARIABLES = 300000
 #: An event of a trial, or a text that a node printed in a trial, has at most this many characters.
 LONGEST_EVENT = 200000
@@ -59,23 +60,26 @@ def declared_by(line: str) -> Optional[Pose2]:
     x, y, yaw = (float(word) for word in found.groups()[:3])
     if not math.isfinite(x + y + yaw):      # a number like 1e999
         return None
-    in_degrees = found.group(4) is not None or abs(yaw) > WHOLE_TURN
-    return Pose2(x, y, wrap(math.radians(yaw) if in_degrees else yaw))
+    if found.group(4) is not None or abs(yaw) > WHOLE_TURN:
+        yaw = math.radians(yaw)
+    return Pose2(x, y, wrap(yaw))
 
 
 def resets_in(log: LogLines) -> Poses:
     """Returns the poses that the lines of a log declare."""
-    declared = [(k, pose) for k, pose in enumerate(map(declared_by, log.texts))
-                if pose is not None][:MOST_RESETS]
-    lines = log.take([k for k, _ in declared])
-    columns = np.array([(pose.x, pose.y, pose.yaw) for _, pose in declared]).reshape(-1, 3).T
-    return Poses(lines.arrival, lines.time, *columns)
+    indices, rows = [], []
+    for k, pose in enumerate(map(declared_by, log.texts)):
+        if pose is not None:
+            indices.append(k)
+            rows.append((pose.x, pose.y, pose.yaw))
+    lines = log.take(indices[:MOST_RESETS])
+    return Poses(lines.arrival, lines.time, *np.array(rows[:MOST_RESETS]).reshape(-1, 3).T)
 
 
 def make_collectors(parts, prefix, limits):
-    """Returns {field of RunData: Collector} of the fields `parts`, for the robot in the namespace
+    """Returns {field of RunData: Collector} for the fields `parts` of the robot in the namespace
     `prefix`. Each sample is subtracted from the budget `limits`, a ReadLimits."""
-    # {field: arguments of its Collector}; all other fields have poses
+    # {field: arguments of its Collector}; a field that is not in the table has poses
     kinds = {
         'imu': (Orientations, lambda message: [
             (message.header, YAW_LATER, message.angular_velocity.z, *_wxyz(message.orientation))]),
@@ -110,17 +114,19 @@ class Collector:
     """Collects the samples of one topic.
 
     ``rows_of(message)`` returns a row for each sample in a message. A row begins with the header
-    that has the stamp, or with None. The sample's numbers or words follow. In place of a yaw, a row
-    has YAW_LATER, and the quaternion w, x, y, z at its end.
+    that has the stamp, or with None; the sample's numbers or words follow. A row has the
+    placeholder YAW_LATER where the yaw belongs. The quaternion w, x, y, z is at the row's end.
     """
 
     def __init__(self, limits, kind, rows_of, longest=LONGEST_LINE):
         """`kind` is the class of the samples. A word is cut after `longest` characters."""
         self._limits, self._kind, self._rows_of, self._longest = limits, kind, rows_of, longest
-        self._has_words, self._letters = kind in (States, LogLines, Variables), 0
+        self._has_words = kind in (States, LogLines, Variables)
+        self._letters = 0
         self._values = [] if self._has_words else array('d')
         self.arrival, self.stamp = array('d'), array('d')
-        self.bad, self.is_full = 0, False
+        self.bad = 0
+        self.is_full = False
 
     def add(self, message, arrival, start):
         """Append the samples of a message, which arrived `arrival` [s] after `start` [s since
@@ -128,12 +134,12 @@ class Collector:
         for header, *row in self._rows_of(message):
             stamp = arrival
             if header is not None:
-                # subtracted first: a float of the seconds since 1970 has steps of 0.2 microseconds
+                # first the difference: a float of the seconds since 1970 has steps of 0.2 us
                 stamp = (header.stamp.secs - start) + 1e-9 * header.stamp.nsecs
             self.keep(row, arrival, stamp)
 
     def keep(self, row, arrival, stamp):
-        """Append one sample, if there are not too many words already. Raises TooLarge."""
+        """Append one sample, unless there are too many words. May raise TooLarge."""
         self._limits.spend('samples')
         if self._has_words:
             row = [word[:self._longest] for word in row]
@@ -150,7 +156,7 @@ class Collector:
     def close(self):
         """Make arrays of the samples. A sample with an invalid number is dropped and counted."""
         self.arrival, self.stamp = np.array(self.arrival), np.array(self.stamp)
-        columns = [each.name for each in fields(self._kind)][2:]
+        columns = [column.name for column in fields(self._kind)][2:]
         if self._has_words:
             self._values = np.array(self._values, object).reshape(-1, len(columns))
             return
@@ -162,12 +168,12 @@ class Collector:
             self._values[:, columns.index('yaw')] = yaws_from_quaternions(*self._values[:, -4:].T)
         is_valid = (np.abs(self._values) < LARGEST_NUMBER).all(axis=1)      # NaN is invalid
         self.bad += int((~is_valid).sum())
-        self.arrival, self.stamp, self._values = (
-            each[is_valid] for each in (self.arrival, self.stamp, self._values))
+        self.arrival, self.stamp = self.arrival[is_valid], self.stamp[is_valid]
+        self._values = self._values[is_valid]
 
     def samples(self, robot_clock):
         """Returns the collected samples. `robot_clock` is the odometry's RecordedClock."""
-        order = np.argsort(self.arrival, kind='stable')      # a file may be sorted by topics
+        order = np.argsort(self.arrival, kind='stable')      # a bag need not be sorted by time
         arrival, values = self.arrival[order], self._values[order]
         time = times_on_recorders_clock(arrival, self.stamp[order], robot_clock)
         return self._kind(arrival, time, *values.T[:len(fields(self._kind)) - 2])
@@ -185,7 +191,7 @@ def samples_of(collectors):
 
 
 def _finite(speed):
-    """Returns the speed within limits, so that a command with an infinite speed is not dropped."""
+    """Returns the speed, cut to a finite number, so that the command is not dropped."""
     return max(-LARGEST_NUMBER / 2.0, min(LARGEST_NUMBER / 2.0, speed))
 
 

@@ -1,9 +1,9 @@
 """The records of a bag file, in the order in which they were recorded.
 
 A bag may come from a stranger. Its index is not used: each byte is read once, and a recording that
-was cut off is read up to its last whole record. The bag's definitions of messages are not used. A
-ReadLimits is charged for each read, each unpacked piece, each record and each sample. So memory and
-time are bounded, whatever the file claims.
+was cut off is read up to its last whole record. The bag's definitions of messages are not used.
+Each read, unpacked piece, record and sample is subtracted from the budget of a ReadLimits. So
+memory and time are bounded, whatever the file claims.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
@@ -16,12 +16,12 @@ from io import BytesIO
 from shlex import quote
 from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
-#: The budget of one reading. `MiB` limits the bytes that are read or unpacked. An hour recorded by
-#: record.launch has 1.4 million records, and is read in 20 s.
+#: The budget of one reading. `MiB` limits the bytes that are read or unpacked. A recording of one
+#: hour by record.launch has 1.4 million records, and is read in 20 s.
 MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
 #: The most processor time of one reading [s].
 MOST_TIME = 30.0
-#: `spend` reads the slow clock of the processor time only in each 64th call.
+#: The clock of the processor time is slow, so `spend` reads it only in each 64th call.
 CLOCK_EVERY = 64
 MIB = 2.0 ** 20
 #: The largest header, connection and message, and the longest name [bytes].
@@ -61,11 +61,12 @@ class TooLarge(Exception):
 
 
 class ReadLimits:
-    """What is left of the budget of one reading."""
+    """The rest of the budget of one reading."""
 
     def __init__(self) -> None:
         self._left: Dict[str, float] = dict(MOST_READ)
-        self._end, self._calls = time.thread_time() + MOST_TIME, 0
+        self._end = time.thread_time() + MOST_TIME
+        self._calls = 0
 
     def spend(self, what: str, amount: float = 1) -> None:
         """Subtract `amount` from the budget of `what`, a key of MOST_READ. May raise TooLarge."""
@@ -100,7 +101,8 @@ class Bag:
 
     def __init__(self, file: BinaryIO, path: str) -> None:
         """Raises BagProblem if the file is not a bag of version 2."""
-        self._file, self.problem = file, ''
+        self._file = file
+        self.problem = ''
         self._size = os.fstat(file.fileno()).st_size
         first = file.read(100)
         if not first.startswith(BAG_VERSION):
@@ -133,9 +135,11 @@ class Bag:
             if not length:
                 return
             self._limits.spend('records')
-            # the header of the record, and the size of its data
-            head = self._read(source, UINT32.unpack(length)[0] + UINT32.size, MOST_HEADER)
-            header, size = _fields(head[:-UINT32.size]), UINT32.unpack(head[-UINT32.size:])[0]
+            header_size, = UINT32.unpack(length)
+            # the size of the record's data follows the header
+            head = self._read(source, header_size + UINT32.size, MOST_HEADER)
+            header = _fields(head[:header_size])
+            size, = UINT32.unpack(head[header_size:])
             kind = header[b'op'][0]
             if kind == MESSAGE:
                 yield self._message(source, header, size)
@@ -164,7 +168,7 @@ class Bag:
     def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
-        if source is self._file:        # `_unpacked` has spent the bytes of an unpacked chunk
+        if source is self._file:        # `_unpacked` has subtracted the bytes of unpacked chunks
             self._limits.spend('MiB', size / MIB)
         data = source.read(size)
         if len(data) < size:
@@ -173,7 +177,8 @@ class Bag:
 
     def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
         """Returns the records of the packed chunk that begins here, `size` bytes long."""
-        pieces_of, chunk = _unpacker(compression), BytesIO()
+        pieces_of = _unpacker(compression)
+        chunk = BytesIO()
         for at in range(0, size, PACKED_PART):
             for piece in pieces_of(self._read(self._file, min(PACKED_PART, size - at))):
                 self._limits.spend('MiB', len(piece) / MIB)
@@ -196,7 +201,7 @@ def open_bag(path: str) -> BinaryIO:
 
 
 def _kind_and_remedy(first: bytes, path: str) -> str:
-    """Returns the kind of a file that is not a bag, and the remedy. `first` has its first bytes."""
+    """Returns the kind of a file that is not a bag, and the remedy. `first` is the file's begin."""
     if not first:
         return 'the file is empty; copy or download it again, and look at its size: ls -l'
     begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
@@ -208,7 +213,7 @@ def _kind_and_remedy(first: bytes, path: str) -> str:
 
 
 def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
-    """Returns a function. It unpacks the next part of a chunk, and yields the pieces."""
+    """Returns a function that unpacks the next part of a chunk, and yields the unpacked pieces."""
     if compression == b'bz2':
         unpacker = bz2.BZ2Decompressor()
 
@@ -218,7 +223,7 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
                 yield unpacker.decompress(b'', UNPACKED_PIECE)
         return pieces_of
     if compression == b'lz4':
-        import roslz4    # only for the bags that need it
+        import roslz4    # imported here, since most bags do not need it
         unpack = roslz4.LZ4Decompressor().decompress
         return lambda part: iter([unpack(part)])
     raise ValueError(f'packed by {compression!r}')
@@ -226,12 +231,14 @@ def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
 
 def _connection(header: Dict[bytes, bytes], data: bytes) -> Connection:
     known = _fields(data)
-    return Connection(*(value[:MOST_NAME].decode(errors='replace') for value in (
-        header[b'topic'], *(known.get(name, b'?') for name in (b'type', b'md5sum', b'callerid')))))
+    names = [header[b'topic'], known.get(b'type', b'?'), known.get(b'md5sum', b'?'),
+             known.get(b'callerid', b'?')]
+    return Connection(*(name[:MOST_NAME].decode(errors='replace') for name in names))
 
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:
-    fields, at = {}, 0
+    fields = {}
+    at = 0
     while at < len(data):
         begin = at + UINT32.size
         at = begin + UINT32.unpack_from(data, at)[0]

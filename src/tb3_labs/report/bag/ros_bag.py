@@ -1,8 +1,8 @@
 """Reads a rosbag into a RunData. The bag must have a topic of type Imu and one of type Odometry.
 
-A bag has definitions of its messages, of which rosbag makes Python code that it runs. But a bag may
-come from a stranger. So this reader uses only the installed message classes, and does not read
-topics of other types.
+The library rosbag makes Python code of the definitions of messages in a bag, and runs this code.
+But a bag may come from a stranger. So this reader uses only the installed message classes, and does
+not read topics of other types.
 """
 import math
 import struct
@@ -36,22 +36,22 @@ OPTIONAL_TOPICS = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, Joy,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: The first reading keeps the records for the second one if their size is below this [bytes].
+#: The first reading keeps the records for the second reading if their size is below this [bytes].
 MOST_KEPT = 2 ** 26
 #: A record takes this memory in addition to its data [bytes].
 RECORD_OVERHEAD = 500
-#: The recorder's clock was set back if the arrivals of a topic run back by more than this [s]. A
-#: busy recorder may write two messages of a topic in the wrong order, but not with such a distance.
+#: The recorder's clock was set back if a message of a topic arrived by more than this before the
+#: previous message [s]. A busy recorder may exchange two messages that are nearer to each other.
 LEAST_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.
 LONGEST_OUTAGE = 3600.0
-#: The problem of a recording whose clock jumped. It is read until the jump, since the later times
-#: are wrong.
+#: The problem of a recording whose clock jumped. The recording is read until the jump, since all
+#: times after the jump are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
-#: At most this many topics that are not read are named.
+#: If topics are not read, at most this many of them are named.
 NAMED_TOPICS = 5
 
 
@@ -77,7 +77,8 @@ def _contents(bag):
     """Returns (types, senders, unknown, records). `types` is {topic: (installed class or None,
     number of messages)}. `senders` is {topic: names}. `unknown` has the topic and type of each
     topic that cannot be read. `records` is None if the records are too large to keep."""
-    numbers, records, size = Counter(), [], 0
+    numbers, records = Counter(), []
+    size = 0
     for record in bag.messages(_class_of, ReadLimits()):
         numbers[record.connection] += 1
         size += RECORD_OVERHEAD + len(record.data)
@@ -128,7 +129,8 @@ def _read(bag, path, namespace, log):
         if not len(collectors[part].arrival):
             raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
                            problem, types)
-    duration = max(float(each.arrival.max()) for each in collectors.values() if len(each.arrival))
+    arrivals = [collector.arrival for collector in collectors.values()]
+    duration = max(float(times.max()) for times in arrivals if len(times))
     notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
     for part, topic in topics.items():
         if collectors[part].is_full:
@@ -137,11 +139,10 @@ def _read(bag, path, namespace, log):
     for note in notes:
         log(f'{path}: {note}')
     absolute = {_absolute(topic) for topic in types}
-    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes),
-                   senders=tuple(names), devices=tuple(
-                       name for name in DEVICE_TOPICS if prefix + name in absolute),
-                   dropped={part: collector.bad for part, collector in collectors.items()},
-                   **samples_of(collectors))
+    devices = tuple(name for name in DEVICE_TOPICS if prefix + name in absolute)
+    dropped = {part: collector.bad for part, collector in collectors.items()}
+    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes), devices=devices,
+                   senders=tuple(names), dropped=dropped, **samples_of(collectors))
 
 
 def _missing(message, problem, types):
@@ -158,11 +159,12 @@ def _collect(records, of_topic, sender_index, names):
     """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill the
     Collector `sender_index` with the index of each command's sender. `names` is {sender: index}.
     Returns (time of the first message [s since 1970], the problem that ended the reading or '')."""
-    # all records of a topic use one message object, one after the other
-    receivers = {topic: (*each, each[1]()) for topic, each in of_topic.items()}
-    is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in receivers and (
-        receivers[connection.topic][1] is _class_of(connection)))
-    start, last = None, math.inf
+    # the records of a topic are read one after the other into the same message object
+    messages = {topic: made() for topic, (_, made) in of_topic.items()}
+    is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in of_topic and (
+        of_topic[connection.topic][1] is _class_of(connection)))
+    start = None
+    last = math.inf
     last_of_topic = {}      # {topic: arrival of its last message}
     try:
         for connection, (seconds, nanoseconds), data in records:
@@ -171,7 +173,7 @@ def _collect(records, of_topic, sender_index, names):
             if not is_wanted(connection):
                 continue
             topic = connection.topic
-            collector, made, message = receivers[topic]
+            (collector, made), message = of_topic[topic], messages[topic]
             try:
                 message.deserialize(data)
             except (genpy.DeserializationError, struct.error, ValueError):
@@ -181,10 +183,10 @@ def _collect(records, of_topic, sender_index, names):
             is_set_back = arrival < last_of_topic.get(topic, arrival) - LEAST_SET_BACK
             if is_set_back or arrival > last + LONGEST_OUTAGE:
                 return start, CLOCK_JUMPED
-            last_of_topic[topic] = last = arrival
+            last = last_of_topic[topic] = arrival
             collector.add(message, arrival, start)
             if made is Twist:
-                # a sender is not in `names` if the first reading ended before its commands
+                # a sender is not in `names` if the first reading ended before its first command
                 sender_index.keep([names.setdefault(connection.sender, len(names))],
                                   arrival, arrival)
     except TooLarge as too_large:
@@ -194,7 +196,7 @@ def _collect(records, of_topic, sender_index, names):
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
-    `namespace` is None. `types` is as in `_contents`. May raise BagProblem."""
+    `namespace` is None. `_contents` returns the `types`. May raise BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
@@ -220,9 +222,9 @@ def _by_type(types, kind, ending, prefix):
     names = [topic for topic, (of, _) in types.items() if of is kind
              and (prefix is None or _absolute(topic).startswith(prefix))]
     if not names:
+        place = f' in {prefix}' if prefix else ''
         raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
-            kind._type, ' in ' + prefix if prefix else '',
-            ', '.join(sorted(types)) or 'no messages at all'))
+            kind._type, place, ', '.join(sorted(types)) or 'no messages at all'))
     named = [topic for topic in names if topic.rsplit('/', 1)[-1] == ending]
     exact = [topic for topic in named if prefix and _absolute(topic) == prefix + ending]
     if exact:

@@ -1,6 +1,6 @@
 """Finds the drives of a recorded run, and measures their errors, drift and times.
 
-The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`).
+The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.completion`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge case: without the ground truth, or without a sample near the time of a value, the value is NaN.
@@ -18,9 +18,9 @@ from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
 from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData
 
-#: The errors of a drive are measured at rest, at most this time after its end [s].
+#: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0
-#: An unknown (distance, angle), or (drift, deviation).
+#: Stands for an unknown (distance, angle), and for an unknown (drift, deviation).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
@@ -36,9 +36,9 @@ class DriveReport:
     outcome: str                      # 'reached', or why the drive ended
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
-    drift: float                      # change of the heading during MOVE_FORWARD [rad]
-    deviation: float                  # largest such change at any time of MOVE_FORWARD [rad]
-    seconds: Tuple[float, ...]        # in each state of DRIVING
+    drift: float                      # final change of the heading in MOVE_FORWARD [rad]
+    deviation: float                  # largest change of the heading in MOVE_FORWARD [rad]
+    seconds: Tuple[float, ...]        # the time in each state of DRIVING
 
     @property
     def time(self) -> float:
@@ -48,7 +48,9 @@ class DriveReport:
 
 def drives(run: RunData) -> List[DriveReport]:
     """Returns the DriveReport of each drive, in order."""
-    states, frames, reports, first = spans(run), epochs(run), [], 0
+    states, frames = spans(run), epochs(run)
+    reports = []
+    first = 0
     while first < len(states):
         end = first + 1
         if states[first].state in DRIVING:
@@ -62,7 +64,7 @@ def drives(run: RunData) -> List[DriveReport]:
 def _is_same_drive(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
-    # after a stop, or an end outside the tolerance, the robot drives to the same goal again
+    # after a stop or a final error that is too large, the robot drives to the same goal again
     is_again = span.state == FINAL_TURN or is_stopped(span.state)
     return is_again and span.goal == following.goal and _is_same_epoch(frames, span, following)
 
@@ -73,24 +75,26 @@ def _is_same_epoch(frames: Sequence[Epoch], span: Span, following: Span) -> bool
 
 
 def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
-           later: Sequence[Span]) -> DriveReport:
-    """Returns the report of the drive with the states `parts`. `later` has the state after the
-    drive, or is empty."""
+           next_states: Sequence[Span]) -> DriveReport:
+    """Returns the report of the drive with the states `parts`. `next_states` has the state after
+    the drive; it is empty if the recording ended."""
     whole = Span('', parts[0].begin, parts[-1].end, parts[0].goal)
     epoch = epoch_of(frames, whole.begin, whole.end)
     rest = whole.end
-    if later and later[0].state != TURN_TO_GOAL:
-        rest = min(whole.end + SETTLE_TIME, later[0].end)
+    if next_states and next_states[0].state != TURN_TO_GOAL:
+        rest = min(whole.end + SETTLE_TIME, next_states[0].end)
     local, truth = (poses.between(epoch.begin, min(rest, epoch.end))
                     for poses in (run.local_pose, run.ground_truth))
     true_error = UNKNOWN
     if epoch.local_T_world is not None:
         true_error = _final_error(truth.seen_from(epoch.local_T_world), whole)
-    seconds = tuple(sum((part.end - part.begin for part in parts if part.state == state), 0.0)
-                    for state in DRIVING)
+    seconds = {state: 0.0 for state in DRIVING}
+    for part in parts:
+        if part.state in DRIVING:
+            seconds[part.state] += part.end - part.begin
     return DriveReport(
-        whole.begin, whole.end, whole.goal, _outcome(frames, whole, later),
-        _final_error(local, whole), true_error, *_drift(run, parts), seconds)
+        whole.begin, whole.end, whole.goal, _outcome(frames, whole, next_states),
+        _final_error(local, whole), true_error, *_drift(run, parts), tuple(seconds.values()))
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
@@ -114,10 +118,10 @@ def _drift(run: RunData, parts: Sequence[Span]) -> Tuple[float, float]:
     return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())
 
 
-def _outcome(frames: Sequence[Epoch], drive: Span, later: Sequence[Span]) -> str:
-    if not later:
+def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) -> str:
+    if not next_states:
         return 'recording ended'
-    following = later[0]
+    following = next_states[0]
     if following.state == GoalState.GOAL_REACHED.name:
         return 'reached'
     if following.state != TURN_TO_GOAL:

@@ -9,7 +9,7 @@ Within an epoch, ``local`` may move in ``odom``. If the odometry jumps while the
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
 :mod:`tb3_labs.localization.odometry_jumps`).
 
-The run has a local_pose, recorded or completed (see :mod:`tb3_labs.report.motion.movements`). Goals
+The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.completion`). Goals
 are in ``local``. Units: metres, radians, seconds since the recording's start on the recorder's
 clock. Edge case: a reset before the first local_pose, or after the last one, begins no epoch.
 """
@@ -21,20 +21,20 @@ import numpy as np
 
 from tb3_labs.geometry.angle_arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.report.run_data import Poses, RunData, cached_per_run
-from tb3_labs.watch.variables import last_until
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
 #: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
 RADIANS_PER_METRE = 1.0
-#: A jump weighs less by this for each second between the jump and the line [m/s]. So the nearest
-#: pose is taken if a reset declares the pose that the robot already has.
+#: A jump weighs less by this for each second between the jump and the line [m/s]. So the pose that
+#: is nearest to the line is taken if a reset declares the pose that the robot already has.
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
-#: new frame, but at most this time before this first message [s].
+#: new frame, but at most this time before the first message of the new frame [s].
 MOST_BEFORE = 0.05
-#: The first pose in a new frame may come this time after the drive that the reset begins [s].
+#: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
 #: A goal belongs to a state if their messages arrived within this time [s].
 SAME_MOMENT = 0.5
@@ -62,7 +62,7 @@ class Span:
 
 @cached_per_run
 def epochs(run: RunData) -> List[Epoch]:
-    """Returns the Epochs of a run in order. The first begins at -inf, the last ends at inf."""
+    """Returns the Epochs of a run. The first epoch begins at -inf, the last epoch ends at inf."""
     frames = _frames(run)
     begins = [-math.inf] + _epoch_begins(run)
     ends = begins[1:] + [math.inf]
@@ -73,8 +73,8 @@ def epochs(run: RunData) -> List[Epoch]:
 
 
 def _epoch_begins(run: RunData) -> List[float]:
-    """Returns the begin of each epoch after the first epoch [s]. Two resets never begin the same
-    epoch."""
+    """Returns the times at which the epochs begin, without the first epoch [s]. Two resets never
+    begin the same epoch."""
     local = run.local_pose
     jump = _displacements(local).inverse() @ _displacements(robot_in_odom(run, local.time))
     jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
@@ -84,7 +84,8 @@ def _epoch_begins(run: RunData) -> List[float]:
         first, last = np.searchsorted(local.time, (time - NEAR_RESET, time + NEAR_RESET))
         around = [k for k in range(max(0, first - 1), min(last, len(jumps))) if k not in found]
         if around and local.time[0] < time:
-            found.add(max(around, key=lambda k: jumps[k] - LOSS_PER_SECOND * abs(begins[k] - time)))
+            weights = jumps[around] - LOSS_PER_SECOND * np.abs(begins[around] - time)
+            found.add(around[int(np.argmax(weights))])
     return [float(begin) for begin in begins[sorted(found)]]
 
 
@@ -96,8 +97,8 @@ def _displacements(poses: Poses) -> Poses:
 def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
     """Returns the Epoch of a drive from `begin` to `end` [s].
 
-    A reset that begins the drive may show in the pose a moment later. A reset that is nearer to the
-    end of the drive than to its begin has ended the drive, and does not count.
+    If a reset begins the drive, the pose may show the reset a moment after the drive's begin. But a
+    reset that is nearer to the drive's end has ended the drive, so that its epoch is not returned.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
     return [epoch for epoch in in_order if epoch.begin <= latest][-1]
@@ -124,14 +125,14 @@ def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
 
 
 def _begins_of_frames(frames: Poses) -> np.ndarray:
-    """Returns the times at which the frames after the first come into force [s]."""
+    """Returns the times at which the frames come into force, without the first frame [s]."""
     last, first = frames.time[:-1], frames.time[1:]
     return np.maximum((last + first) / 2.0, first - MOST_BEFORE)
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
     """Returns the pose of ``world`` in ``local``, or None without ground truth. The first pose in
-    the epoch counts as true."""
+    the epoch is taken for the true pose."""
     if not len(run.ground_truth):
         return None
     known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
@@ -144,7 +145,7 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 @cached_per_run
 def spans(run: RunData) -> List[Span]:
     """Returns the states of move_to_goal as Spans, in order. If a goal was sent together with a
-    state, the state begins at the goal's stamp; else it begins at its arrival."""
+    state, the state begins at the goal's stamp. Otherwise the state begins at its own arrival."""
     begins: List[float] = []
     goals: List[Optional[Pose2]] = []
     for arrival, sent_with in zip(run.states.arrival.tolist(), _goals_of_states(run)):
@@ -158,9 +159,10 @@ def spans(run: RunData) -> List[Span]:
 
 
 def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """Returns for each state the index of the goal that was sent together with it, or None. States
-    and goals are sent in the same order, but several may arrive at the same moment."""
-    goals, following = run.goals.arrival, 0
+    """Returns for each state the index of the goal that was sent together with the state, or None.
+    States and goals are sent in the same order, but several may arrive at the same moment."""
+    goals = run.goals.arrival
+    following = 0
     indices: List[Optional[int]] = []
     for arrival in run.states.arrival:
         following += int(np.searchsorted(goals[following:], arrival - SAME_MOMENT))

@@ -2,8 +2,8 @@
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
-the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. Such a movement is
-not a turn if its angle is below `LEAST_TURN` or above `MOST_TURN`.
+the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
+this message is not a turn if its angle is below `LEAST_TURN` or above `MOST_TURN`.
 
 Units: radians, positive to the left; seconds. The IMU's yaw is unwrapped, so that an angle may be
 larger than half a turn. Edge case: without ground truth, the true values are NaN.
@@ -19,20 +19,18 @@ from tb3_labs.report.motion.movements import (
     NO_SPEED, TERMINAL, Movement, MovementKind, movements, programs)
 from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
+from tb3_labs.robot.samples import REST_ANGULAR
 
-#: A robot rests if its mean rate of turn over REST_WINDOW is below this [rad/s].
-REST_RATE = 0.03
-#: The rate of turn at rest is averaged over this time [s].
+#: A robot rests if its mean rate of turn over this time is below REST_ANGULAR [s].
 REST_WINDOW = 0.15
 #: A robot comes to rest within this time after the last command [s].
 REST_WAIT = 2.0
-#: The heading at rest is the mean over this time [s]. The mean begins when the robot has rested for
-#: REST_WINDOW.
+#: When the robot has rested for REST_WINDOW, the heading at rest is the mean over this time [s].
 REST_MEAN = 0.3
-#: The rest before a turn may end this time before the turn's first recorded command [s], since the
-#: recorder may miss the first commands of a new node.
+#: The recorder may miss the first commands of a new node. So the rest before a turn may end this
+#: time before the turn's first recorded command [s].
 MOST_MISSED = 1.0
-#: If the sender is not known, a movement is a turn only if its angle is between these [rad].
+#: If the sender is not known, a movement is a turn only if its angle is between these two [rad].
 LEAST_TURN = math.radians(45.0)
 MOST_TURN = math.radians(225.0)
 #: If a node is the sender, a movement is a turn if its angle is above this [rad].
@@ -100,15 +98,20 @@ def _separate_turns(run: RunData, movement: Movement,
                     until: float) -> List[Tuple[float, float, float]]:
     """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
     the time of the first command after the movement. Two turns are separate if the robot rests
-    between both, and each is large enough. So a small correction belongs to the turn before it."""
+    between them, and each is large enough. So a small correction is a part of the turn that it
+    corrects."""
     commands = run.commands.between(movement.begin, movement.end)
     turning = np.abs(commands.angular) > NO_SPEED
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
-    parts, begin = [], movement.begin
+    parts = []
+    begin = movement.begin
     for k in stops[:MOST_PARTS]:
-        stop, go = float(commands.time[k]), float(commands.time[k + int(np.argmax(turning[k:]))])
-        if go > stop and _turn(run, begin, stop, go, math.inf) and (
-                _turn(run, go, movement.end, until, math.inf)):
+        stop = float(commands.time[k])
+        go = float(commands.time[k + int(np.argmax(turning[k:]))])
+        if go <= stop:
+            continue
+        is_turn = _turn(run, begin, stop, go, math.inf) is not None
+        if is_turn and _turn(run, go, movement.end, until, math.inf) is not None:
             parts.append((begin, stop, go))
             begin = go
     return parts + [(begin, movement.end, until)]
@@ -116,10 +119,12 @@ def _separate_turns(run: RunData, movement: Movement,
 
 def _turn(run: RunData, begin: float, end: float, next_command: float,
           since: float) -> Optional[TurnReport]:
-    """Returns the turn by the commands from `begin` to `end`, or None if they are not a turn. The
-    next command comes at `next_command`. A request before `since` belongs to another turn."""
-    rest_before = _first_time(begin - np.arange(0.0, MOST_MISSED, REST_WINDOW / 3.0),
-                              lambda time: _rests(run.imu, time - REST_WINDOW, time))
+    """Returns the report of the turn by the commands from `begin` to `end`, or None if they are not
+    a turn. The next command comes at `next_command`. A request before `since` belongs to another
+    turn."""
+    times_before = begin - np.arange(0.0, MOST_MISSED, REST_WINDOW / 3.0)
+    rest_before = _first_time(
+        times_before, lambda time: _rests(run.imu, time - REST_WINDOW, time))
     latest = min(end + REST_WAIT, next_command)
     rest_after = _first_time(run.imu.between(end, latest).time,
                              lambda time: _rests(run.imu, time, min(time + REST_WINDOW, latest)))
@@ -148,9 +153,9 @@ def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional
 
 
 def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
-    """Does the robot rest from `begin` to `end` [s]? False if there is no sample."""
+    """Does the robot rest from `begin` to `end` [s]? False if the IMU has no sample there."""
     rates = imu.between(begin, end).yaw_rate
-    return len(rates) > 0 and bool(abs(rates.mean()) < REST_RATE)
+    return len(rates) > 0 and bool(abs(rates.mean()) < REST_ANGULAR)
 
 
 def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
@@ -159,8 +164,9 @@ def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[f
     sent = run.turn_requests.between(since, end)
     if len(sent):
         return float(sent.value.sum()), True
-    is_nodes = {*programs(run, since, end)} - {TERMINAL} and abs(turned) > LEAST_BY_NODE
-    if not is_nodes and not LEAST_TURN <= abs(turned) <= MOST_TURN:
+    is_by_node = len({*programs(run, since, end)} - {TERMINAL}) > 0
+    is_nodes_turn = is_by_node and abs(turned) > LEAST_BY_NODE
+    if not is_nodes_turn and not LEAST_TURN <= abs(turned) <= MOST_TURN:
         return 0.0, False
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
     return math.copysign(quarters * math.pi / 2.0, turned), False

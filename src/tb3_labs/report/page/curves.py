@@ -14,16 +14,17 @@ import numpy as np
 MARK_KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
 #: The height of a row [px].
 MARK_HEIGHT = 8
-#: The distance of two grid lines is the first of these steps that gives at most GRID_LINES
-#: intervals.
+#: The distance between two grid lines is the smallest of these steps with which a curve has at most
+#: GRID_LINES intervals.
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. A
-#: stranger's bag that needs more would take hours, so all samples of its stretch are kept.
+#: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. The
+#: curve of a stranger's bag may need a depth that would take hours. So a stretch at this depth is
+#: not split, and all its samples are kept.
 MOST_DEPTH = 500
-#: The points (time, value) of a line, and the indices of points that are not joined to the point
-#: before.
+#: The points (time, value) of a line, and the indices of the points that are not joined to the
+#: previous point.
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
 #: CSS classes for the lines of variables in a figure.
@@ -37,8 +38,8 @@ MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
 
 
 class Figure(NamedTuple):
-    """A figure of a node's variables, with a line for each, and with the line that they should
-    follow."""
+    """A figure of a node's variables. It has a line for each variable, and the line that the
+    variables should follow."""
 
     names: List[str]
     reference: str        # the name of the line `measured`, '' without such a line
@@ -51,13 +52,14 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
                  breaks: Iterable[int] = (), most: float = math.inf) -> np.ndarray:
     """Returns the indices of the samples that a curve keeps. The straight lines between these
     samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
-    the indices at which a new stretch begins, in order. Both ends of a stretch are kept. If more
-    than `most` samples must be kept, only some of them are returned, but more than `most`.
+    the indices at which a new stretch begins, in order. Both ends of a stretch are kept. The search
+    ends when more than `most` samples are kept, even if the lines differ by more than `bounds`.
 
     Source: Douglas and Peucker (1973), with the distance along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
-    begins, splits = [0, *breaks], 0
+    begins = [0, *breaks]
+    splits = 0
     stretches = [(begin, end - 1, 0) for begin, end in zip(begins, [*begins[1:], len(time)])]
     while stretches and splits <= most:
         first, last, depth = stretches.pop()
@@ -79,13 +81,14 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """Yields the HTML of each mark, then of the space that their rows take."""
-    kinds, duration = {each['kind'] for each in data['marks']}, data['duration']
+    """Yields the HTML of each mark, then the HTML of the space for all rows of marks."""
+    duration = data['duration']
+    kinds = {mark['kind'] for mark in data['marks']}
     rows = [kind for kind in MARK_KINDS if kind in kinds]
-    for each in data['marks']:
-        yield MARK.format(kind=each['kind'], title=escape(each['text']), begin=each['begin'],
-                          top=MARK_HEIGHT * rows.index(each['kind']), x=each['begin'] / duration,
-                          width=(each['end'] - each['begin']) / duration)
+    for mark in data['marks']:
+        yield MARK.format(kind=mark['kind'], title=escape(mark['text']), begin=mark['begin'],
+                          top=MARK_HEIGHT * rows.index(mark['kind']), x=mark['begin'] / duration,
+                          width=(mark['end'] - mark['begin']) / duration)
     yield f'<div style="height:{MARK_HEIGHT * len(rows)}px"></div>'
 
 
@@ -106,14 +109,16 @@ def curves(data: Dict[str, Any]) -> Iterator[str]:
 def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
     """Yields the HTML of each figure of the node's variables."""
     for number, figure in enumerate(data['figures']):
-        is_heading = figure.reference.startswith('heading')
+        least, steps = 0.0, GRID_STEPS
+        if figure.reference.startswith('heading'):
+            least, steps = 10.0, ANGLE_STEPS
         names = [f'<b class="{kind}">{escape(name)}</b>' for kind, name in zip(
             VARIABLE_CLASSES, figure.names)]
         if figure.reference:
             names.append(f'<b class="measured">{escape(figure.reference)}</b>')
         yield _curve(data, f'variable-{number}', ', '.join(names), [
             ('measured', figure.measured), *zip(VARIABLE_CLASSES, figure.lines)],
-            10.0 * is_heading, figure.levels, ANGLE_STEPS if is_heading else GRID_STEPS)
+            least, figure.levels, steps)
 
 
 def _line_of(track: Dict[str, Any]) -> Line:
@@ -142,8 +147,13 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
     values = [value for _, (points, _) in lines for _, value in points]
     if not values:
         return ''
-    low, high = min(values + ([0.0] if name == 'distance' else [])), max(values)
-    margin = max(0.06 * (high - low), (least - (high - low)) / 2.0) or 1.0
+    low, high = min(values), max(values)
+    if name == 'distance':
+        low = min(low, 0.0)
+    span = high - low
+    margin = max(0.06 * span, (least - span) / 2.0)
+    if margin == 0.0:       # a constant curve
+        margin = 1.0
     low, high = low - margin, high + margin
     wide_enough = [step for step in steps if high - low <= GRID_LINES * step] + [high - low]
     step = 1.0 if levels else wide_enough[0]

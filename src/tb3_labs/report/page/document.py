@@ -51,7 +51,8 @@ FOLDED = '<details><summary>{}</summary>\n<p>{}</p>\n{}</details>\n'
 #: This text stands for an unknown number.
 DASH = '\N{EN DASH}'
 TAG = re.compile('<[^>]*>')
-#: The places at which a spreadsheet begins to read a formula. It may separate cells by semicolons.
+#: The places at which a spreadsheet would begin to read a formula. A spreadsheet may also begin a
+#: new cell at a semicolon.
 FORMULA = re.compile(r'(^|;)(?=["\s]*[=+\-@])|^(?=[\t\r])')
 
 
@@ -74,7 +75,7 @@ def degrees(angle: float, form: str) -> str:
 
 
 def document(title: str, parts: Sequence[str], style: str = '') -> str:
-    """Returns an HTML page that is made of the `parts`, pieces of HTML. `style` is more CSS."""
+    """Returns an HTML page with these `parts`, which are HTML. `style` is additional CSS."""
     return PAGE.format(escape(title), STYLE + style + NARROW, '\n'.join(parts))
 
 
@@ -82,8 +83,8 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], texts: Sequence[s
           is_plain: bool = False) -> str:
     """Returns an HTML table. Texts are escaped, but Markup is not.
 
-    The first column, and the columns with heads in `texts`, are aligned left. On a narrow screen,
-    each cell shows its column's head first, if the table is not plain.
+    The first column, and the columns with heads in `texts`, are aligned left. If the table is not
+    plain, each cell begins with its column's head on a narrow screen.
     """
     attributes = [' class="words"' if head in texts else '' for head in heads]
     headings = [TAG.sub('', _html(head)) for head in heads]
@@ -105,7 +106,7 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
           has_timeline: bool = True) -> str:
     """Returns the HTML of three hints; '' if nothing was `found`. The hints are the question of the
     link, the place that explains the link, and the sentence `mistake`. Each hint is folded within
-    the hint before it, so that a student can still find the mistake alone."""
+    the previous hint, so that a student can still find the mistake alone."""
     if found is None:
         return ''
     link, broken = found
@@ -118,8 +119,8 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
 
 
 def safe(text: str) -> str:
-    """Returns the text for a cell. In the result, a "'" stands before each place at which a
-    spreadsheet would begin to read a formula.
+    """Returns the text for a cell. It has an additional "'" at each place at which a spreadsheet
+    would begin to read a formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

@@ -46,7 +46,7 @@ MOST_DRAWN = 40
 MOST_NAMED_TURNS = 12
 #: The width and height of a letter in a frame's name, as a share of a panel's width.
 LETTER_WIDTH, LETTER_HEIGHT = 0.028, 0.05
-#: Only the frames and paths of the first resets have names, since there is no room for more.
+#: The frames and paths have names up to this reset, since there is no room for more names.
 MOST_NAMED_RESETS = 6
 
 
@@ -172,8 +172,8 @@ def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
 
 def _draw_frames(axes: Axes, width: float, own: str,
                  others: Sequence[Tuple[Pose2, str]]) -> None:
-    """Draw the names and axes of the panel's `own` frame, and of `others`, each (pose, name). The x
-    axis is longer than the y axis."""
+    """Draw the names and axes of the panel's `own` frame and of the frames `others`, each (pose,
+    name). The x axis is longer than the y axis."""
     drawn = [line.get_xydata() for line in axes.get_lines()]
     named = [(Pose2(), own)] + list(others)
     for number, (pose, _) in enumerate(named):
@@ -184,7 +184,7 @@ def _draw_frames(axes: Axes, width: float, own: str,
                 linewidth=1.0 if number else 1.8))
             drawn.append(np.linspace(begin, end, 9))
     boxes: List[np.ndarray] = []
-    # a panel has the names of two frames before the first reset
+    # before the first reset, a panel already has the names of its own and of the other frame
     for number, (pose, name) in enumerate(named[:MOST_NAMED_RESETS + 2]):
         size = width * np.array((LETTER_WIDTH * len(name), LETTER_HEIGHT))
         boxes.append(_box_of_name(axes, pose, size, boxes, np.concatenate(drawn)))
@@ -197,7 +197,7 @@ def _box_of_name(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.n
                  drawn: np.ndarray) -> np.ndarray:
     """Returns the best box for the name of a frame, as [least (x, y), most (x, y)]. A good box is
     inside the panel, near the frame's origin, and behind both axes of the frame. It covers none of
-    the other `boxes`, and few of the points `drawn`."""
+    the other names' `boxes`, and few of the points `drawn`."""
     panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
     back = pose.yaw + 1.25 * math.pi
 

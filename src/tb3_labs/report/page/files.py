@@ -1,6 +1,6 @@
-"""Writes the files of a report: report.html, which contains all figures and tables, PNG, and CSV.
+"""Writes the files of a report: report.html with all figures and tables, PNG files, and CSV files.
 
-The headings of the columns name the units: metres, degrees, seconds.
+The heads of the columns name the units: metres, degrees, seconds.
 """
 import base64
 import math
@@ -14,6 +14,7 @@ import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
 from tb3_labs.report.motion.turns import turn_reports
@@ -22,9 +23,8 @@ from tb3_labs.report.page.document import degrees, document
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
 from tb3_labs.report.run_data import Poses, RunData, yaw_offset
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
-from tb3_labs.watch.variables import last_until
 
-#: A pose belongs to the row of an odometry message if both times differ by at most this [s].
+#: A pose belongs to the row of an odometry message if their times differ by at most this [s].
 SAME_INSTANT = 0.02
 #: A path shorter than this is not drawn [m].
 SHORTEST_PATH = 0.05
@@ -53,7 +53,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     driven, turned = drives(run), turn_reports(run)
     folder = output_folder(folder)
     name = Path(run.name).name
-    *files, turns_png, paths_png = (folder / each for each in (
+    *files, turns_png, paths_png = (folder / file for file in (
         'report.html', 'run.csv', 'turns.csv', 'drives.csv', 'turns.png', 'paths.png'))
     write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
@@ -95,7 +95,8 @@ def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
-    offset, resets = yaw_offset(run), len(epochs(run)) - 1
+    offset = yaw_offset(run)
+    resets = len(epochs(run)) - 1
     invalid = ''.join(', {} invalid messages of {} dropped'.format(
         number, run.topics.get(part, part)) for part, number in run.dropped.items() if number)
     return (
@@ -111,14 +112,17 @@ def _summary(run: RunData, model: RobotModel) -> str:
 def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any],
           note: str = '') -> str:
     """Returns the HTML of a heading, the table of the reports, and the note below the table."""
-    row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
-    return '<h2>{}</h2>{}{}'.format(
-        title, tables.numbered(row, columns, reports) if reports else '',
-        f'<p>{escape(note)}</p>' if note else '')
+    html = f'<h2>{title}</h2>'
+    if reports:
+        row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
+        html += tables.numbered(row, columns, reports)
+    if note:
+        html += f'<p>{escape(note)}</p>'
+    return html
 
 
 def _computed(run: RunData) -> str:
-    """Returns words on the values of the run that were computed."""
+    """Returns the text on the values of the run that were computed."""
     if 'goals' not in run.derived:
         return COMPUTED
     goal = run.goals.pose(0)
@@ -127,7 +131,8 @@ def _computed(run: RunData) -> str:
 
 def write_csv(run: RunData, path: Path) -> None:
     """Write one row for each odometry message. A cell without a value at this time is empty."""
-    odometry, local, truth, at = run.odometry, run.local_pose, run.ground_truth, run.odometry.time
+    odometry, local, truth = run.odometry, run.local_pose, run.ground_truth
+    at = odometry.time
     error_time, distance, angle = goal_errors(run)
     in_order = spans(run)
     names = np.array([''] + [span.state for span in in_order], dtype=object)
@@ -135,7 +140,7 @@ def write_csv(run: RunData, path: Path) -> None:
     near = _nearest(error_time, at)
     newest = last_until(run.commands.time, at)
     is_over = np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT
-    newest = np.where(is_over, -1, newest)      # it is also -1 before the first command
+    newest = np.where(is_over, -1, newest)      # before the first command, `newest` is -1, too
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
         **_pose_columns('local', local, _nearest(local.time, at)),
@@ -157,8 +162,8 @@ def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.nd
 
 
 def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Returns for each time in `at` the index of the nearest of `times`; -1 if they differ by more
-    than SAME_INSTANT."""
+    """Returns for each time in `at` the index of the nearest of `times`; -1 if the nearest time
+    differs by more than SAME_INSTANT."""
     if not len(times):
         return np.full(len(at), -1)
     after = np.minimum(np.searchsorted(times, at), len(times) - 1)

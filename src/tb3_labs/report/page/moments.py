@@ -21,7 +21,7 @@ from tb3_labs.watch.chains import broken_links_of_nodes
 
 #: rospy prints these words before a traceback of a callback.
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
-#: In a traceback, this line names a line of a file.
+#: A line of a traceback that names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A page shows at most this many different exceptions.
 MOST_ERRORS = 5
@@ -43,8 +43,8 @@ def moments(run: RunData, turned: Sequence[TurnReport],
         degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
     turns_and_drives = list(found)
     for movement in movements(run):
-        if any(movement.begin < each['end'] and each['begin'] < movement.end
-               for each in turns_and_drives):
+        if any(movement.begin < other['end'] and other['begin'] < movement.end
+               for other in turns_and_drives):
             continue
         is_by_hand = movement.kind is MovementKind.BY_HAND
         parts = parts_of(run, movement) if is_by_hand else [(movement.begin, movement.end)]
@@ -65,10 +65,11 @@ def moments(run: RunData, turned: Sequence[TurnReport],
 
 def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     before, after = run.imu.yaw_at((begin, end))
-    # with a mouse, the sender of the commands is not the driver
+    # with a mouse, a person drives, although a node sends the commands
     drivers = [] if 'mouse_info' in run.devices else programs(run, begin, end)
+    words = 'driven by ' + ' and '.join(drivers) if drivers else 'by hand'
     return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
-        'driven by ' + ' and '.join(drivers) if drivers else 'by hand',
+        words,
         run.odometry.between(begin, end).length, degrees(after - before, '{:+.1f}')), end)
 
 
@@ -79,8 +80,10 @@ def printed_faults(run: RunData) -> str:
     todos: Dict[str, float] = {}
     for time, text in zip(log.time.tolist(), log.texts):
         if any(word in text for word in EXCEPTION_WORDS):
+            error = text.strip().splitlines()[-1]
             numbers = LINE_NUMBER.findall(text)
-            error = text.strip().splitlines()[-1] + (f' (line {numbers[-1]})' if numbers else '')
+            if numbers:
+                error += f' (line {numbers[-1]})'
             errors.setdefault(error, []).append(time)
         todo = OPEN_TODO.match(text)
         if todo:

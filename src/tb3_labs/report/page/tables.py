@@ -1,13 +1,13 @@
 """Makes the tables of a report, as HTML for its page, and as CSV for spreadsheets and scripts.
 
-The heads and names of the columns name the units: metres, degrees, seconds. On the page, an unknown
-value is a dash. In a CSV file, its cell is empty.
+The heads and names of the columns name the units: metres, degrees, seconds. An unknown value is a
+dash on the page, and an empty cell in a CSV file.
 """
 import csv
 import math
 from io import StringIO
 from pathlib import Path
-from typing import Any, Callable, Iterable, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Iterable, List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.command_line import write_output
 from tb3_labs.control.goal_state import DRIVING
@@ -67,7 +67,7 @@ DRIVE_COLUMNS = (
     Column('drift_deg', 'heading drift [deg]', lambda drive: math.degrees(drive.drift), '{:+.2f}'),
     Column('largest_deviation_deg', 'largest deviation [deg]',
            lambda drive: math.degrees(drive.deviation), '{:.2f}'))
-#: The page has two tables of drives: one has the goal and the outcome, the other has the way.
+#: The page has two tables of drives: a table of goals and outcomes, and a table of the ways.
 REACHED_COLUMNS, ALONG_COLUMNS = DRIVE_COLUMNS[1:10], DRIVE_COLUMNS[10:]
 
 #: The note below the table of the ways.
@@ -81,7 +81,8 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
     rows = []
     for count, report in enumerate(reports[:MOST_ROWS], 1):
         values = [(column.value(report), column.form) for column in columns]
-        rows.append([str(count)] + [number(*each) if each[1] else each[0] for each in values])
+        rows.append([str(count)] + [number(value, form) if form else value
+                                    for value, form in values])
     more = len(reports) - MOST_ROWS
     note = f'<p>{word}s.csv has {more} more.</p>' if more > 0 else ''
     return table([word] + [column.head for column in columns], rows, texts=('outcome',)) + note
@@ -93,11 +94,11 @@ def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],
     since a spreadsheet may hold the rows of several runs."""
     for word, columns, reports in (('turn', (*TURN_COLUMNS, ASKED_BY), turns),
                                    ('drive', DRIVE_COLUMNS, drives)):
-        write_table(folder / (word + 's.csv'), [
-            ['run', word] + [column.name for column in columns],
-            *([safe(name), count] + [in_csv(column.name, column.value(report))
-                                     for column in columns]
-              for count, report in enumerate(reports, 1))])
+        rows: List[List[Any]] = [['run', word] + [column.name for column in columns]]
+        for count, report in enumerate(reports, 1):
+            cells = [in_csv(column.name, column.value(report)) for column in columns]
+            rows.append([safe(name), count, *cells])
+        write_table(folder / (word + 's.csv'), rows)
 
 
 def write_table(path: Path, rows: Iterable[Sequence[Any]]) -> None:

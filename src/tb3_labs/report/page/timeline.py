@@ -26,7 +26,7 @@ from tb3_labs.report.page.curves import curves, mark_line, kept_samples, variabl
 from tb3_labs.report.run_data import LEAST_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
-#: The HTML of the timeline. The files of its program and of its style have the same stem.
+#: The HTML of the timeline. Its program and its style are in files with the same stem.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: Only these data are read by the timeline's program. Python draws all other data into the page.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
@@ -35,15 +35,14 @@ FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits after the point.
 ROUNDED_DIGITS = 3
-#: This rounding changes a value by at most this.
+#: The largest change of a value by this rounding.
 TIMELINE_ROUNDING = 0.0005
-#: A page has at most this many points of each track, this many marks, and this many characters of
-#: each text.
+#: The largest numbers of the points of a track, of the marks of a page, and of the characters of a
+#: text.
 MOST_POINTS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
-#: A page has at most this many lines of a log. Of a longer log, the lines in the middle are left
-#: out.
+#: A page has at most this many lines of a log. If a log is longer, its middle is left out.
 MOST_LOG_LINES = 2000
-#: The log lines of the node with this name, rosbag's, are not shown.
+#: The name of rosbag's node. Its log lines are not shown.
 RECORDER = 'record'
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
 Mark = Dict[str, Any]
@@ -53,7 +52,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`, which have these units. No line is drawn across a gap of
     time, or into a sample whose index is in `breaks`. In the result, 'breaks' has the indices of
-    the track's points."""
+    the points into which no line is drawn."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
@@ -75,7 +74,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        # at the begin of each epoch, the pose in ``local`` counts as true
+        # at the begin of each epoch, the pose in ``local`` is taken for the true pose
         'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
             epoch.odom_T_local @ epoch.local_T_world)
             for epoch in frames if epoch.local_T_world is not None])),
@@ -90,7 +89,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
         'commands': _commands(run.commands)[:MOST_POINTS],
         'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
                   for span in spans(run)[:MOST_MARKS]],
-        'marks': sorted(marked, key=lambda each: each['begin'])[:MOST_MARKS],
+        'marks': sorted(marked, key=lambda moment: moment['begin'])[:MOST_MARKS],
         'log': _lines(run.log),
         'nodes': variable_figures.nodes(run), 'variables': variable_figures.texts(run),
         'figures': variable_figures.figures(run)}
@@ -112,8 +111,8 @@ def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
 
 
 def _commands(commands: Commands) -> List[List[Any]]:
-    """Returns [time, m/s, rad/s] of each command that differs from the command before it. A row
-    with the speeds None has the time at which the robot's timeout ended a command."""
+    """Returns [time, m/s, rad/s] of each command that differs from the previous command. At the
+    time at which the robot's timeout ended a command, the row has None for both speeds."""
     times = commands.time.tolist()
     rows: List[List[Any]] = []
     for time, following, linear, angular in zip(
@@ -128,21 +127,24 @@ def _commands(commands: Commands) -> List[List[Any]]:
 
 def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mark:
     """Returns the Mark of a moment, or of a stretch of time if there is an `end` [s]."""
-    return {'kind': kind, 'begin': round(float(begin), 3),
-            'end': round(float(begin if end is None else end), 3), 'text': text[:LONGEST_TEXT]}
+    if end is None:
+        end = begin
+    return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(end), 3),
+            'text': text[:LONGEST_TEXT]}
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    """Returns [time, level, text] of each log line. The text begins with the node's name. Repeated
-    lines are joined to one line."""
+    """Returns [time, level, text] of each log line. The text begins with the node's name. Equal
+    lines that follow each other become one line."""
     lines = [(level, f"{node.lstrip('/')}: {text}"[:LONGEST_TEXT], at)
              for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
              if node.rpartition('/')[2] != RECORDER]
     rows: List[List[Any]] = []
     for (level, text), group in groupby(lines, key=lambda line: line[:2]):
         times = [at for *_, at in group]
-        rows.append([round(float(times[0]), 3), str(level),
-                     text + (f' ({len(times)} times)' if len(times) > 1 else '')])
+        if len(times) > 1:
+            text += f' ({len(times)} times)'
+        rows.append([round(float(times[0]), 3), str(level), text])
     if len(rows) <= MOST_LOG_LINES:
         return rows
     first, last = rows[:MOST_LOG_LINES // 2], rows[-MOST_LOG_LINES // 2:]

@@ -2,8 +2,8 @@
 
 If the values of a variable are numbers, the variable is drawn as a line over time, beside the
 correct values if they are known. If a variable has only a few texts, such as a state, it is drawn
-as steps between these texts. The page also has the text of each variable at the moment that the
-timeline shows. Units: seconds since the start; a variable has the unit that its node uses.
+as steps between these texts. The page also shows the text of each variable at the chosen moment.
+Units: seconds since the start; a variable has the unit that its node uses.
 """
 import math
 from dataclasses import replace
@@ -31,7 +31,7 @@ MOST_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
-    """The correct values of the variables with these names. `name` names these values on the page.
+    """The correct values of the variables with these `names`. The page calls these values `name`.
     ``of(run)`` returns (times, values)."""
 
     names: Tuple[str, ...]
@@ -61,7 +61,7 @@ REFERENCES = (
     Reference(('initial_global_y',), 'y in odom', _column_of('odometry', 'y')),
     Reference(('initial_global_yaw',), 'yaw by the IMU', _column_of('imu', 'yaw')),
     Reference(('initial_odom_yaw',), 'yaw in odom', _column_of('odometry', 'yaw')))
-#: These other variables of the handouts are drawn before variables with other names.
+#: The handouts' other variables. They are drawn before a student's own variables.
 HANDOUT_NAMES = ('turning', 'state', 'has_control')
 
 
@@ -78,7 +78,7 @@ def variables(run: RunData) -> List[Series]:
     for node, series_of in nodes.items():
         prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
         for series in series_of.values():
-            # here, True and False are texts, not numbers; a comparison with NaN is False
+            # here, True and False are texts; a comparison with NaN is False
             is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
             is_drawn = ~is_truth & (np.abs(series.value) < LARGEST_DRAWN)
             found.append(replace(
@@ -94,15 +94,15 @@ def is_number(variable: Series) -> bool:
 
 
 def changes(variable: Series) -> np.ndarray:
-    """Returns the index of the first value, and of each value that differs from the value before
-    it."""
+    """Returns the index of the first value, and of each value that differs from the previous value.
+    """
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
     return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
 
 
 def texts(run: RunData) -> List[List[Any]]:
-    """Returns [name, times of the changes, text from each of these times on] of each variable. If
-    there are too many changes, some are left out."""
+    """Returns [name, times of the changes, texts after the changes] of each variable. If there are
+    too many changes, some are left out."""
     rows = []
     for each in variables(run):
         shown = changes(each)
@@ -136,7 +136,7 @@ def figures(run: RunData) -> List[Figure]:
 
 def _levels(variable: Series) -> List[str]:
     """Returns the different texts of a variable, from the lowest to the highest in the figure.
-    False is below True. A state is below the states that came before it."""
+    False is below True. A state is below all states that the variable had earlier in the run."""
     texts = list(dict.fromkeys(variable.text))
     return sorted(texts) if texts[0] in TRUTH_VALUES else texts[::-1]
 
@@ -163,8 +163,9 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     if not known.any():
         return NO_LINE
     index, time, values = np.flatnonzero(known), time[known], values[known]
-    breaks = np.flatnonzero((np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
-                            | (np.abs(np.diff(values)) > whole_turn / 2.0)) + 1
+    is_gap = (np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
+    is_jump = np.abs(np.diff(values)) > whole_turn / 2.0
+    breaks = np.flatnonzero(is_gap | is_jump) + 1
     bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
     most = max(MOST_LINE_POINTS, 2 * len(breaks) + 2)
     kept = kept_samples(time, values[:, None], bound, breaks, most)
@@ -183,9 +184,9 @@ def _level_steps(variable: Series, levels: List[str]) -> Line:
     points: List[Tuple[float, float]] = []
     breaks = []
     for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_LINE_POINTS]:
-        is_silent = variable.time[end] - variable.time[end - 1] > LEAST_GAP
         if begin and variable.time[begin] - variable.time[begin - 1] > LEAST_GAP:
             breaks.append(len(points))
-        points += [(round(float(variable.time[at]), 3), heights[begin])
-                   for at in (begin, end - 1 if is_silent else end)]
+        is_silent = variable.time[end] - variable.time[end - 1] > LEAST_GAP
+        last = end - 1 if is_silent else end
+        points += [(round(float(variable.time[at]), 3), heights[begin]) for at in (begin, last)]
     return points, breaks

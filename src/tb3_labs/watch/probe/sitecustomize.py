@@ -1,12 +1,11 @@
-"""The probe shows the variables of a Python node while the node runs. It runs in the same process.
+"""The probe shows the variables of a Python node while the node runs, in the node's own process.
 
 When Python starts, it imports sitecustomize. scripts/watch.py puts this folder on the path of
 the node. The probe removes the folder again, so that the node has its usual path. A thread of the
 probe waits until the node calls rospy.init_node(). From then on, the thread reads the node's
 variables 20 times a second. If the topic has a subscriber, the thread publishes
 
-    variables    diagnostic_msgs/DiagnosticArray, with the node's name and file, and a key and a
-                 value for each variable
+    variables    diagnostic_msgs/DiagnosticArray, with the node's name, its file, its variables
 
 The variables are those of the node's objects, of its script, and of its running functions. The
 probe calls no function of the node and changes nothing, and no error of the probe reaches the node.
@@ -28,15 +27,14 @@ READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
 SEARCH_SHARE = 0.003
 #: The largest numbers of variables, objects, and objects of one class that are shown.
 MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS = 40, 20, 3
-#: A text is shown up to this many characters. An array or list with more elements than MOST_NUMBERS
-#: is not shown.
+#: A longer text is cut [characters]. A list or array with more elements is not shown.
 LONGEST_VALUE, MOST_NUMBERS = 200, 9
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: The names of the attributes of every thread.
+#: The names of the attributes that each thread has.
 THREAD_ATTRIBUTES = frozenset(vars(threading.main_thread()))
-#: Parts of objects are shown to this depth.
+#: The parts of an object, and their parts, are shown down to this depth.
 MOST_NESTED = 3
 
 
@@ -68,7 +66,7 @@ def script_frames():
         frame = frame.f_back
     while frames and not is_main(frames[0]):
         del frames[0]
-    # catkin's relay is a main program that runs the node's script as a second one
+    # catkin's relay is a main program, and the node's script is a second main program in it
     while len(frames) > 1 and is_main(frames[1]):
         del frames[0]
     return [frame for frame in frames if frame.f_globals is frames[0].f_globals]
@@ -87,10 +85,11 @@ class WatchedNode:
         self._folder = self._package = os.path.dirname(os.path.abspath(self.file))
         while self._package != '/' and not os.path.isfile(self._package + '/package.xml'):
             self._package = os.path.dirname(self._package)
-        self._is_own, self._objects, self._pause, self._next = {WatchedNode: False}, [], 0.25, 0.0
+        self._is_own, self._objects = {WatchedNode: False}, []
+        self._pause, self._next = 0.25, 0.0
 
     def is_own(self, kind):
-        """Is this class from the script, a module beside the script, or the src of its package?"""
+        """Is this class from the script, from a module beside it, or from its package's src?"""
         if kind not in self._is_own:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
@@ -108,12 +107,12 @@ class WatchedNode:
         """{name: text of the value} of at most MOST_SHOWN variables."""
         if time.monotonic() > self._next:
             self._search()
-        objects = [each for each in (reference() for reference in self._objects)
-                   if each is not None]
+        objects = [reference() for reference in self._objects]
+        objects = [each for each in objects if each is not None]
         held = {id(each): attributes(each) for each in objects}
         inner = {id(part) for each in held.values() for part in each.values()}
         found, known = {}, set()
-        # a name that is already shown gets its class or function in front
+        # if a name is shown already, the next one has its class or function in front
         for each in sorted(objects, key=lambda each: id(each) in inner):
             if id(each) not in known:
                 known.add(id(each))
@@ -129,7 +128,8 @@ class WatchedNode:
 
     def _search(self):
         """Find the node's objects again, because the node may have created new ones."""
-        begin, counts, self._objects = time.thread_time(), Counter(), []
+        begin = time.thread_time()
+        counts, self._objects = Counter(), []
         self._next = time.monotonic() + self._pause
         for each in gc.get_objects():
             if self.is_object(each):
@@ -153,7 +153,7 @@ class WatchedNode:
                     path = path if path not in found else f'{owner}.{path}'
                     if len(found) < MOST_SHOWN:
                         found.setdefault(sendable(path), text)
-            except Exception:       # a value that cannot be read does not hide the next ones
+            except Exception:       # the other values are shown if one cannot be read
                 pass
 
     def _texts(self, name, value, known, depth=0):
@@ -187,7 +187,7 @@ class WatchedNode:
 def simple_text(value):
     """The text of a simple value, None for any other value."""
     kind = type(value)
-    if kind in SIMPLE_TYPES or kind is int and value.bit_length() <= 3 * LONGEST_VALUE:
+    if kind in SIMPLE_TYPES or (kind is int and value.bit_length() <= 3 * LONGEST_VALUE):
         return repr(value)
     if kind is str:
         return sendable(value)
@@ -243,8 +243,9 @@ def attributes(thing):
         held.update(object.__getattribute__(thing, '__dict__'))
     except AttributeError:
         pass
-    return {name: value for name, value in held.items() if name not in THREAD_ATTRIBUTES} \
-        if issubclass(type(thing), threading.Thread) else held
+    if issubclass(type(thing), threading.Thread):
+        return {name: value for name, value in held.items() if name not in THREAD_ATTRIBUTES}
+    return held
 
 
 # -- the thread
@@ -261,13 +262,13 @@ def run():
     message = DiagnosticArray(status=[status])
 
     def read():
-        """Read and publish the variables once. Afterwards, no frame of the node is kept."""
+        """Read and publish the variables once. The function keeps no frame of the node."""
         nonlocal node
         frames = script_frames()
         node = node or frames and WatchedNode(frames[0].f_globals)
         if node and publisher.get_num_connections():
             found = node.variables(frames)
-            # new KeyValues cost more time than new texts
+            # to make new KeyValues takes more time than to change their texts
             if [each.key for each in status.values] != list(found):
                 status.hardware_id = node.file
                 status.values = [KeyValue(key=name) for name in found]
