@@ -47,7 +47,7 @@ def exercise(trial):
 
 def odd_samples(trial):
     """Play an IMU, and send samples that a real IMU seldom sends."""
-    trial.node.start('imu:=' + MARKERS_IMU, listens=[MARKERS_IMU])
+    trial.node.start('imu:=' + MARKERS_IMU, needed=[MARKERS_IMU])
     with Repeater(MARKERS_IMU, Imu) as sensor:
         def send(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))

@@ -20,6 +20,10 @@ MOST_PRINTED = 20000
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 #: kind of event -> the list of the Observation that gets the sentence of the event
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
+#: key of a fact -> field of NodeProcess, if the two names differ. The keys stay as they are, since
+#: bags of past terms have them.
+PROCESS_FIELDS = {'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed',
+                  'publishes': 'published'}
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
@@ -109,6 +113,10 @@ def _add_output(observation: Observation, text: str, lines: int) -> None:
         stimulus.lines += lines
 
 
+def _process_fields(facts):
+    return {PROCESS_FIELDS.get(key, key): fact for key, fact in facts.items()}
+
+
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
     """Add an event of a trial to the Observation."""
     if kind in ('trial', 'program'):
@@ -120,11 +128,11 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
     elif kind == 'part':
         observation.parts.append((facts['name'], at))
     elif kind == 'start':
-        observation.processes.append(NodeProcess(at, **facts))
+        observation.processes.append(NodeProcess(at, **_process_fields(facts)))
     elif kind == 'ready':
         observation.processes[-1].ready = at
     elif kind == 'run':
-        vars(observation.processes[-1]).update(facts)
+        vars(observation.processes[-1]).update(_process_fields(facts))
     elif kind == 'stop':
         observation.processes[-1].end = at
     elif kind == 'unprinted':

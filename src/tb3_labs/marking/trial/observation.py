@@ -78,11 +78,11 @@ class NodeProcess:
     printed: str = ''               # the first part and the last part of the output
     #: The subscribed topics that nobody publishes. The list is empty if the node subscribes to all
     #: topics that it needs.
-    unheard: List[str] = field(default_factory=list)
-    needed: str = ''                # the topic to which the node must subscribe
+    silent_topics: List[str] = field(default_factory=list)
+    needed_topic: str = ''          # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the names of the node at the master
-    listens: List[str] = field(default_factory=list)    # the subscribed topics
-    publishes: Dict[str, str] = field(default_factory=dict)     # published topic -> type
+    subscribed: List[str] = field(default_factory=list)         # the subscribed topics
+    published: Dict[str, str] = field(default_factory=dict)     # published topic -> type
     #: The subscribed topics on which the node has no connection to the robot.
     unconnected: List[str] = field(default_factory=list)
     #: The exit status of a process that ended by itself. It is -N if signal N ended the process.
@@ -147,7 +147,7 @@ class Observation:
     def unpublished_topic(self) -> str:
         """A clause on the topics that the node subscribes to in place of a sensor's topic, and that
         nobody publishes; '' without such topics."""
-        topics = sorted({topic for process in self.processes for topic in process.unheard})
+        topics = sorted({topic for process in self.processes for topic in process.silent_topics})
         return f"it listens to {' and '.join(topics)}, which nobody publishes" if topics else ''
 
     def has(self, name: str) -> bool:

@@ -111,7 +111,7 @@ def other_fields(scene: Scene) -> str:
 
 
 def _why_no_command(scene, process):
-    kind = process.publishes.get('/' + CMD_VEL)
+    kind = process.published.get('/' + CMD_VEL)
     if kind not in (None, TWIST):
         return f'it publishes {CMD_VEL} as {kind}, and the robot takes {TWIST} alone'
     if other_topics(process, CMD_VEL):
@@ -129,9 +129,9 @@ def _why_no_command(scene, process):
 def other_topics(process: NodeProcess, topic: str) -> str:
     """Returns a clause on the topics that a node publishes in place of `topic`. Returns '' if the
     node publishes `topic`, or if the node's topics are unknown."""
-    if not process.publishes or '/' + topic in process.publishes:
+    if not process.published or '/' + topic in process.published:
         return ''
-    return f"it does not publish {topic}, but {' and '.join(sorted(process.publishes))}"
+    return f"it does not publish {topic}, but {' and '.join(sorted(process.published))}"
 
 
 def _printed_text(scene):
@@ -179,13 +179,13 @@ def why_missing(observation: Observation) -> str:
 
 def _never_ready(process):
     """Returns a clause on a process that did not subscribe to the needed topic in time."""
-    if process.needed and not process.nodes:
+    if process.needed_topic and not process.nodes:
         return 'it ran, but never came to rospy.init_node()'
-    if '/' + process.needed in process.listens:
-        return f'it was not ready in time, though it listened to {process.needed}'
-    others = ' and '.join(topic for topic in process.listens if topic not in process.unheard)
-    never = f"it ran, but never listened to {process.needed or 'the robot'}"
-    return f'{never}; it listened to {others}' if others else never
+    if '/' + process.needed_topic in process.subscribed:
+        return f'it was not ready in time, though it listened to {process.needed_topic}'
+    reason = f"it ran, but never listened to {process.needed_topic or 'the robot'}"
+    heard = [topic for topic in process.subscribed if topic not in process.silent_topics]
+    return f"{reason}; it listened to {' and '.join(heard)}" if heard else reason
 
 
 # -- the exceptions and the last line of a node's output

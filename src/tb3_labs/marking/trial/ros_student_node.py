@@ -62,20 +62,20 @@ class StudentNode:
         isolated = self._prepared.isolated and status is not None and status > BY_SIGNAL
         return BY_SIGNAL - status if isolated else status
 
-    def start(self, *arguments, listens=()):
+    def start(self, *arguments, needed=()):
         """End the last process of the node, and start a new process.
 
-        The node needs the topics `listens`. By default these are its `sensors`. A process that
-        subscribes to the first needed topic is ready. Raises ``NotTried`` if the new process is not
+        The node needs the topics `needed`, by default its `sensors`. A process that subscribes to
+        the first needed topic is ready. Raises ``NotTried`` if the new process is not
         ready in time. If the first process was not ready, no other process is started.
         """
-        needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
+        self._needed = list(map(rospy.resolve_name, needed or self._sensors))
         self.stop()
         if self._was_ready is False:
             raise NotTried
         known = set(self.graph.nodes())
         self._interrupted = False
-        self._recording.event('start', needed=needed[0].strip('/'))
+        self._recording.event('start', needed=self._needed[0].strip('/'))
         self._output = NodeOutput(self._recording)
         environment = dict(self._prepared.environment or watched(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # the master of this trial
@@ -84,31 +84,31 @@ class StudentNode:
         if self._prepared.program:        # mark.py has prepared a submission
             self._watch = ResourceWatch(
                 self._process.pid, OWN_FOLDERS if self._prepared.isolated else (), os.getppid())
-        is_ready = self._is_ready_in_time(needed, known)
+        is_ready = self._is_ready_in_time(known)
         self._was_ready = self._was_ready or is_ready
         if not is_ready:
             self.stop()
             raise NotTried
         self._recording.event('ready')
 
-    def _is_ready_in_time(self, needed, known):
+    def _is_ready_in_time(self, known):
         new, since = {}, time.monotonic()
 
         def is_ready():
             """Has the node subscribed to its first topic, and registered nothing new for 0.5 s?"""
             nonlocal new, since
-            present = {name: registered for name, registered in self.graph.nodes().items()
+            present = {name: roles for name, roles in self.graph.nodes().items()
                        if name not in known}
             if present != new:
                 new, since = present, time.monotonic()
-            return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
-                time.monotonic() - since >= 0.5)
+            subscribes = any((LISTENS, self._needed[0]) in roles for roles in new.values())
+            return subscribes and time.monotonic() - since >= 0.5
         # a computer with a load of 2 for each processor is twice as slow
         factor = min(4.0, max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
         ready = wait_until(lambda: not self.alive or is_ready(), START_TIME * factor, 0.1)
         self.graph.names = set(new)
-        self._recording.event('run', nodes=sorted(new), unheard=self.graph.unheard(
-            needed) if self.alive else [])
+        silent = self.graph.silent_topics(self._needed) if self.alive else []
+        self._recording.event('run', nodes=sorted(new), unheard=silent)
         return ready and self.alive
 
     def stop(self):
@@ -192,7 +192,7 @@ class Graph:
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
 
-    def unheard(self, needed):
+    def silent_topics(self, needed):
         """Returns the topics that the student's node subscribes to and nobody publishes. Returns []
         if the node subscribes to all topics in `needed`."""
         listens = self.at_role(LISTENS)
