@@ -180,9 +180,7 @@ def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
 def why_not_printed(observation: Observation, text: str) -> Reason:
     """Judges whether the node printed `text` at Ctrl+C."""
     scene = observation.scene(CTRL_C[0], may_die=True)
-    if text in scene.printed:
-        return ''
-    return f'"{text}" was not printed at Ctrl+C'
+    return '' if text in scene.printed else f'"{text}" was not printed at Ctrl+C'
 
 
 # ----- criteria of several labs: stopping the robot -----
@@ -198,9 +196,7 @@ def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reaso
     soon, late = scene.commands_before_and_after(limit)
     if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
-    if len(soon) and not soon[-1, 1:].any():
-        return ''
-    return NO_ZERO.format(event)
+    return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
 
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
@@ -242,7 +238,7 @@ def why_not_steered(observation: Observation, name: str, linear: Bounds = STANDI
         silent = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
         return f'with the {name} {silent} commanded: {why_idle(scene)}'
     linear_speed, angular_speed = commands[-1, 1:]
-    if _is_within(linear_speed, linear) and _is_within(angular_speed, angular):
+    if linear[0] <= linear_speed <= linear[1] and angular[0] <= angular_speed <= angular[1]:
         return ''
     asked = []
     if linear not in (STANDING, ANY_SPEED):
@@ -253,10 +249,6 @@ def why_not_steered(observation: Observation, name: str, linear: Bounds = STANDI
         asked.append('nothing else')
     return (f'with the {name} it commanded {linear_speed:.2f} m/s and {angular_speed:.2f} rad/s, '
             f"where {' and '.join(asked)} were asked for")
-
-
-def _is_within(speed, bounds):
-    return bounds[0] <= speed <= bounds[1]
 
 
 def scaled(bounds: Bounds, factor: float) -> Bounds:

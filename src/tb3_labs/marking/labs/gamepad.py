@@ -173,9 +173,7 @@ def _why_not_latched(observation: Observation) -> Reason:
 
 def _why_not_called_once(observation: Observation) -> Reason:
     calls = observation.scene(RESET_BUTTON).facts[CALLS]
-    if calls == 1:
-        return ''
-    return f'Y, held for a moment, called the reset {calls} times'
+    return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
 
 def _stick_limits(bounds: Bounds, unit: str) -> str:

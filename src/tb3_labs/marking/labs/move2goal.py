@@ -101,7 +101,7 @@ def _end_of(scene: Scene) -> Pose2:
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def _why_not_printed_once(observation: Observation) -> Reason:
+def _why_not_once(observation: Observation) -> Reason:
     number = len(REACHED.findall(observation.scene(FIRST_DRIVE).printed
                                  + observation.scene(AT_GOAL).printed))
     return '' if number == 1 else f'"{PRINTED_REACHED}!" was printed {number} times'
@@ -173,7 +173,7 @@ def _why_not_waited(observation: Observation) -> Reason:
             'which True on ctrl_relinq sets and False clears?')
 
 
-def _why_not_stopped_without_control(observation: Observation) -> Reason:
+def _why_control_kept(observation: Observation) -> Reason:
     scene = observation.scene(CONTROL_TAKEN)
     if not scene.facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
@@ -218,8 +218,7 @@ CRITERIA = [
               partial(_why_not_at_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', FOUR_STATES,
               partial(_why_not_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES,
-              _why_not_printed_once),
+    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _why_not_once),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', FOUR_STATES,
               _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
               f'{SILENT_AFTER:g} s after its arrival on'),
@@ -241,8 +240,7 @@ CRITERIA = [
                   _why_reset_failed(observation) or _why_not_at_heading(observation, SECOND_DRIVE)),
               limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
-              FOUR_STATES, _why_not_stopped_without_control,
-              limits='zero velocity ' + STOPS_AT_ONCE),
+              FOUR_STATES, _why_control_kept, limits='zero velocity ' + STOPS_AT_ONCE),
     clean_exit_criterion(CONTROL, FOUR_STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),

@@ -85,8 +85,7 @@ def _degrees(observed_deg):
     return f'{number} degrees to the {side}'
 
 
-def _why_not_all_turned(observation: Observation, names: Iterable[str],
-                        *tolerance: float) -> Reason:
+def _why_turns_failed(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
     """Returns the Reason for the first wrong turn in `names`; '' if all turns are right."""
     reasons = (why_not_turned(observation, name, *tolerance) for name in names)
     return next(filter(None, reasons), '')
@@ -119,7 +118,7 @@ def _why_not_on_the_spot(observation: Observation) -> Reason:
     return f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
-def _why_nonsense_not_answered(observation: Observation) -> Reason:
+def _why_not_answered(observation: Observation) -> Reason:
     scene = observation.scene(NONSENSE)
     if len(scene.moving):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
@@ -145,7 +144,7 @@ def _why_no_dead_zone(observation: Observation) -> Reason:
                            f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
 
 
-def _why_not_stopped_when_deactivated(observation: Observation) -> Reason:
+def _why_not_deactivated(observation: Observation) -> Reason:
     if len(observation.scene(NOT_ACTIVE).moving):
         return 'the mouse moved the robot before it was activated'
     _require_drive_by_mouse(observation)
@@ -222,23 +221,21 @@ CRITERIA = [
     Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_STEP,
               partial(why_not_turned, name=RIGHT_KEY), limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
-              partial(_why_not_all_turned, names=TURNS_ACROSS), limits=ON_A_CARPET),
+              partial(_why_turns_failed, names=TURNS_ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
               _why_turned_too_fast, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW_STEP,
               _why_not_on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', RIGHT_STEP, _why_nonsense_not_answered,
-              limits=f'{within(ANSWER_TIME)}, in at most {MOST_LEGIBLE_LINES} lines; the robot '
-              'rests'),
+              'ones', RIGHT_STEP, _why_not_answered, limits=f'{within(ANSWER_TIME)}, in at '
+              f'most {MOST_LEGIBLE_LINES} lines; the robot rests'),
     Criterion('mouse_drives', MOUSE, f'mouse up drives forward, left turns left, {MOUSE_FULL:g} at '
               'the edge', MOUSE_STEP, _why_not_driven_by_mouse, limits=MOUSE_LIMITS),
     Criterion('mouse_dead_zone', MOUSE, f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves '
               'nothing', MOUSE_STEP, _why_no_dead_zone,
               limits=f'zero velocity at {MOUSE_PLACES[NEAR_MIDDLE]} {STOPS_AT_ONCE}'),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              MOUSE_STEP, _why_not_stopped_when_deactivated,
-              limits='zero velocity ' + STOPS_AT_ONCE),
+              MOUSE_STEP, _why_not_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
               MOUSE_STEP, partial(why_not_turned, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
               limits='as left, over ' + within(BESIDE_MOUSE_TIME)),
@@ -253,7 +250,7 @@ CRITERIA = [
               partial(why_not_printed, text=CONTROLLER_GOODBYE)),
     clean_exit_criterion(SHUTDOWN, CTRL_C_STEP),
     Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS,
-              lambda observation: _why_not_all_turned(observation, TURN_STIMULI, EXACT_DEG),
+              lambda observation: _why_turns_failed(observation, TURN_STIMULI, EXACT_DEG),
               extra=True),
     lost_device_criterion('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
     lost_device_criterion('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
