@@ -7,6 +7,6 @@ import runpy
 import sys
 
 MODULES = {'launch': 'launch_arguments'}    # students' launch files call the module `launch`
-del sys.path[0], sys.argv[0]    # so modules are not looked for in the script's folder either
+del sys.path[0], sys.argv[0]    # so that Python does not look for modules here either
 module = MODULES.get(sys.argv[0], sys.argv[0])
 runpy.run_module('tb3_labs.ros.' + module, run_name='__main__', alter_sys=True)

@@ -85,7 +85,8 @@ def is_started_by_mark():
 
 
 def owner_text(package, executable):
-    """Returns words on the place of the judged file. ``ValueError`` if rosrun cannot start this."""
+    """Returns words on the place of the judged file. ``ValueError`` if rosrun starts no such file.
+    """
     if is_started_by_mark():
         return ''
     hint = '. For yours: pkg:=PACKAGE type:=FILE' if package == OWN_PACKAGE else ''
@@ -161,7 +162,8 @@ def checks_of(marks, strict):
         if is_met or not is_optional:
             failure = '' if is_met else verdict.line.strip()
             checks.append(Check('test_' + verdict.criterion.label, failure))
-    return checks + [Check('test_total', '' if marks.is_full else marks.points_text)]
+    failure = '' if marks.is_full else marks.points_text
+    return [*checks, Check('test_total', failure)]
 
 
 def lines_of(verdicts):
@@ -182,7 +184,8 @@ def report(checks):
         runner = unittest.TextTestRunner(verbosity=2)
     else:
         files = [word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)]
-        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', files[0] if files else None)
+        file = files[0] if files else None
+        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', file)
     result = runner.run(unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1
 

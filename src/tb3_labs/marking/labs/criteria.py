@@ -18,7 +18,7 @@ from tb3_labs.marking.trial.remarks import (
 from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
 #: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
-#: The functions why_... return a Reason. `a or b` is the first Reason of two that is not ''.
+#: The functions why_... return a Reason. Of two Reasons, `a or b` is the first that is not ''.
 Reason = str
 #: The Reason of a criterion that was not tried, if an earlier verdict has named the cause.
 NOT_TRIED = 'this could not be tried'
@@ -111,7 +111,7 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: 
         except NotObserved as problem:
             outcome = Outcome.NOT_OFFERED if isinstance(problem, NotOffered) else Outcome.MISSED
             reason = _quoted_once(reason_of(problem, observation), quoted)
-            if isinstance(problem, NotTried) and reason in {each.reason for each in verdicts}:
+            if isinstance(problem, NotTried) and reason in {verdict.reason for verdict in verdicts}:
                 reason = NOT_TRIED
         verdicts.append(Verdict(criterion, outcome, reason, worth[criterion.name],
                                 observation.moment))

@@ -154,19 +154,19 @@ PARTS = {stimuli.STICKS: sticks, stimuli.BUTTONS: buttons, stimuli.NO_SERVICE: n
 # -- a reset service of any type
 
 def is_origin(request):
-    """Returns True if a request declares the pose (0, 0, 0), and if it declares no pose."""
+    """Returns False if a request declares a pose that is not (0, 0, 0)."""
     return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
                if kind in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
-    """Does each quaternion of a request have the length 1?"""
+    """Returns False if a quaternion of a request does not have the length 1."""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
                for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
-    """Does each covariance of a request have a number that is not zero?"""
+    """Returns False if a request has a covariance of zeros alone."""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 

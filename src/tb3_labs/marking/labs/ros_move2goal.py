@@ -1,7 +1,8 @@
 """Scripts for the trials of the Transformation lab, and calls of the node's reset service.
 
 The service has the handout's type, ResetPose of this package, a type of std_srvs, or a student's
-own type. The fields of a student's own type are not known: such a request has the pose (0, 0, 0).
+own type. The marker does not know the fields of a student's own type. A request of such a type
+declares the pose (0, 0, 0).
 """
 import math
 import threading
@@ -225,8 +226,8 @@ def declared(trial):
     trial.node.start()
     caller = ResetCaller(trial)
     if not caller.takes_pose:
-        trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE],
-                          'its reset takes no pose' if caller.name else OFFERS_NO_RESET)
+        reason = 'its reset takes no pose' if caller.name else OFFERS_NO_RESET
+        trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
     if _reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(stimuli.DECLARED_DRIVE, DECLARED_POSE)
 
@@ -238,7 +239,7 @@ def offset(trial):
     trial.node.stop()
     board = rospy.Publisher(ROBOT_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not trial.robot.turn_to(100.0):     # [deg], between the zeros of IMU and odometry
+    if not trial.robot.turn_to(100.0):     # so that the zeros of IMU and odometry differ [deg]
         trial.not_offered([stimuli.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()

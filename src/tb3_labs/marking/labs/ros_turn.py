@@ -34,7 +34,7 @@ TURN_REST_TIME = 0.4
 def exercise(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # read before a node may change it
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # read before the node can change it
     node.start()
     for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)

@@ -30,7 +30,7 @@ TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
 COAST_DEG = 1.0
 #: A person can read an answer of at most this many lines.
 MOST_LEGIBLE_LINES = 1000
-#: The criterion beyond the handout allows this error of a turn [deg].
+#: For the criterion beyond the handout, a turn may differ by this from the requested angle [deg].
 EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'

@@ -167,7 +167,9 @@ class Observation:
         self.moment = None
         stimulus = next((stimulus for stimulus in self.stimuli if stimulus.name == name), None)
         if stimulus is None:
-            raise NotOffered(self.not_offered[name]) if name in self.not_offered else NotTried()
+            if name in self.not_offered:
+                raise NotOffered(self.not_offered[name])
+            raise NotTried
         self.moment = stimulus.begin
         if stimulus.died and not may_die:
             raise Ended(stimulus.printed)
@@ -184,7 +186,7 @@ class Observation:
         the stimulus with this speed began."""
         speeds = np.abs(commands[:, column])
         at = commands[speeds.argmax(), 0]
-        self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
+        self.moment = max(stimulus.begin for stimulus in self.stimuli if stimulus.begin <= at)
         return float(speeds.max())
 
 
@@ -231,4 +233,6 @@ class Scene(Stimulus):
     @property
     def turned_deg(self) -> float:
         """The robot's true turn during the stimulus, left positive [deg]; 0 without a pose."""
-        return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
+        if not len(self.truth):
+            return 0.0
+        return math.degrees(self.truth[-1, 3] - self.truth[0, 3])

@@ -94,14 +94,14 @@ class NodeOutput:
         self._text = ''
         #: The characters and lines that are left out before `_text`.
         self._omitted_characters = self._omitted_lines = 0
-        #: Until this time no other part of the output is recorded, except by `flush` [s].
+        #: Until this time the output is collected, and only `flush` records it [s].
         self._free_at = 0.0
         #: The last characters of the output since the last call of `flush`.
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. A part that comes soon after another part waits, and is
-        recorded together with the next part, or by `flush`."""
+        """Record a part of the output. If a part comes soon after another part, it is recorded
+        later, together with the next part or by `flush`."""
         with self._guard:
             self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
@@ -115,7 +115,7 @@ class NodeOutput:
 
     @property
     def _most_characters(self):
-        return PRINTED_A_SECOND // (10 if self._recording.is_full else 1)
+        return PRINTED_A_SECOND // 10 if self._recording.is_full else PRINTED_A_SECOND
 
     def flush(self):
         """Record the waiting output. Call this before you record an event, so that the output comes

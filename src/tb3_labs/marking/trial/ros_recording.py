@@ -60,10 +60,10 @@ FULL_SIZE = 3 * 10 ** 6
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
 #: rosbag compresses the messages in parts of this size [bytes].
 CHUNK_SIZE = 2 ** 17
-#: A robot rests if it moved and turned less than this in the last REST_TIME.
+#: A robot rests if it moved and turned less than this in the last ROBOT_REST_TIME.
 REST_WAY = 0.002        # [m]
 REST_TURN = 0.005       # [rad]
-REST_TIME = 0.4         # [s]
+ROBOT_REST_TIME = 0.4         # [s]
 
 
 class Recording:
@@ -161,7 +161,8 @@ class Recorder:
         with open(path, 'rb') as pipe:
             os.remove(path)     # only the robot, which has opened the pipe, may write into it
             for line in pipe:
-                at, (x, y, yaw) = self.now, map(float, line.split())
+                at = self.now
+                x, y, yaw = map(float, line.split())
                 with self._lock:
                     yaw = unwrap(yaw, self._truth[-1][3]) if self._truth else yaw
                     self._truth.append([at, x, y, yaw])
@@ -169,7 +170,7 @@ class Recorder:
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
     def _is_within(self, kind, most):
-        """Count a message of a kind. Returns True if the number is now at most `most`."""
+        """Count a message of this kind. Returns True if at most `most` messages were counted."""
         self._counts[kind] = self._counts.get(kind, 0) + 1
         return self._counts[kind] <= most
 
@@ -243,13 +244,13 @@ class Recorder:
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def rests(self, without_command=0.0):
-        """Has the robot rested for REST_TIME, and has the node sent no command to move for
+        """Has the robot rested for ROBOT_REST_TIME, and has the node sent no command to move for
         `without_command` [s]?"""
         if without_command and self.moves(self.now - without_command):
             return False
         with self._lock:
-            recent = np.array(self._truth[bisect_left(self._truth, [self.now - REST_TIME]):])
+            recent = self._truth[bisect_left(self._truth, [self.now - ROBOT_REST_TIME]):]
         if len(recent) < 5:     # the robot has just started
             return False
-        _, x, y, yaw = (recent - recent[0]).T
+        _, x, y, yaw = np.subtract(recent, recent[0]).T
         return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)

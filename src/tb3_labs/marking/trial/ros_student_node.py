@@ -45,9 +45,8 @@ class StudentNode:
         #: The resolved names of the topics that the present process needs.
         self._needed = []
         self._prepared = NodeStart.from_environment()
-        self._command = ['rosrun', *node.split('/', 1)]
-        if self._prepared.program:
-            self._command = [self._prepared.program]
+        program = self._prepared.program
+        self._command = [program] if program else ['rosrun', *node.split('/', 1)]
         self._process = self._watch = self._output = None
         #: Was any process ready? None before the first process.
         self._was_ready = None

@@ -83,7 +83,8 @@ class Trial:
         copy = NodeStart.from_environment().copy
         searched = [copy] if copy else own + folders(set(packages) - {own_package})
         findings = text_of(searched)
-        return dict(findings, up=text_of(own)['up'] or findings['up'])
+        own_up = text_of(own)['up']
+        return dict(findings, up=own_up) if own_up else findings
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. If the package has several
@@ -135,8 +136,8 @@ class Trial:
         """Make the node move the robot by `act()`, and return True while the robot moves. Returns
         False if the node does not move the robot within `reaction` [s] after `act()`.
 
-        If `is_ready()` is False, the node is started first. After a failed attempt there is one
-        more attempt, because a stimulus before this one may have upset the node.
+        If `is_ready()` is False, the node is started first. A failed attempt is repeated with a new
+        process, because the last stimulus may have upset the node.
         """
         for _ in range(2):
             if not is_ready():
