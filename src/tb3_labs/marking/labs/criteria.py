@@ -20,7 +20,7 @@ from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 #: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
 #: The functions why_... return a Reason. Of two Reasons, `a or b` is the first that is not ''.
 Reason = str
-#: The Reason of a criterion that was not tried, if an earlier verdict has named the cause.
+#: The Reason of a criterion that was not tried, if another criterion's verdict has the cause.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -97,8 +97,8 @@ class Verdict:
 
 def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
                 parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns a Verdict for each criterion of these parts. [] means all parts. `worth` has the
-    points of each criterion: name -> points."""
+    """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts. `worth` has
+    the points of each criterion: name -> points."""
     verdicts: List[Verdict] = []
     quoted: Set[str] = set()
     for criterion in criteria:

@@ -36,8 +36,8 @@ RESET_WORDS = ('reset', 'pose')
 
 
 def fields_of(message):
-    """Yields name, type and value of each field of a message, and then of the fields within a
-    field. Headers are left out."""
+    """Yields (name, type, value) for each field of a message. The fields inside a field come
+    right after this field. Headers are left out."""
     for name, kind in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
         if kind != 'std_msgs/Header':
@@ -71,7 +71,7 @@ class ResetCaller:
         usual = [name for wanted in RESET_NAMES for name in likely if last_names[name] == wanted]
         #: The name of the reset service; '' if the node offers no reset service.
         self.name = (usual + likely + [''])[0]
-        #: The name of the reset service if it is wrong; '' if it is SET_POSE.
+        #: The name of the reset service if the name is wrong; '' if the name is SET_POSE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE) in last_names else self.name
         self._kind = graph.service(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?

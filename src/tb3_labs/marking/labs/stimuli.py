@@ -114,7 +114,7 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts of a reset.
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
-DROVE_STRAIGHT = 'straight'     # was the robot turned to the goal, and did it drive forward then?
+DROVE_STRAIGHT = 'straight'     # turned to the goal by the marker, did the robot drive forward?
 #: The marker observes the node for this time, before the node has control and at the goal [s].
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].

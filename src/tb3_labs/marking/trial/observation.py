@@ -32,7 +32,7 @@ LONGEST_FAIR_GAP = 0.15
 MOST_FINDINGS = 20
 #: A finding or a remark has at most this many characters.
 LONGEST = 2000
-#: The name of the commands that the marker counts, but does not record.
+#: The words for commands that the marker counts, but does not record.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
 NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
@@ -63,7 +63,7 @@ class Stimulus:
     begin: float
     end: float = math.nan
     printed: str = ''           # the last part of the node's output during the stimulus
-    lines: int = 0              # the number of lines of the whole output
+    lines: int = 0              # the number of lines in all its output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -146,8 +146,8 @@ class Observation:
 
     @property
     def unpublished_topic(self) -> str:
-        """A clause on the topics that the node subscribes to although nobody publishes them, in
-        place of a sensor's topic; '' without such topics."""
+        """A clause on the topics that nobody publishes, if the node subscribes to such topics and
+        not to a sensor's topic; '' without such topics."""
         topics = {topic for process in self.processes for topic in process.silent_topics}
         if not topics:
             return ''

@@ -238,7 +238,7 @@ def exceptions_in(scene: Scene) -> List[str]:
 
 
 def quoted_error(error: str, number: int) -> str:
-    """Returns an exception in quotes. If the node printed it several times, the number follows."""
+    """Returns an exception in quotes. If it was printed several times, this number follows."""
     return repr(error) if number == 1 else f'{error!r}, {number} times'
 
 

@@ -56,7 +56,7 @@ MOST_BYTES = 10000
 SAME_COMMAND = 0.04
 #: A bag of this size is full [bytes].
 FULL_SIZE = 3 * 10 ** 6
-#: Only these topics are recorded in a full bag.
+#: If the bag is full, only these topics are recorded.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
 #: rosbag compresses the messages in parts of this size [bytes].
 CHUNK_SIZE = 2 ** 17
@@ -132,7 +132,7 @@ class Recording:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node, and tells what both did. Times are in
+    """Records the topics of the robot and of the node, and tells what the two did. Times are in
     seconds of ROS. ``RuntimeError`` if the robot does not run."""
 
     def __init__(self, recording):
@@ -145,8 +145,8 @@ class Recorder:
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
         rospy.Subscriber(CMD_VEL, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must have one
-        # class, and ros_gamepad.py needs a Bool.
+        # rospy does not unpack an AnyMsg. In one process, all subscribers of a topic must have the
+        # same class, and ros_gamepad.py needs a Bool.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),

@@ -117,7 +117,7 @@ class Repeater:
         self._send_held()
 
     def wait_for_subscriber(self):
-        """Wait until a node is connected, and then for 0.45 s.
+        """Wait until a node is connected, and 0.45 s longer.
 
         A node may ignore a new gamepad until the gamepad has been at rest for a moment. This
         package's gamepad node waits for 0.3 s.

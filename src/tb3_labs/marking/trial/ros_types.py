@@ -15,7 +15,7 @@ from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.names import is_name
 
 #: The packages of the services that handout, skeletons and sheets use. If a student's service has
-#: the checksum of a service in these packages, both have the same fields.
+#: the checksum of a service in these packages, the two services have the same fields.
 KNOWN_SERVICES = 'tb3_labs', 'std_srvs'
 
 
