@@ -35,7 +35,7 @@ INHERITED_VARIABLES = re.compile(
     'HOME|USER|LOGNAME|LANG|LANGUAGE|LC_[A-Z]+|TZ|TERM|ROS_(ROOT|DISTRO|VERSION|PYTHON_VERSION)|'
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
-#: environment variable -> the folder in each prefix that the variable lists
+#: environment variable -> the folder that the variable lists for each prefix
 PREFIX_FOLDERS = {PREFIXES: '', MODULES: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
@@ -123,7 +123,7 @@ class TrialRunner:
         marks.findings += version_errors(printed, workspace / COPY)
 
     def _rostest(self, node, work):
-        """Returns the command that tries a node and records the bag. `node` is package/file."""
+        """Returns the command that tries `node`, package/file, and records the bag."""
         (package, executable), lab = node.split('/'), self.folder.lab
         command = ['rostest', OWN_PACKAGE, f'check_{lab}.test', f'pkg:={package}',
                    f'type:={executable}', 'parts:=' + ','.join(self.folder.parts),
@@ -216,7 +216,7 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                # a path below ROS_HOME, since rostest cuts a path at a space
+                # a path below ROS_HOME, since rostest cuts a path at a blank
                 ROS_TEST_RESULTS_DIR='results')
 
 

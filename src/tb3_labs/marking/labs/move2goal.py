@@ -225,9 +225,10 @@ CRITERIA = [
     Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
               f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _why_not_within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
-    Criterion('resets', RESET, f'a service /{SET_POSE} resets the local frame, also in a drive',
-              THE_RESET, _why_not_reset, limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive '
-              f'it turns by {LEAST_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
+    Criterion('resets', RESET, f'a service /{SET_POSE} resets the local frame, also in '
+              'a drive', THE_RESET, _why_not_reset,
+              limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
+              f'turns by {LEAST_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
               THE_RESET, _why_no_reset_printed, limits=within(PRINT_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '

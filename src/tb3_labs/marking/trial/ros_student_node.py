@@ -205,8 +205,8 @@ class Graph:
             return []
         roles = set().union(*self.nodes().values())
         published = {topic for role, topic in roles if role == PUBLISHES}
-        played_later = set(map(rospy.resolve_name, (MOUSE_INFO, JOY, CTRL_RELINQ)))
-        return sorted(subscribed - published - played_later)
+        played = set(map(rospy.resolve_name, (MOUSE_INFO, JOY, CTRL_RELINQ)))    # by the marker
+        return sorted(subscribed - published - played)
 
     def topics(self):
         """Returns the topics that the student's node subscribes to, and {topic: type} for the
