@@ -10,8 +10,8 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import (
-    ANGLE_TOLERANCE, CTRL_RELINQ, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
-    MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
+    ANGLE_TOLERANCE, CTRL_RELINQ_TOPIC, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
+    MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
     clean_exit_criterion, lost_device_criterion, why_not_started, why_not_stopped,
@@ -90,8 +90,8 @@ def _scene_of_drive(observation: Observation, name: str) -> Scene:
     if not scene.facts[MOVED]:
         subscribed = scene.process.subscribed
         why = why_idle(scene)
-        if subscribed and '/' + CTRL_RELINQ not in subscribed:
-            why = f'it does not listen to {CTRL_RELINQ}'
+        if subscribed and '/' + CTRL_RELINQ_TOPIC not in subscribed:
+            why = f'it does not listen to {CTRL_RELINQ_TOPIC}'
         raise NotObserved(f'it got control, but did not move the robot: {why}')
     return scene
 
@@ -147,7 +147,7 @@ def _why_not_reset(observation: Observation) -> Reason:
     if reason:
         return reason
     if name:
-        return f'its reset is called {name}, not /{SET_POSE}'
+        return f'its reset is called {name}, not /{SET_POSE_SERVICE}'
     scene = observation.scene(RESET_IN_DRIVE)
     reason = _why_reset_failed(observation, RESET_IN_DRIVE)
     if not scene.facts[WAS_MOVING]:
@@ -225,7 +225,7 @@ CRITERIA = [
     Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
               f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _why_not_within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
-    Criterion('resets', RESET, f'a service /{SET_POSE} resets the local frame, also in '
+    Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
               'a drive', THE_RESET, _why_not_reset,
               limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
               f'turns by {LEAST_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),

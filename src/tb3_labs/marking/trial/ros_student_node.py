@@ -14,7 +14,7 @@ import rosnode
 import rospy
 import rosservice
 
-from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
+from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs.stimuli import START_TIME
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import NodeOutput, Program, ResourceWatch
@@ -205,7 +205,8 @@ class Graph:
             return []
         roles = set().union(*self.nodes().values())
         published = {topic for role, topic in roles if role == PUBLISHES}
-        played = set(map(rospy.resolve_name, (MOUSE_INFO, JOY, CTRL_RELINQ)))    # by the marker
+        by_marker = MOUSE_INFO_TOPIC, JOY_TOPIC, CTRL_RELINQ_TOPIC
+        played = set(map(rospy.resolve_name, by_marker))
         return sorted(subscribed - published - played)
 
     def topics(self):
