@@ -55,7 +55,7 @@ def with_tables(sheet):
 
 def main():
     """Write the tables into the sheets."""
-    for name in sorted({c.where.sheet for lab in LABS.values() for c in lab.criteria}):
+    for name in sorted({c.place.sheet for lab in LABS.values() for c in lab.criteria}):
         path = ROOT / 'doc' / name
         path.write_text(with_tables(path.read_text(encoding='utf-8')), encoding='utf-8')
 

@@ -2,8 +2,8 @@
 """Checks a node by the criteria of its lab, as a rostest with a test for each criterion and a test
 for the total.
 
-The stimuli, the verdicts and the points are printed on the terminal. A missed criterion beyond the
-handout fails no test, unless `~strict` is true.
+The stimuli, the verdicts and the points are printed on the terminal. If a node misses a criterion
+beyond the handout, no test fails, unless `~strict` is true.
 
 Started by check_LAB.test. Parameters
     ~lab        imu, turn, move2goal or gamepad
@@ -54,7 +54,7 @@ def marks_of_node():
         raise ValueError(f'there is no lab {name!r}: {", ".join(LABS)}')
     lab = LABS[name]
     parts = lab.read_parts(parts)
-    for hidden in ('lab', 'points', 'parts', 'record'):      # no node can read these any more
+    for hidden in ('lab', 'points', 'parts', 'record'):      # so that no node can read these
         rospy.delete_param('~' + hidden)
     worth = points_of(name, read_points(points))
     option = None
@@ -62,7 +62,8 @@ def marks_of_node():
         option = lab.option.read(rospy.get_param('~' + lab.option.name, lab.option.default))
         for key, value in lab.option.parameters(option).items():
             rospy.set_param('/' + key, value)
-    print_line(f'{lab.title}, {", ".join(parts or lab.parts)}: {package}/{executable} is judged'
+    part_names = ', '.join(parts or lab.parts)
+    print_line(f'{lab.title}, {part_names}: {package}/{executable} is judged'
                + owner_text(package, executable))
 
     with tempfile.TemporaryDirectory() as folder:
@@ -84,7 +85,8 @@ def is_started_by_mark():
 
 
 def owner_text(package, executable):
-    """Returns words on the place of the judged file. ``ValueError`` if rosrun cannot start it."""
+    """Returns words on the place of the judged file. ``ValueError`` if rosrun starts no such file.
+    """
     if is_started_by_mark():
         return ''
     hint = '. For yours: pkg:=PACKAGE type:=FILE' if package == OWN_PACKAGE else ''
@@ -92,7 +94,9 @@ def owner_text(package, executable):
         place = place_of(package, executable)
     except ValueError as problem:
         raise ValueError(f'{problem}{hint}') from None
-    return ', the node of this package' + hint if hint else f' ({place})'
+    if hint:
+        return ', the node of this package' + hint
+    return f' ({place})'
 
 
 def place_of(package, executable):
@@ -121,8 +125,9 @@ def place_of(package, executable):
             raise ValueError(
                 f'{path} is not executable, so rosrun cannot start it; type: chmod +x {path}')
     names = sorted({path.name for path in files if path.suffix == '.py'})
+    listing = ', '.join(names[:5]) if names else 'no Python files'
     raise ValueError(f'there is no {executable} in the package {package}, {folder}; there are: '
-                     + (', '.join(names[:5]) or 'no Python files'))
+                     + listing)
 
 
 class Check(unittest.TestCase):
@@ -153,10 +158,12 @@ def checks_of(marks, strict):
     checks = []
     for verdict in marks.verdicts:
         is_met = verdict.outcome is Outcome.MET
-        if is_met or strict or not verdict.criterion.extra:
-            checks.append(Check('test_' + verdict.criterion.label,
-                                '' if is_met else verdict.line.strip()))
-    return checks + [Check('test_total', '' if marks.is_full else marks.points_text)]
+        is_optional = verdict.criterion.extra and not strict
+        if is_met or not is_optional:
+            failure = '' if is_met else verdict.line.strip()
+            checks.append(Check('test_' + verdict.criterion.label, failure))
+    failure = '' if marks.is_full else marks.points_text
+    return [*checks, Check('test_total', failure)]
 
 
 def lines_of(verdicts):
@@ -164,8 +171,8 @@ def lines_of(verdicts):
     untried = [verdict for verdict in verdicts if verdict.reason == NOT_TRIED]
     lines = [verdict.line for verdict in verdicts if verdict not in untried]
     if untried and not untried[0].criterion.extra:
-        points = f'0 of {sum(each.worth for each in untried):g}'
-        names = ', '.join(each.criterion.name for each in untried)
+        points = f'0 of {sum(verdict.worth for verdict in untried):g}'
+        names = ', '.join(verdict.criterion.name for verdict in untried)
         lines.append(f'  {Outcome.MISSED.value.upper():11}  {points:8}  '
                      f'the other criteria could not be tried: {names}')
     return lines
@@ -174,12 +181,12 @@ def lines_of(verdicts):
 def report(checks):
     """Report the results to rostest. Returns the exit status."""
     if '--text' in sys.argv:
-        result = unittest.TextTestRunner(verbosity=2).run(unittest.TestSuite(checks))
+        runner = unittest.TextTestRunner(verbosity=2)
     else:
-        file = next((word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)),
-                    None)
-        result = rosunit.create_xml_runner(OWN_PACKAGE, 'check', file).run(
-            unittest.TestSuite(checks))
+        files = [word[len(XML_OPTION):] for word in sys.argv if word.startswith(XML_OPTION)]
+        file = files[0] if files else None
+        runner = rosunit.create_xml_runner(OWN_PACKAGE, 'check', file)
+    result = runner.run(unittest.TestSuite(checks))
     return 0 if result.wasSuccessful() else 1
 
 
@@ -193,11 +200,12 @@ def main():
         return report([Check('test_runs', f'nothing was judged: {problem}')])
     if marks is None:
         return report([])
+    lines = [*lines_of(marks.graded), *marks.remarks, marks.hint, marks.points_text]
     extra = lines_of(marks.extra)
-    for line in [*lines_of(marks.graded), *marks.remarks, marks.hint, marks.points_text,
-                 'Beyond the handout:' if extra else '', *extra]:
-        if line:
-            print_line(line)
+    if extra:
+        lines += ['Beyond the handout:', *extra]
+    for line in filter(None, lines):
+        print_line(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 
 

@@ -35,8 +35,8 @@ def write_trial(path, seen):
         entries.append((at, lambda: recording.add(topic, made, BEGIN + at)))
     event(0.0, 'trial', lab=seen.lab, node=seen.node)
     for process in seen.processes:
-        event(process.begin, 'start', needed=process.needed)
-        event(process.begin, 'run', listens=process.listens, ended_by_itself=process.ended_by_itself)
+        event(process.begin, 'start', needed=process.needed_topic)
+        event(process.begin, 'run', listens=process.subscribed, ended_by_itself=process.ended_by_itself)
         if process.printed and not seen.stimuli:
             message(process.begin, 'printed', String(process.printed))
         if process.ready is not None:

@@ -319,12 +319,12 @@ def test_a_robot_that_was_never_turned_or_driven_is_not_within_limits():
 
 @pytest.mark.parametrize('processes, misses_start, words', [
     ([], True, 'never started'), ([NodeProcess(0.0)], True, 'never listened'),
-    ([NodeProcess(0.0, needed='imu')], True, 'never came to rospy.init_node()'),
-    ([NodeProcess(0.0, needed='imu', nodes=['/n'], listens=['/odom'])], True, 'listened to /odom'),
+    ([NodeProcess(0.0, needed_topic='imu')], True, 'never came to rospy.init_node()'),
+    ([NodeProcess(0.0, needed_topic='imu', nodes=['/n'], subscribed=['/odom'])], True, 'listened to /odom'),
     ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=0, printed='Bye')], True, 'nothing kept the node'),
     ([NodeProcess(0.0, end=1.0, ended_by_itself=True, status=1, printed=CRASH)], True,
      "at once: \"NameError: name 'x' is not defined (line 7, in f)\""),
-    ([NodeProcess(0.0, unheard=['/imu_data'])], True, 'listens to /imu_data, which nobody publishes'),
+    ([NodeProcess(0.0, silent_topics=['/imu_data'])], True, 'listens to /imu_data, which nobody publishes'),
     ([NodeProcess(0.0, end=1.0, ended_by_itself=True, printed='x\nEnd\n\n')], True, "at once: 'End'"),
     ([NodeProcess(0.0, ready=0.5, end=9.0, ended_by_itself=True)], False, 'printed nothing'),
     ([NodeProcess(0.0), NodeProcess(1.0, ready=1.5)], True, 'the time was up'),
@@ -358,10 +358,11 @@ def test_parts_are_those_of_the_lab():
 
 @pytest.mark.parametrize('name', TURN_STIMULI)
 def test_turns_across_180_and_0_degrees_cross_them_and_no_others_do(name):
-    _, requested, begin, _ = TURN_STIMULI[name]
-    end = begin + requested
+    turn = TURN_STIMULI[name]
+    begin, end = turn.begins_deg, turn.begins_deg + turn.requested_deg
     crossed = [jump for jump in (0, 180) if min(begin, end) - 20.0 < jump < max(begin, end) + 20.0]
-    assert crossed == [jump for jump in (0, 180) if name.endswith('across {}'.format(jump))]
+    assert crossed == [jump for jump in (0, 180) if turn.crossing == 'across {}'.format(jump)]
+    assert turn.crossing in name
 
 
 # ----- other observations -----
@@ -509,7 +510,7 @@ def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(message):
     ('', {}, [], [[11.0, 'nan m/s and 0 rad/s']] * 3, '3 of its commands were not finite numbers, such as nan')])
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
-    seen.processes[0].publishes, seen.processes[0].printed = publishes, printed
+    seen.processes[0].published, seen.processes[0].printed = publishes, printed
     seen.recording, seen.not_finite = recording(commands), odd
     assert 'the robot did not turn: ' in missed_of('turn', 'left', seen)
     assert words in missed_of('turn', 'left', seen)

@@ -70,7 +70,7 @@ def test_every_criterion_has_points_and_a_place_in_a_lab_sheet(lab):
     assert len({criterion.name for criterion in criteria}) == len(criteria)
     assert sum(points_of(lab, TABLE).values()) > 0
     for criterion in criteria:
-        place = criterion.where
+        place = criterion.place
         sheet = (ROOT / 'doc' / place.sheet).read_text(encoding='utf-8')
         section = r'^#+ {}\n(.*?)(?=^#+ |\Z)'.format(re.escape(place.heading))
         text = re.search(section, sheet, re.M | re.S).group(1)

@@ -18,7 +18,7 @@ def _is_polite(seen: Observation) -> str:
     return 'it was rude' if 'rude' in seen.scene('Ctrl+C', may_die=True).printed else ''
 
 
-CRITERIA.append(Criterion('polite', CRITERIA[0].part, 'says nothing rude', CRITERIA[0].where,
+CRITERIA.append(Criterion('polite', CRITERIA[0].part, 'says nothing rude', CRITERIA[0].place,
                           _is_polite))
 """
 CHANGES = """CHANGES = [

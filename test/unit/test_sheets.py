@@ -19,7 +19,7 @@ def read(sheet):
 
 
 @pytest.mark.parametrize('sheet', sorted({
-    criterion.where.sheet for lab in LABS.values() for criterion in lab.criteria}))
+    criterion.place.sheet for lab in LABS.values() for criterion in lab.criteria}))
 def test_the_sheets_have_the_tables_of_the_code(sheet):
     assert make_graded.with_tables(read(sheet)) == read(sheet)
 
@@ -27,7 +27,7 @@ def test_the_sheets_have_the_tables_of_the_code(sheet):
 @pytest.mark.parametrize('lab', sorted(LABS))
 def test_every_part_of_a_check_is_named(lab):
     """In the sheet, in marking.md, and by the check's launch file."""
-    parts, sheet = LABS[lab].parts, read(LABS[lab].criteria[0].where.sheet)
+    parts, sheet = LABS[lab].parts, read(LABS[lab].criteria[0].place.sheet)
     listed = sheet.split('check_{}.test'.format(lab))[1].split('The parts are ')[1]
     assert re.findall(r'`"?(?:parts:=)?([a-z ]+)"?`', re.split(r'\.\s', listed)[0]) == parts
     rows = read('instructor/marking.md').split('## What is tried')[1].split('| {} |'.format(lab))[1]

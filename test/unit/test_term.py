@@ -332,7 +332,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.worth + 10)
     turn = marks_folder.LABS['turn']
     stricter = [criteria.Criterion(
-        each.name, each.part, 'turns <quite> well', each.where, lambda seen: 'it is too slow')
+        each.name, each.part, 'turns <quite> well', each.place, lambda seen: 'it is too slow')
         if each.name == 'left' else each for each in turn.criteria]
     turns = dict(marks_folder.LABS, turn=turn._replace(criteria=stricter))
     for module in (marks_folder, marks_module):

@@ -247,7 +247,7 @@ def _broken_link(observation: Observation,
     missed = {verdict.criterion.part for verdict in verdicts
               if verdict.outcome is not Outcome.MET}
     parts_of_handout = {part for verdict in verdicts
-                        for part in (verdict.criterion.part, verdict.criterion.also)}
+                        for part in (verdict.criterion.part, verdict.criterion.second_part)}
     recording, begins = observation.recording, [begin for _, begin in observation.parts]
     for (part, begin), end in zip(observation.parts, begins[1:] + [math.inf]):
         if part not in parts_of_handout:

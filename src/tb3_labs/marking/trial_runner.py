@@ -57,7 +57,7 @@ class MarkingInterrupted(RuntimeError):
 
 
 class TrialRunner:
-    """Records the trials of a class. Several threads may use it at a time."""
+    """Records the trials of a class. Several threads may use one TrialRunner at the same time."""
 
     def __init__(self, folder: MarksFolder, interrupted: threading.Event) -> None:
         """`folder` has the lab and its options, and gets the bags and the logs. If the event
@@ -133,8 +133,8 @@ class TrialRunner:
         return command
 
     def _check(self, command, environment, output):
-        """Run a check until its end, an interruption, or the time limit. Returns False if the check
-        exceeded the limit."""
+        """Run a check until it ends, the marking is interrupted, or the time limit is reached.
+        Returns False if the check exceeded the limit."""
         check = subprocess.Popen(
             command, env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL,
             stdout=output, stderr=output, start_new_session=True)
@@ -166,7 +166,7 @@ def kill_processes(identity: str) -> None:
     """
     mark = f'{IDENTITY}={identity}'.encode()
     empty_searches = 0
-    # a process that is about to start a program shows no environment, so one search may miss it
+    # one search may miss a process that is about to start a program: it shows no environment
     while empty_searches < 2:
         stopped: Set[int] = set()
         while _stop_more(mark, stopped):
@@ -174,13 +174,13 @@ def kill_processes(identity: str) -> None:
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already
-                if _has_in_environment(pid, mark):     # not a new process with the same number
+                if _has_in_environment(pid, mark):     # else the number is a new process's
                     os.kill(pid, signal.SIGKILL)
 
 
 def _stop_more(mark, stopped):
-    """Stop the processes that have `mark` in their environment, with their process groups, and add
-    them to `stopped`. Returns False if `stopped` had all processes already."""
+    """Stop the processes that have `mark` in their environment, and add them to `stopped`. Their
+    process groups are stopped as well. Returns False if `stopped` had all processes already."""
     before = len(stopped)
     pids = [int(name) for name in os.listdir('/proc') if name.isdigit()]
     for pid in sorted(pids, reverse=True):      # the newest first

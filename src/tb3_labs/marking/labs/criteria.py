@@ -18,8 +18,9 @@ from tb3_labs.marking.trial.remarks import (
 from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
 #: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
+#: The functions why_... return a Reason. Of two Reasons, `a or b` is the first that is not ''.
 Reason = str
-#: The Reason of a criterion that was not tried, if an earlier verdict has named the cause.
+#: The Reason of a criterion that was not tried, if another criterion's verdict has the cause.
 NOT_TRIED = 'this could not be tried'
 
 
@@ -43,15 +44,15 @@ class Criterion:
     name: str
     part: str                # the part of the lab that tries the requirement
     meaning: str             # the requirement
-    where: Place             # the place in a lab sheet that explains the requirement
+    place: Place             # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
     extra: bool = False      # is the criterion beyond the handout?
     limits: str = ''         # the limits that `meaning` leaves out
-    also: str = ''           # a second part of the lab that the criterion needs
+    second_part: str = ''    # '', or another part of the lab that the criterion needs as well
 
-    def is_tried(self, parts: Sequence[str]) -> bool:
+    def can_be_judged(self, parts: Sequence[str]) -> bool:
         """Can the criterion be judged after a trial of these parts? [] means all parts."""
-        return not parts or {self.part, self.also or self.part} <= set(parts)
+        return not parts or {self.part, self.second_part} <= {*parts, ''}
 
     @property
     def label(self) -> str:
@@ -79,13 +80,14 @@ class Verdict:
         """The Reason and the place in the sheet; '' if the criterion is met."""
         if self.outcome is Outcome.MET or self.reason == NOT_TRIED:
             return self.reason
-        return f'{self.reason}; see {self.criterion.where}'
+        return f'{self.reason}; see {self.criterion.place}'
 
     @property
     def line(self) -> str:
         """One line with outcome, points, requirement and sentence."""
-        points = 'extra' if self.criterion.extra and not self.worth else \
-            f'{self.points:g} of {self.worth:g}'
+        points = f'{self.points:g} of {self.worth:g}'
+        if self.criterion.extra and not self.worth:
+            points = 'extra'
         text = ': '.join(filter(None, [self.criterion.meaning, self.sentence]))
         outcome = self.outcome.value.upper()    # capitals are easy to find among many lines
         if self.outcome is Outcome.MET or self.criterion.extra:
@@ -95,12 +97,12 @@ class Verdict:
 
 def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
                 parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns a Verdict for each criterion of these parts. [] means all parts. `worth` has the
-    points of each criterion: name -> points."""
+    """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts. `worth` has
+    the points of each criterion: name -> points."""
     verdicts: List[Verdict] = []
     quoted: Set[str] = set()
     for criterion in criteria:
-        if not criterion.is_tried(parts):
+        if not criterion.can_be_judged(parts):
             continue
         observation.moment = None
         try:
@@ -109,7 +111,7 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: 
         except NotObserved as problem:
             outcome = Outcome.NOT_OFFERED if isinstance(problem, NotOffered) else Outcome.MISSED
             reason = _quoted_once(reason_of(problem, observation), quoted)
-            if isinstance(problem, NotTried) and any(reason == each.reason for each in verdicts):
+            if isinstance(problem, NotTried) and reason in {verdict.reason for verdict in verdicts}:
                 reason = NOT_TRIED
         verdicts.append(Verdict(criterion, outcome, reason, worth[criterion.name],
                                 observation.moment))
@@ -133,20 +135,22 @@ within = 'within {:g} s'.format
 IN_TIME, STOPS_AT_ONCE = within(START_TIME), within(STOP_TIME)
 
 
-def starts(observation: Observation) -> Reason:
+def why_not_started(observation: Observation) -> Reason:
     """Judges whether the node's first process subscribed to the robot's topic."""
-    first = observation.processes[0] if observation.processes else None
-    return why_missing(observation) if first is None or first.ready is None else ''
+    if observation.processes and observation.processes[0].ready is not None:
+        return ''
+    return why_missing(observation)
 
 
-def ends_cleanly(part: str, where: Place) -> Criterion:
-    """Returns the criterion that the node ends by itself at Ctrl+C, without a traceback."""
+def clean_exit_criterion(part: str, place: Place) -> Criterion:
+    """Returns a criterion: at Ctrl+C the node ends by itself, and prints no traceback."""
     return Criterion(
-        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', where, _clean_exit,
+        'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', place,
+        _why_no_clean_exit,
         limits=f'{within(EXIT_TIME)}; "{CLOSED_TOPIC}", which rospy raises, does not count')
 
 
-def _clean_exit(observation: Observation) -> Reason:
+def _why_no_clean_exit(observation: Observation) -> Reason:
     for scene in observation.scenes(CTRL_C, may_die=True):
         if scene.facts[EXIT_SECONDS] is None:
             return f'it was still running {EXIT_TIME:g} s after Ctrl+C and had to be killed'
@@ -159,8 +163,8 @@ def _clean_exit(observation: Observation) -> Reason:
     return ''
 
 
-def stops_robot(observation: Observation) -> Reason:
-    """Judges whether the node sent a zero velocity at one Ctrl+C or more."""
+def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
+    """Judges whether the node sent a zero velocity at one Ctrl+C at least."""
     scenes = [scene for scene in observation.scenes(CTRL_C, may_die=True)
               if scene.facts[WAS_MOVING]]
     if not scenes:
@@ -173,7 +177,7 @@ def stops_robot(observation: Observation) -> Reason:
     return 'at Ctrl+C in the middle of a movement it sent no zero velocity: the robot went on'
 
 
-def prints(observation: Observation, text: str) -> Reason:
+def why_not_printed(observation: Observation, text: str) -> Reason:
     """Judges whether the node printed `text` at Ctrl+C."""
     scene = observation.scene(CTRL_C[0], may_die=True)
     return '' if text in scene.printed else f'"{text}" was not printed at Ctrl+C'
@@ -186,25 +190,26 @@ def prints(observation: Observation, text: str) -> Reason:
 NO_ZERO = 'it sent no zero velocity after {}: the robot went on until its own timeout'
 
 
-def not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
+def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reason:
     """Judges whether the node stopped the robot by a zero velocity within `limit` [s] after the
-    scene began. `event` are the words for the event at this time."""
+    scene began. `event` is a clause on what happened when the scene began."""
     soon, late = scene.commands_before_and_after(limit)
     if late[:, 1:].any():
         return f'the robot was still driven {limit:g} s after {event}'
     return '' if len(soon) and not soon[-1, 1:].any() else NO_ZERO.format(event)
 
 
-def stops_when_lost(name: str, meaning: str, what: str, stimulus: str, where: Place) -> Criterion:
-    """Returns the criterion beyond the handout that the node stops the robot after the device
-    `what` fell silent. In the stimulus `stimulus` the device falls silent."""
-    def judge_stop(observation: Observation) -> Reason:
+def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
+                          place: Place) -> Criterion:
+    """Returns a criterion beyond the handout: the node stops the robot after the device fell
+    silent. In the stimulus `stimulus` the device falls silent."""
+    def why_not_stopped_when_lost(observation: Observation) -> Reason:
         scene = observation.scene(stimulus)
         if not scene.facts[WAS_MOVING]:
-            return f'the robot was not moving when {what} fell silent'
-        return not_stopped(scene, what + ' fell silent', LOST_STOP_TIME)
-    return Criterion(name, LOST, f'{meaning} after {what} fell silent', where, judge_stop,
-                     extra=True, limits=within(LOST_STOP_TIME))
+            return f'the robot was not moving when {device} fell silent'
+        return why_not_stopped(scene, device + ' fell silent', LOST_STOP_TIME)
+    return Criterion(name, LOST, f'{meaning} after {device} fell silent', place,
+                     why_not_stopped_when_lost, extra=True, limits=within(LOST_STOP_TIME))
 
 
 # ----- criteria of several labs: driving by a stick or a mouse -----
@@ -223,13 +228,13 @@ ANY_SPEED = (-np.inf, np.inf)
 ROUNDING = 0.005
 
 
-def steers(observation: Observation, name: str, linear: Bounds = STANDING,
-           angular: Bounds = STANDING, of_moving: bool = False) -> Reason:
+def why_not_steered(observation: Observation, name: str, linear: Bounds = STANDING,
+                    angular: Bounds = STANDING, skip_zeros: bool = False) -> Reason:
     """Judges whether the last command of the stimulus `name` is within the closed bounds `linear`
-    [m/s] and `angular` [rad/s]. If `of_moving`, zero commands are left out."""
+    [m/s] and `angular` [rad/s]. With `skip_zeros`, the last command that is not zero is judged."""
     scene = observation.scene(name)
-    commands = scene.moving if of_moving else scene.commands
-    if not len(commands) or not commands[-1, 1:].any():
+    commands = scene.moving if skip_zeros else scene.commands
+    if not commands[-1:, 1:].any():
         silent = 'neither linear.x nor angular.z was' if other_fields(scene) else 'nothing was'
         return f'with the {name} {silent} commanded: {why_idle(scene)}'
     linear_speed, angular_speed = commands[-1, 1:]
@@ -247,6 +252,6 @@ def steers(observation: Observation, name: str, linear: Bounds = STANDING,
 
 
 def scaled(bounds: Bounds, factor: float) -> Bounds:
-    """Returns the Bounds times `factor`. A negative factor mirrors them at zero."""
+    """Returns the Bounds times `factor`. A negative factor mirrors the Bounds at zero."""
     low, high = sorted((factor * bounds[0], factor * bounds[1]))
     return low, high

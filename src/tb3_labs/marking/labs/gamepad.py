@@ -11,8 +11,8 @@ from tb3_labs.handout import (
     CTRL_RELINQ_TOPIC, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
-    Criterion, Reason, ends_cleanly, not_stopped, scaled, starts, steers, stops_robot,
-    stops_when_lost, within)
+    Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
+    why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     BOTH_STICKS, BUTTONS, CALLS, HAND_OVER, IS_ORIGIN, IS_UNIT, LATCHED, LEFT_STICK_DOWN,
     LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQUISHED, RESET_BUTTON, RESET_TIME,
@@ -53,64 +53,66 @@ def pad_text(name: str) -> str:
                 name, **pad_called(name))
 
 
-def _drives(observation: Observation) -> Reason:
-    reason = (steers(observation, LEFT_STICK_UP, FULL_SPEED)
-              or steers(observation, LEFT_STICK_DOWN, scaled(FULL_SPEED, -1.0)))
+def _why_not_driven(observation: Observation) -> Reason:
+    reason = (why_not_steered(observation, LEFT_STICK_UP, FULL_SPEED)
+              or why_not_steered(observation, LEFT_STICK_DOWN, scaled(FULL_SPEED, -1.0)))
     if reason:
         return reason
     full = observation.scene(LEFT_STICK_UP).commands[-1, LINEAR]
-    return steers(observation, BOTH_STICKS, scaled(HALF_SHARE, full), ANY_SPEED)
+    return why_not_steered(observation, BOTH_STICKS, scaled(HALF_SHARE, full), ANY_SPEED)
 
 
-def _turns(observation: Observation) -> Reason:
-    reason = (steers(observation, RIGHT_STICK_LEFT, angular=FULL_TURN)
-              or steers(observation, RIGHT_STICK_RIGHT, angular=scaled(FULL_TURN, -1.0)))
+def _why_not_turned(observation: Observation) -> Reason:
+    reason = (why_not_steered(observation, RIGHT_STICK_LEFT, angular=FULL_TURN)
+              or why_not_steered(observation, RIGHT_STICK_RIGHT, angular=scaled(FULL_TURN, -1.0)))
     if reason:
         return reason
     full = observation.scene(RIGHT_STICK_RIGHT).commands[-1, ANGULAR]
-    return steers(observation, BOTH_STICKS, ANY_SPEED, scaled(HALF_SHARE, full))
+    return why_not_steered(observation, BOTH_STICKS, ANY_SPEED, scaled(HALF_SHARE, full))
 
 
-def _stops_when_let_go(observation: Observation) -> Reason:
+def _why_not_stopped_when_let_go(observation: Observation) -> Reason:
     if not len(observation.scene(RIGHT_STICK_RIGHT).moving):
         raise NotObserved('the sticks did not move the robot at all')
-    return not_stopped(observation.scene(STICKS_LET_GO), 'the sticks were let go')
+    return why_not_stopped(observation.scene(STICKS_LET_GO), 'the sticks were let go')
 
 
-def _publishes(observation: Observation, name: str, wanted: bool) -> Reason:
-    """Judges whether the latest value on ctrl_relinq after the button `name` is `wanted`."""
+def _why_not_published(observation: Observation, name: str, wanted: bool) -> Reason:
+    """Judges whether ctrl_relinq has the value `wanted` after the button `name` was pressed."""
     scene = observation.scene(name)
     published = scene.facts[RELINQUISHED]
     if published is wanted:
         return ''
     if published is not None:
         return f'after {name} it published {published} on ctrl_relinq'
+    reason = f'after {name} nothing was published on ctrl_relinq'
     instead = other_topics(scene.process, CTRL_RELINQ_TOPIC)
-    return f'after {name} nothing was published on ctrl_relinq' + (
-        f': {instead}' if instead else '')
+    if instead:
+        reason += f': {instead}'
+    return reason
 
 
 def _require_hand_over(observation):
-    if _publishes(observation, HAND_OVER, wanted=True):
+    if _why_not_published(observation, HAND_OVER, wanted=True):
         raise NotObserved('A did not hand the robot over')
 
 
-def _silent_meanwhile(observation: Observation) -> Reason:
+def _why_not_silent(observation: Observation) -> Reason:
     _require_hand_over(observation)
     if not len(observation.scene(UP_HANDED_OVER).commands):
         return ''
     return 'the stick still sent velocities while the robot was handed over'
 
 
-def _regains(observation: Observation) -> Reason:
+def _why_not_regained(observation: Observation) -> Reason:
     _require_hand_over(observation)
-    reason = _publishes(observation, TAKE_BACK, wanted=False)
+    reason = _why_not_published(observation, TAKE_BACK, wanted=False)
     if reason or len(observation.scene(UP_TAKEN_BACK).moving):
         return reason
     return 'after B the stick did not move the robot'
 
 
-def _resets(observation: Observation) -> Reason:
+def _why_not_reset(observation: Observation) -> Reason:
     scene = observation.scene(RESET_BUTTON)
     facts = scene.facts
     if not facts[CALLS]:
@@ -130,7 +132,7 @@ def _resets(observation: Observation) -> Reason:
     return ''
 
 
-def _not_blocked(observation: Observation) -> Reason:
+def _why_blocked(observation: Observation) -> Reason:
     scene = observation.scene(RESET_WITHOUT_SERVICE)
     if not len(scene.moving):
         return 'after Y without a reset service the stick did not drive any more'
@@ -140,7 +142,7 @@ def _not_blocked(observation: Observation) -> Reason:
     return f'after Y without a reset service the stick did not drive for {seconds:.1f} s'
 
 
-def _says_why_not(observation: Observation) -> Reason:
+def _why_no_error_printed(observation: Observation) -> Reason:
     scene = observation.scene(RESET_WITHOUT_SERVICE)
     if exceptions_in(scene):
         return 'after Y without a reset service there was a traceback'
@@ -148,26 +150,27 @@ def _says_why_not(observation: Observation) -> Reason:
         return f'after Y without a reset service it said "{PRINTED_RESET}"'
     if scene.printed.strip():
         return ''
-    blocked = '' if len(scene.moving) else \
-        ', and the stick did not drive: does it wait for the service without a timeout?'
-    return ('after Y without a reset service nothing was printed within '
-            f'{scene.end - scene.begin:.1f} s{blocked}')
+    reason = ('after Y without a reset service nothing was printed within '
+              f'{scene.end - scene.begin:.1f} s')
+    if not len(scene.moving):
+        reason += ', and the stick did not drive: does it wait for the service without a timeout?'
+    return reason
 
 
-def _says_success(observation: Observation) -> Reason:
+def _why_no_success_printed(observation: Observation) -> Reason:
     printed = observation.scene(RESET_BUTTON).printed
     if PRINTED_RESET.lower() in printed.lower():
         return ''
     return f'"{PRINTED_RESET}." was not printed after Y'
 
 
-def _latches(observation: Observation) -> Reason:
+def _why_not_latched(observation: Observation) -> Reason:
     if observation.scene(HAND_OVER).facts[LATCHED]:
         return ''
     return 'a subscriber that came after A heard nothing on ctrl_relinq'
 
 
-def _calls_once(observation: Observation) -> Reason:
+def _why_not_called_once(observation: Observation) -> Reason:
     calls = observation.scene(RESET_BUTTON).facts[CALLS]
     return '' if calls == 1 else f'Y, held for a moment, called the reset {calls} times'
 
@@ -179,34 +182,35 @@ def _stick_limits(bounds: Bounds, unit: str) -> str:
 
 
 CRITERIA = [
-    Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, starts, limits=IN_TIME),
+    Criterion('starts', STICKS, 'runs and listens to joy', BY_THUMB, why_not_started,
+              limits=IN_TIME),
     Criterion('drives', STICKS, f'left stick drives forward and back, at most {MAX_LINEAR_SPEED:g} '
-              'm/s', BY_THUMB, _drives, limits=_stick_limits(FULL_SPEED, 'm/s')),
+              'm/s', BY_THUMB, _why_not_driven, limits=_stick_limits(FULL_SPEED, 'm/s')),
     Criterion('turns', STICKS, f'right stick turns left and right, at most {MAX_ANGULAR_SPEED:g} '
-              'rad/s', BY_THUMB, _turns, limits=_stick_limits(FULL_TURN, 'rad/s')),
+              'rad/s', BY_THUMB, _why_not_turned, limits=_stick_limits(FULL_TURN, 'rad/s')),
     Criterion('lets_go', STICKS, 'the robot stops when the sticks are let go', BY_THUMB,
-              _stops_when_let_go,
-              limits='zero velocity ' + STOPS_AT_ONCE),
+              _why_not_stopped_when_let_go, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('relinquishes', BUTTONS, 'A publishes True on ctrl_relinq', BY_THUMB,
-              partial(_publishes, name=HAND_OVER, wanted=True), limits=within(PUBLISH_TIME)),
+              partial(_why_not_published, name=HAND_OVER, wanted=True),
+              limits=within(PUBLISH_TIME)),
     Criterion('silent_meanwhile', BUTTONS, 'sends no velocity while the robot is handed over',
-              BY_THUMB, _silent_meanwhile, limits=f'the stick is up for {STICK_TIME:g} s'),
+              BY_THUMB, _why_not_silent, limits=f'the stick is up for {STICK_TIME:g} s'),
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
-              BY_THUMB, _regains,
+              BY_THUMB, _why_not_regained,
               limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_TIME:g} s'),
-    Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP, _resets,
-              limits=within(RESET_TIME) + ', by a quaternion of length 1'),
+    Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
+              _why_not_reset, limits=within(RESET_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
-              _says_success, limits=within(RESET_TIME)),
-    ends_cleanly(BUTTONS, BY_THUMB),
+              _why_no_success_printed, limits=within(RESET_TIME)),
+    clean_exit_criterion(BUTTONS, BY_THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', BY_THUMB,
-              _says_why_not, limits=within(RESET_TIME)),
+              _why_no_error_printed, limits=within(RESET_TIME)),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', BEYOND,
-              stops_robot, extra=True, limits=STOPS_AT_ONCE),
+              why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', BEYOND,
-              _not_blocked, extra=True, limits='the stick drives ' + within(UNBLOCKED_TIME)),
-    Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _calls_once, extra=True),
+              _why_blocked, extra=True, limits='the stick drives ' + within(UNBLOCKED_TIME)),
+    Criterion('once', BUTTONS, 'Y, held, is one call', BEYOND, _why_not_called_once, extra=True),
     Criterion('latched', BUTTONS, 'ctrl_relinq is latched', BEYOND,
-              _latches, extra=True, limits='heard ' + within(PUBLISH_TIME)),
-    stops_when_lost('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),
+              _why_not_latched, extra=True, limits='heard ' + within(PUBLISH_TIME)),
+    lost_device_criterion('lost_pad', 'stops the robot', 'the pad', PAD_SILENT, BEYOND),
 ]

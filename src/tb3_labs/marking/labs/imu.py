@@ -5,7 +5,8 @@ from typing import List
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.handout import IMU_GOODBYE, PRINTED_HEADING
 from tb3_labs.marking.labs.criteria import (
-    CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, ends_cleanly, prints, starts)
+    CTRL_C, IMU_EXTRAS, IN_TIME, Criterion, Reason, clean_exit_criterion, why_not_printed,
+    why_not_started)
 from tb3_labs.marking.labs.stimuli import (
     HAIR_BELOW_ZERO, HEADING, HEADING_DEG, ODD_SAMPLES, READING_TIME, STANDING_HEADINGS,
     VALID_HEADING_DEG, VALID_TIME, ZERO_QUATERNION)
@@ -35,21 +36,22 @@ def _headings_at_rest(observation):
     scenes = [observation.scene(name) for name in STANDING_HEADINGS]
     if not any(headings(scene.printed) for scene in scenes):
         before = len(headings(scenes[0].process.printed))
-        why = f'it printed {before} at its start, and then none' if before else why_unprinted(
-            scenes[-1])
+        why = f'it printed {before} at its start, and then none'
+        if not before:
+            why = why_unprinted(scenes[-1])
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
     for scene in map(observation.scene, STANDING_HEADINGS):    # sets the moment of the verdict
         yield scene.facts[HEADING_DEG], headings(scene.printed)
 
 
-def _prints_heading(observation: Observation) -> Reason:
+def _why_no_heading(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         if not printed:
             return f'nothing was printed while the robot stood at {heading:.0f} degrees'
     return ''
 
 
-def _prints_right_heading(observation: Observation) -> Reason:
+def _why_wrong_heading(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
             if abs(difference_degrees(number, heading)) > HEADING_TOLERANCE:
@@ -57,7 +59,7 @@ def _prints_right_heading(observation: Observation) -> Reason:
     return ''
 
 
-def _prints_from_0_to_360(observation: Observation) -> Reason:
+def _why_not_from_0_to_360(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
             if not 0.0 <= number < 360.0:
@@ -65,17 +67,18 @@ def _prints_from_0_to_360(observation: Observation) -> Reason:
     return ''
 
 
-def _says_goodbye(observation: Observation) -> Reason:
-    reason = prints(observation, IMU_GOODBYE)
+def _why_no_goodbye(observation: Observation) -> Reason:
+    reason = why_not_printed(observation, IMU_GOODBYE)
     if reason:
         return reason
     printed = observation.scene(CTRL_C[0], may_die=True).printed
     late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
-    return '' if late <= MOST_LATE_HEADINGS else \
-        f'{late} headings were printed after "{IMU_GOODBYE}"'
+    if late <= MOST_LATE_HEADINGS:
+        return ''
+    return f'{late} headings were printed after "{IMU_GOODBYE}"'
 
 
-def _never_360(observation: Observation) -> Reason:
+def _why_360_printed(observation: Observation) -> Reason:
     printed = headings(observation.scene(HAIR_BELOW_ZERO).printed)
     if not printed:
         return 'nothing was printed while the IMU was just below zero'
@@ -84,7 +87,7 @@ def _never_360(observation: Observation) -> Reason:
     return ''
 
 
-def _survives_nonsense(observation: Observation) -> Reason:
+def _why_not_survived(observation: Observation) -> Reason:
     scene = observation.scene(ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
@@ -95,19 +98,20 @@ def _survives_nonsense(observation: Observation) -> Reason:
 
 
 CRITERIA = [
-    Criterion('starts', HEADING, 'runs and listens to imu', LISTENING_STEP, starts, limits=IN_TIME),
+    Criterion('starts', HEADING, 'runs and listens to imu', LISTENING_STEP, why_not_started,
+              limits=IN_TIME),
     Criterion('prints_heading', HEADING, 'prints "{}."'.format(PRINTED_HEADING.format('...')),
-              EXERCISE_STEP, _prints_heading, limits=f'within {READING_TIME:g} s at each heading'),
+              EXERCISE_STEP, _why_no_heading, limits=f'within {READING_TIME:g} s at each heading'),
     Criterion('heading_right', HEADING, 'prints the heading of the IMU', EXERCISE_STEP,
-              _prints_right_heading, limits=f'within {HEADING_TOLERANCE:g} degree'),
+              _why_wrong_heading, limits=f'within {HEADING_TOLERANCE:g} degree'),
     Criterion('from_0_to_360', HEADING, 'counts the heading from 0 to 360 degrees', EXERCISE_STEP,
-              _prints_from_0_to_360),
+              _why_not_from_0_to_360),
     Criterion('says_goodbye', HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
-              CTRL_C_STEP, _says_goodbye,
+              CTRL_C_STEP, _why_no_goodbye,
               limits=f'{MOST_LATE_HEADINGS} more heading may follow'),
-    ends_cleanly(HEADING, CTRL_C_STEP),
-    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _never_360,
+    clean_exit_criterion(HEADING, CTRL_C_STEP),
+    Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _why_360_printed,
               extra=True),
     Criterion('survives_nonsense', ODD_SAMPLES, 'goes on after a quaternion of zeros', IMU_EXTRAS,
-              _survives_nonsense, extra=True, limits=f'within {VALID_TIME:g} s'),
+              _why_not_survived, extra=True, limits=f'within {VALID_TIME:g} s'),
 ]

@@ -14,7 +14,8 @@ from tb3_labs.handout import (
     MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
-    ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost, within)
+    clean_exit_criterion, lost_device_criterion, why_not_started, why_not_stopped,
+    why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     ANGLE_BEFORE_RESET, AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE,
     DRIVE_TIME, DROVE_STRAIGHT, FARTHEST, FIRST_DRIVE, OBSERVATION_TIME, ODOMETRY_SILENT, OFFSET,
@@ -30,17 +31,17 @@ from tb3_labs.watch.chains import (
 #: After its arrival the node may send commands for this time [s].
 SILENT_AFTER = 0.5
 #: After a reset in a drive, the node turns the robot by at least this angle [deg].
-LEAST_TURN = 20.0
+LEAST_TURN_IN_DRIVE = 20.0
 REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
-#: The robot may coast by this after a stop command.
+#: After a stop command the robot may coast this far.
 COAST_DISTANCE = 0.02       # [m]
 COAST_DEG = 2.0
 #: The tolerances of the criterion beyond the handout.
 EXACT_DISTANCE = 0.02       # [m]
 EXACT_DEG = 1.0
-#: Words for the requirement on the heading, and for the limits of place and heading.
+#: Texts of the criteria: the requirement on the heading, and the limits of place and heading.
 FACES_GOAL = f'faces {GOAL_YAW_DEG:g} degrees'
 PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for stopping; begun ' \
     f'{within(REACTION_TIME)}, over {within(DRIVE_TIME)}, never {FARTHEST:g} m away'
@@ -53,8 +54,8 @@ SECOND_DRIVE_STEP = THE_RESET.at_step(2)
 TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)
 
 
-def _ends_at_place(observation: Observation, name: str,
-                   tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
+def _why_not_at_place(observation: Observation, name: str,
+                      tolerance: float = DISTANCE_TOLERANCE + COAST_DISTANCE) -> Reason:
     """Judges whether the drive `name` ended at most `tolerance` [m] from the goal."""
     scene = _scene_of_drive(observation, name)
     distance = _end_of(scene).distance_to(Pose2(*scene.facts[GOAL_POSE]))
@@ -63,8 +64,8 @@ def _ends_at_place(observation: Observation, name: str,
     return '' if distance <= tolerance else f'it stopped {distance:.2f} m from the goal'
 
 
-def _ends_at_heading(observation: Observation, name: str,
-                     tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
+def _why_not_at_heading(observation: Observation, name: str,
+                        tolerance: float = TOLERANCE_DEG + COAST_DEG) -> Reason:
     """Judges whether the drive `name` ended at most `tolerance` [deg] from the goal's heading."""
     scene = _scene_of_drive(observation, name)
     if not scene.facts[RESTED]:
@@ -87,10 +88,10 @@ def _scene_of_drive(observation: Observation, name: str) -> Scene:
     """Returns the Scene of a drive. ``NotObserved`` if the node did not move the robot."""
     scene = observation.scene(name)
     if not scene.facts[MOVED]:
-        listens = scene.process.listens
-        why = f'it does not listen to {CTRL_RELINQ_TOPIC}'
-        if '/' + CTRL_RELINQ_TOPIC in listens or not listens:
-            why = why_idle(scene)
+        subscribed = scene.process.subscribed
+        why = why_idle(scene)
+        if subscribed and '/' + CTRL_RELINQ_TOPIC not in subscribed:
+            why = f'it does not listen to {CTRL_RELINQ_TOPIC}'
         raise NotObserved(f'it got control, but did not move the robot: {why}')
     return scene
 
@@ -100,13 +101,13 @@ def _end_of(scene: Scene) -> Pose2:
     return Pose2(*scene.facts[LOCAL_T_WORLD]) @ Pose2(*scene.truth[-1, 1:])
 
 
-def _says_reached(observation: Observation) -> Reason:
+def _why_not_once(observation: Observation) -> Reason:
     number = len(REACHED.findall(observation.scene(FIRST_DRIVE).printed
                                  + observation.scene(AT_GOAL).printed))
     return '' if number == 1 else f'"{PRINTED_REACHED}!" was printed {number} times'
 
 
-def _silent_at_goal(observation: Observation) -> Reason:
+def _why_not_silent_at_goal(observation: Observation) -> Reason:
     drive = _scene_of_drive(observation, FIRST_DRIVE)
     if not drive.facts[RESTED]:
         return 'it never arrived'
@@ -118,7 +119,7 @@ def _silent_at_goal(observation: Observation) -> Reason:
     return ''
 
 
-def _within_limits(observation: Observation) -> Reason:
+def _why_not_within_limits(observation: Observation) -> Reason:
     commands = np.vstack([
         drive.commands for drive in observation.scenes((FIRST_DRIVE, SECOND_DRIVE))])
     if not len(commands):
@@ -132,63 +133,67 @@ def _within_limits(observation: Observation) -> Reason:
     return f'it commanded up to {linear:.2f} m/s and {angular:.1f} rad/s'
 
 
-def _accepts_reset(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
+def _why_reset_failed(observation: Observation, name: str = RESET_TO_ORIGIN) -> Reason:
     problem = observation.scene(name).facts[RESET_PROBLEM]
     if 'returned None' in problem:
         problem += ' (does its callback return a response?)'
     return 'the reset failed: ' + problem if problem else ''
 
 
-def _resets(observation: Observation) -> Reason:
+def _why_not_reset(observation: Observation) -> Reason:
     """Judges the name of the reset service, and the effect of a reset at rest and in a drive."""
     name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
-    reason = _accepts_reset(observation)
-    if reason or name:
-        return reason or f'its reset is called {name}, not /{SET_POSE_SERVICE}'
+    reason = _why_reset_failed(observation)
+    if reason:
+        return reason
+    if name:
+        return f'its reset is called {name}, not /{SET_POSE_SERVICE}'
     scene = observation.scene(RESET_IN_DRIVE)
-    if scene.facts[WAS_MOVING] and not scene.facts[DROVE_STRAIGHT]:
+    reason = _why_reset_failed(observation, RESET_IN_DRIVE)
+    if not scene.facts[WAS_MOVING]:
+        return reason
+    if not scene.facts[DROVE_STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
-    reason = _accepts_reset(observation, RESET_IN_DRIVE)
-    if reason or not scene.facts[WAS_MOVING] or abs(scene.turned_deg) >= LEAST_TURN:
+    if reason or abs(scene.turned_deg) >= LEAST_TURN_IN_DRIVE:
         return reason
     return ('after a reset in the middle of a drive it did not turn to the goal of the new frame, '
             f'but by {scene.turned_deg:.0f} degrees in {TURN_TIME_IN_DRIVE:g} s')
 
 
-def _waits(observation: Observation) -> Reason:
-    """Judges whether the robot rested while the node had no control, after the node's start and
-    during a reset."""
-    moved = len(observation.scene(WITHOUT_CONTROL).moving)
+def _why_not_waited(observation: Observation) -> Reason:
+    """Judges whether the robot rested while the node had no control: after the start of the node,
+    and during a reset."""
+    moved = len(observation.scene(WITHOUT_CONTROL).moving) > 0
     if not moved and observation.has(RESET_TO_ORIGIN):
         scene = observation.scene(RESET_TO_ORIGIN, may_die=True)
-        moved = len(scene.moving) and not scene.facts.get(WAS_MOVING)
+        moved = len(scene.moving) > 0 and not scene.facts.get(WAS_MOVING)
     if not moved:
         return ''
     return ('it moved the robot without having control: does control_loop look at has_control, '
             'which True on ctrl_relinq sets and False clears?')
 
 
-def _control_taken(observation: Observation) -> Reason:
+def _why_control_kept(observation: Observation) -> Reason:
     scene = observation.scene(CONTROL_TAKEN)
     if not scene.facts[WAS_MOVING]:
         return 'it did not move the robot, so that a stop could not be seen'
-    return not_stopped(scene, 'control was taken')
+    return why_not_stopped(scene, 'control was taken')
 
 
-def _arrives_exactly(observation: Observation) -> Reason:
+def _why_not_exact(observation: Observation) -> Reason:
     for name in FIRST_DRIVE, SECOND_DRIVE:
-        reason = (_ends_at_place(observation, name, EXACT_DISTANCE)
-                  or _ends_at_heading(observation, name, EXACT_DEG))
+        reason = (_why_not_at_place(observation, name, EXACT_DISTANCE)
+                  or _why_not_at_heading(observation, name, EXACT_DEG))
         if reason:
             return reason
     return ''
 
 
-def _arrives(observation: Observation, name: str) -> Reason:
-    return _ends_at_place(observation, name) or _ends_at_heading(observation, name)
+def _why_not_arrived(observation: Observation, name: str) -> Reason:
+    return _why_not_at_place(observation, name) or _why_not_at_heading(observation, name)
 
 
-def _says_reset(observation: Observation) -> Reason:
+def _why_no_reset_printed(observation: Observation) -> Reason:
     printed = observation.scene(RESET_TO_ORIGIN).printed
     if PRINTED_POSE_SET.lower() in printed.lower():
         return ''
@@ -205,48 +210,50 @@ def remarks_on_parts(observation: Observation, parts: Sequence[str]) -> List[str
 
 
 CRITERIA = [
-    Criterion('starts', DRIVE, 'runs and listens to odom', FOUR_STATES, starts, limits=IN_TIME),
+    Criterion('starts', DRIVE, 'runs and listens to odom', FOUR_STATES, why_not_started,
+              limits=IN_TIME),
     Criterion('waits', DRIVE, 'does not move before it has control', FOUR_STATES,
-              _waits, limits=f'for {OBSERVATION_TIME:g} s, and after a reset'),
+              _why_not_waited, limits=f'for {OBSERVATION_TIME:g} s, and after a reset'),
     Criterion('goal_place', DRIVE, f'drives to ({GOAL_X:g}, {GOAL_Y:g})', FOUR_STATES,
-              partial(_ends_at_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
+              partial(_why_not_at_place, name=FIRST_DRIVE), limits=PLACE_LIMITS),
     Criterion('goal_heading', DRIVE, FACES_GOAL + ' there', FOUR_STATES,
-              partial(_ends_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
-    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _says_reached),
+              partial(_why_not_at_heading, name=FIRST_DRIVE), limits=HEADING_LIMITS),
+    Criterion('says_reached', DRIVE, f'says "{PRINTED_REACHED}!" once', FOUR_STATES, _why_not_once),
     Criterion('silent_at_goal', DRIVE, 'sends nothing on cmd_vel at the goal', FOUR_STATES,
-              _silent_at_goal, limits='a zero velocity, then nothing from '
+              _why_not_silent_at_goal, limits='a zero velocity, then nothing from '
               f'{SILENT_AFTER:g} s after its arrival on'),
     Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
-              f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _within_limits,
+              f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _why_not_within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
-    Criterion('resets', RESET,
-              f'a service /{SET_POSE_SERVICE} resets the local frame, also in a drive', THE_RESET,
-              _resets, limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
-              f'turns by {LEAST_TURN:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
+    Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
+              'a drive', THE_RESET, _why_not_reset,
+              limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
+              f'turns by {LEAST_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              THE_RESET, _says_reset, limits=within(PRINT_TIME) + ' after the answer'),
+              THE_RESET, _why_no_reset_printed, limits=within(PRINT_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '
               f'{ANGLE_BEFORE_RESET:g} degrees and a reset', SECOND_DRIVE_STEP,
               lambda observation: (
-                  _accepts_reset(observation) or _ends_at_place(observation, SECOND_DRIVE)),
+                  _why_reset_failed(observation) or _why_not_at_place(observation, SECOND_DRIVE)),
               limits='as goal_place'),
     Criterion('second_heading', RESET, FACES_GOAL + ' of the new frame', SECOND_DRIVE_STEP,
               lambda observation: (
-                  _accepts_reset(observation) or _ends_at_heading(observation, SECOND_DRIVE)),
+                  _why_reset_failed(observation) or _why_not_at_heading(observation, SECOND_DRIVE)),
               limits='as goal_heading'),
     Criterion('control_taken', CONTROL, 'stops the robot at once when control is taken',
-              FOUR_STATES, _control_taken, limits='zero velocity ' + STOPS_AT_ONCE),
-    ends_cleanly(CONTROL, FOUR_STATES),
+              FOUR_STATES, _why_control_kept, limits='zero velocity ' + STOPS_AT_ONCE),
+    clean_exit_criterion(CONTROL, FOUR_STATES),
     Criterion('stops_robot', CONTROL, 'at Ctrl+C in a drive sends zero velocity', BEYOND,
-              stops_robot, extra=True, limits=STOPS_AT_ONCE),
+              why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
     Criterion('exact', RESET, f'both drives are within {EXACT_DISTANCE:g} m and '
-              f'{EXACT_DEG:g} degree', ANALYSIS, _arrives_exactly, extra=True, also=DRIVE),
+              f'{EXACT_DEG:g} degree', ANALYSIS, _why_not_exact, extra=True, second_part=DRIVE),
     Criterion('declared_pose', DECLARED, 'drives from a declared pose that is not the origin',
-              BEYOND, lambda observation: (_accepts_reset(observation, RESET_ELSEWHERE)
-                                           or _arrives(observation, DECLARED_DRIVE)), extra=True,
-              limits='as goal_place and goal_heading'),
+              BEYOND, lambda observation: (_why_reset_failed(observation, RESET_ELSEWHERE)
+                                           or _why_not_arrived(observation, DECLARED_DRIVE)),
+              extra=True, limits='as goal_place and goal_heading'),
     Criterion('offset_imu', OFFSET, 'drives with an IMU whose zero is not that of the odometry',
-              TWO_ZEROS_STEP, partial(_arrives, name=OFFSET_DRIVE), extra=True,
+              TWO_ZEROS_STEP, partial(_why_not_arrived, name=OFFSET_DRIVE), extra=True,
               limits='as goal_place and goal_heading'),
-    stops_when_lost('lost_odometry', 'stops the robot', 'the odometry', ODOMETRY_SILENT, BEYOND),
+    lost_device_criterion('lost_odometry', 'stops the robot', 'the odometry', ODOMETRY_SILENT,
+                          BEYOND),
 ]

@@ -24,7 +24,7 @@ from tb3_labs.ros.rospy_internals import connection_of
 
 #: The marker presses a button for this time [s].
 PRESS_TIME = 0.15
-#: The marker presses Y for this time [s]. A node should call the reset once in this time.
+#: The marker presses Y for this time [s]. While Y is pressed, a node should call the reset once.
 Y_PRESS_TIME = 0.6
 
 
@@ -82,8 +82,7 @@ def buttons(trial):
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
-                # at first, only the right name is there
-                for names in ((SET_POSE_SERVICE,), RESET_NAMES):
+                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # first the right name alone
                     if calls:
                         break
                     services.offer(names)
@@ -92,7 +91,7 @@ def buttons(trial):
                     time.sleep(DELIVERY_TIME)
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
-                    stimuli.CALLS: len(calls), stimuli.SERVICE_NAME: calls[0][0] if calls else '',
+                    stimuli.CALLS: len(calls), stimuli.SERVICE_NAME: services.called_name,
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
             trial.remark(f'{remark} See {Y_STEP}.'
@@ -156,30 +155,30 @@ PARTS = {stimuli.STICKS: sticks, stimuli.BUTTONS: buttons, stimuli.NO_SERVICE: n
 # -- a reset service of any type
 
 def is_origin(request):
-    """Does a request declare the pose (0, 0, 0), or no pose?"""
+    """Returns False if a request declares a pose that is not (0, 0, 0)."""
     return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
                if kind in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
-    """Does each quaternion of a request have the length 1?"""
+    """Returns False if a quaternion of a request does not have the length 1."""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
                for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
-    """Does each covariance of a request have a number that is not zero?"""
+    """Returns False if a request has a covariance of zeros alone."""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
 class _AnySum(str):
-    """A checksum that rospy finds equal to the checksum of each client."""
+    """A checksum that equals every other checksum, so that rospy accepts every client."""
 
     def __ne__(self, other):
         return False
 
 
-#: The class of a service of any type, as rospy expects such a class.
+#: rospy takes this object for the class of a service. It fits clients of any type.
 ANY_TYPE = SimpleNamespace(_type='*', _md5sum=_AnySum('*'), _request_class=AnyMsg,
                            _response_class=AnyMsg)
 
@@ -191,12 +190,14 @@ class ResetServices:
     place of a request of an unknown type.
 
     A client's checksum shows the type of its service. The fields of a student's own type are not
-    read. If a version of rospy compares the checksums in another way, or does not hand over the
-    header and the bytes of an AnyMsg, launch/checks/check_gamepad.test and test/ros/mark.test fail.
+    read. Another version of rospy may compare checksums in another way, or may hand over an AnyMsg
+    without its header and bytes. Then launch/checks/check_gamepad.test and test/ros/mark.test fail.
     """
 
     def __init__(self, trial):
-        self.calls, self._types, self._services = [], trial.node.graph.types.by_sum(), {}
+        self.calls = []
+        self._types = trial.node.graph.types.by_sum()
+        self._services = {}
         self._recording = trial.recording
         self.offer(RESET_NAMES)
 
@@ -205,6 +206,11 @@ class ResetServices:
 
     def __exit__(self, *problem):
         self.offer(())
+
+    @property
+    def called_name(self):
+        """The service of the first call; '' without a call."""
+        return self.calls[0][0] if self.calls else ''
 
     def offer(self, names):
         """Offer the services `names`, and end all other reset services."""
@@ -221,9 +227,10 @@ class ResetServices:
         request = kind._request_class().deserialize(raw._buff)
         self.calls.append((name, request))
         self._recording.event('call', service=name, of=kind._type, request=str(request))
-        response, buffer = kind._response_class(), BytesIO()
-        for name, value in (('success', True), ('message', 'reset')):
-            if name in response.__slots__:
-                setattr(response, name, value)
+        response = kind._response_class()
+        for field, value in (('success', True), ('message', 'reset')):
+            if field in response.__slots__:
+                setattr(response, field, value)
+        buffer = BytesIO()
         response.serialize(buffer)
         return AnyMsg().deserialize(buffer.getvalue())

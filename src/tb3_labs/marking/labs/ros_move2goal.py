@@ -1,7 +1,8 @@
 """Scripts for the trials of the Transformation lab, and calls of the node's reset service.
 
 The service has the handout's type, ResetPose of this package, a type of std_srvs, or a student's
-own type. For a student's own type only a request with the pose (0, 0, 0) is known.
+own type. The marker does not know the fields of a student's own type. A request of such a type
+declares the pose (0, 0, 0).
 """
 import math
 import threading
@@ -30,13 +31,13 @@ OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
 RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
-#: If no service has one of RESET_NAMES, a service with one of these words in its name is the reset.
+#: If no service has one of RESET_NAMES, a service with such a word in its name is taken.
 RESET_WORDS = ('reset', 'pose')
 
 
 def fields_of(message):
-    """Yields name, type and value of each field of a message, and then of the fields within a
-    field. Headers are left out."""
+    """Yields (name, type, value) for each field of a message. The fields inside a field come
+    right after this field. Headers are left out."""
     for name, kind in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
         if kind != 'std_msgs/Header':
@@ -62,14 +63,15 @@ class ResetCaller:
     """Calls the reset service of a Trial's node."""
 
     def __init__(self, trial):
-        graph, self._recording = trial.node.graph, trial.recording
+        graph = trial.node.graph
+        self._recording = trial.recording
         last_names = {name: name.rsplit('/', 1)[-1].lower() for name in graph.at_role(OFFERS)}
         likely = sorted(name for name, last in last_names.items()
                         if any(word in last for word in RESET_WORDS))
         usual = [name for wanted in RESET_NAMES for name in likely if last_names[name] == wanted]
         #: The name of the reset service; '' if the node offers no reset service.
         self.name = (usual + likely + [''])[0]
-        #: The name of the reset service if it is wrong; '' if it is SET_POSE_SERVICE.
+        #: The name of the reset service if the name is wrong; '' if the name is SET_POSE_SERVICE.
         self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._kind = graph.service(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?
@@ -91,13 +93,14 @@ class ResetCaller:
         answers = []
 
         def call():
+            problem = ''
             try:
                 response = rospy.ServiceProxy(self.name, self._kind)(request)
-                refused = getattr(response, 'success', True) is False
-                answers.append(f"it was refused: {getattr(response, 'message', '')}"[:200]
-                               if refused else '')
-            except (rospy.ServiceException, rospy.ROSException, TypeError) as problem:
-                answers.append(str(problem)[:200])
+                if getattr(response, 'success', True) is False:
+                    problem = f"it was refused: {getattr(response, 'message', '')}"
+            except (rospy.ServiceException, rospy.ROSException, TypeError) as exception:
+                problem = str(exception)
+            answers.append(problem[:200])
         threading.Thread(target=call, daemon=True).start()
         if not wait_until(lambda: answers, stimuli.RESET_ANSWER_TIME):
             return f'{self.name} did not answer within {stimuli.RESET_ANSWER_TIME:g} s'
@@ -111,7 +114,7 @@ class Control:
     def __init__(self, trial):
         self._trial = trial
         self._control = rospy.Publisher(CTRL_RELINQ_TOPIC, Bool, queue_size=1, latch=True)
-        self.take()     # a node may ignore a True that comes first, since it may be old
+        self.take()     # a node may take a first True for an old message, and ignore it
 
     def give(self):
         self._control.publish(Bool(True))
@@ -120,8 +123,7 @@ class Control:
         self._control.publish(Bool(False))
 
     def drive(self, name, local_T_base=Pose2(), start=None):
-        """Give control to the node, and record its drive as the stimulus `name`, until the robot
-        has arrived or is too far away.
+        """Record the stimulus `name`: give control until the robot has arrived or is too far away.
 
         When the robot stood at its true pose `start`, it had the pose `local_T_base` in the local
         frame. By default `start` is the robot's present pose.
@@ -136,23 +138,21 @@ class Control:
             lambda: recorder.pose.distance_to(start) > stimuli.FARTHEST)
 
     def start_driving(self):
-        """Make the node drive. Returns True in the middle of the drive, False without a drive.
-
-        A running node gets a reset. If it does not run, or cannot be reset, it is started again.
-        """
+        """Make the node drive. Returns True while the robot drives, False without a drive. A node
+        that runs gets a reset. A node that ended, or cannot be reset, is started again."""
         return self._trial.set_in_motion(self._is_ready, self.give, stimuli.REACTION_TIME)
 
     def _is_ready(self):
         self.take()
         node = self._trial.node
-        if not (node.alive and wait_until(self._trial.recorder.rests, STOP_REST_TIME)
-                and reset_to_origin(self._trial)):
+        is_idle = node.alive and wait_until(self._trial.recorder.rests, STOP_REST_TIME)
+        if not (is_idle and reset_to_origin(self._trial)):
             node.stop()
         return node.alive
 
 
 def reset_to_origin(trial):
-    """Reset the node's frame, so that the robot is at (0, 0, 0). Returns False after a failure."""
+    """Reset the node's frame, so that the robot is at (0, 0, 0). Returns False if this failed."""
     caller = ResetCaller(trial)
     return bool(caller.name) and not caller.call(Pose2())
 
@@ -184,8 +184,8 @@ def reset(trial):
 
 
 def _reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_TIME, straight=True):
-    """Call the reset service with `pose`, and wait for `seconds` [s]. This is recorded as the
-    stimulus `name`. Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
+    """Record the stimulus `name`: call the reset service with `pose`, and wait for `seconds` [s].
+    Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - INTERRUPTION_TIME),
              stimuli.DROVE_STRAIGHT: straight, stimuli.WRONG_NAME: caller.wrong_name}
     with trial.stimulus(name, facts) as stimulus:
@@ -226,8 +226,8 @@ def declared(trial):
     trial.node.start()
     caller = ResetCaller(trial)
     if not caller.takes_pose:
-        trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE],
-                          'its reset takes no pose' if caller.name else OFFERS_NO_RESET)
+        reason = 'its reset takes no pose' if caller.name else OFFERS_NO_RESET
+        trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
     if _reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(stimuli.DECLARED_DRIVE, DECLARED_POSE)
 
@@ -239,11 +239,11 @@ def offset(trial):
     trial.node.stop()
     board = rospy.Publisher(ROBOT_RESET, Empty, queue_size=1)
     wait_until(board.get_num_connections, 5.0)
-    if not trial.robot.turn_to(100.0):     # the reset makes this difference to the IMU [deg]
+    if not trial.robot.turn_to(100.0):     # so that the zeros of IMU and odometry differ [deg]
         trial.not_offered([stimuli.OFFSET_DRIVE],
                           'the robot did not come to rest, so that it could not be reset')
     board.publish()
-    time.sleep(3.2)     # the board recalibrates for a shorter time
+    time.sleep(3.2)     # the calibration of the board takes less time
     trial.node.start()
     reset_to_origin(trial)
     control.drive(stimuli.OFFSET_DRIVE)

@@ -25,7 +25,7 @@ from tb3_labs.ros.conversions import to_quaternion
 MARKERS_IMU = 'probe/imu'
 #: The marker repeats an odd sample for this time [s].
 ODD_SAMPLE_TIME = 0.6
-#: Yaws of samples just below zero [rad].
+#: The yaws of the samples just below zero [rad].
 YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
 #: A turn is over when the robot rests and the node has commanded no movement for this time [s].
 TURN_REST_TIME = 0.4
@@ -34,7 +34,7 @@ TURN_REST_TIME = 0.4
 def exercise(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
-    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # a node may change it later
+    offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # read before the node can change it
     node.start()
     for name, degrees in stimuli.STANDING_HEADINGS.items():
         trial.robot.turn_to(degrees - offset)
@@ -47,7 +47,7 @@ def exercise(trial):
 
 def odd_samples(trial):
     """Play an IMU, and send samples that a real IMU seldom sends."""
-    trial.node.start('imu:=' + MARKERS_IMU, listens=[MARKERS_IMU])
+    trial.node.start('imu:=' + MARKERS_IMU, needed=[MARKERS_IMU])
     with Repeater(MARKERS_IMU, Imu) as sensor:
         def send(orientation, seconds):
             sensor.hold(Imu(orientation=orientation))
@@ -72,9 +72,10 @@ class HeldMouse(Repeater):
     def __init__(self, graph, recording):
         #: The sign of y in the upper half of the screen.
         self.up = 1
-        self._recording, self._last_sent = recording, None
+        self._recording = recording
+        self._last_sent = None
         self._kind = graph.kind_of(MOUSE_INFO_TOPIC) or graph.types.message(MouseController._type)
-        #: The package of the type.
+        #: The package of the message type.
         self.package = self._kind._type.split('/')[0]
         #: `remarks` are sentences on fields whose names differ from the mouse lab's names.
         self._names, self.remarks = mouse_fields(self._kind.fields)
@@ -107,8 +108,8 @@ NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """Returns the names of a message's fields for status, x and y, and sentences on names that the
-    mouse lab does not have. `fields` has (name, type, ...) for each field.
+    """Returns the names of the three fields that have status, x and y, and a sentence on each name
+    that differs from the mouse lab's name. `fields` has (name, type, ...) for each field.
 
     If the names do not fit, the fields are chosen by type and order. Raises ``ValueError`` with a
     clause if the message has no flag, or fewer than two numbers.
@@ -122,8 +123,9 @@ def mouse_fields(fields):
     if not all(x_and_y):
         x_and_y = numbers[:2]
     chosen = [_similar_name(STATUS, flags) or flags[0], *x_and_y]
-    return chosen, [f'Your {name} was taken for {usual}.'
-                    for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
+    remarks = [f'Your {name} was taken for {usual}.'
+               for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
+    return chosen, remarks
 
 
 def _similar_name(usual, names):
@@ -153,12 +155,12 @@ def mouse_of(trial, names):
 
 def turns(trial):
     """Ask for six turns, then type an invalid input. Each turn begins at its own heading, even if
-    the turn before failed."""
+    the previous turn failed."""
     for name, turn in stimuli.TURN_STIMULI.items():
         trial.set_slip(turn.slip)
         _begin_at(trial, turn.begins_deg)
         _try_turn(trial, name, turn.typed, {REQUESTED_DEG: turn.requested_deg})
-    _begin_at(trial, 40.0)      # a right node ends the last turn at this heading [deg]
+    _begin_at(trial, 40.0)      # a correct node has ended the last turn at this heading [deg]
     trial.observe(stimuli.NONSENSE, stimuli.ANSWER_TIME,
                   lambda: trial.node.type(stimuli.TYPED_NONSENSE))
 
@@ -166,7 +168,8 @@ def turns(trial):
 def _begin_at(trial, heading):
     """Make sure that the robot rests near the heading [deg], and that the node runs."""
     is_elsewhere = abs(difference_degrees(trial.recorder.heading_deg, heading)) > 25.0   # [deg]
-    if is_elsewhere or not (trial.node.alive and trial.recorder.rests()):
+    is_idle = trial.node.alive and trial.recorder.rests()
+    if is_elsewhere or not is_idle:
         trial.node.stop()
         if is_elsewhere:
             trial.robot.turn_to(heading)
@@ -192,7 +195,8 @@ def mouse(trial):
 
 
 def both(trial):
-    """Ask for a turn while the mouse is active. Then move the mouse after a turn, and in a turn."""
+    """Ask for a turn while the mouse is active. Then move the mouse after a turn, and move it while
+    the robot turns."""
     if not _is_idle(trial):
         trial.node.start()
     with mouse_of(trial, stimuli.BESIDE_TURNS) as hand:
@@ -204,10 +208,11 @@ def both(trial):
         was_moving = trial.moves_after(lambda: trial.node.type(LEFT_KEY), stimuli.TURN_REACTION)
         time.sleep(INTERRUPTION_TIME)
         with trial.stimulus(stimuli.IN_TURN, {WAS_MOVING: was_moving}) as stimulus:
+            def has_driven():
+                commands = trial.recorder.commands_since(stimulus.begin)
+                return any_full_speed(commands, 1.0, -1.0)
             hand.at(0.0, 1.0)
-            wait_until(lambda: any_full_speed(
-                trial.recorder.commands_since(stimulus.begin), 1.0, -1.0),
-                stimuli.MOUSE_REACTION)
+            wait_until(has_driven, stimuli.MOUSE_REACTION)
         hand.at(0.0, 0.0, active=False, seconds=0.2)
 
 

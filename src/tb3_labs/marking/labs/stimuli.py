@@ -31,13 +31,13 @@ HEADING, ODD_SAMPLES = 'heading', 'odd samples'
 STANDING_HEADINGS = {f'at {heading:g} degrees': heading for heading in (50.0, 150.0, 220.0, 350.0)}
 #: The node must print its line at each heading within this time [s].
 READING_TIME = 1.5
-#: The stimuli by samples that a real IMU seldom sends.
+#: The stimuli with samples that a real IMU seldom sends.
 HAIR_BELOW_ZERO, ZERO_QUATERNION = 'a hair below zero', 'a quaternion of zeros'
 #: After the quaternion of zeros the marker sends samples with this heading [deg].
 VALID_HEADING_DEG = 57.0
-#: The marker sends these samples for this time [s].
+#: The marker sends the samples with VALID_HEADING_DEG for this time [s].
 VALID_TIME = 0.9
-#: Key of a fact of a stimulus, the IMU's heading while the robot stands [deg].
+#: Key of a fact: the IMU's heading while the robot stands [deg].
 HEADING_DEG = 'heading_deg'
 
 # -- the IMU lab
@@ -55,6 +55,7 @@ class TurnStimulus(NamedTuple):
     requested_deg: float    # the requested angle, left positive [deg]
     begins_deg: float       # the heading at which the turn begins [deg]
     slip: float = 0.0       # the share of the wheels' travel that slips
+    crossing: str = ''      # 'across 180' or 'across 0' if the heading jumps there, else ''
 
 
 #: The slip on a carpet, as a share of the wheels' travel. On a carpet, a node that turns for a
@@ -63,11 +64,11 @@ CARPET_SLIP = 0.3
 #: The turns, by their names.
 TURN_STIMULI = {
     LEFT_KEY: TurnStimulus(LEFT_KEY, TURN_DEG, 40.0),
-    'l across 180': TurnStimulus(LEFT_KEY, TURN_DEG, 130.0),
-    'r across 180': TurnStimulus(RIGHT_KEY, -TURN_DEG, 220.0, CARPET_SLIP),
+    'l across 180': TurnStimulus(LEFT_KEY, TURN_DEG, 130.0, crossing='across 180'),
+    'r across 180': TurnStimulus(RIGHT_KEY, -TURN_DEG, 220.0, CARPET_SLIP, 'across 180'),
     RIGHT_KEY: TurnStimulus(RIGHT_KEY, -TURN_DEG, 130.0, CARPET_SLIP),
-    'r across 0': TurnStimulus(RIGHT_KEY, -TURN_DEG, 40.0, CARPET_SLIP),
-    'l across 0': TurnStimulus(LEFT_KEY, TURN_DEG, -50.0, CARPET_SLIP),
+    'r across 0': TurnStimulus(RIGHT_KEY, -TURN_DEG, 40.0, CARPET_SLIP, 'across 0'),
+    'l across 0': TurnStimulus(LEFT_KEY, TURN_DEG, -50.0, CARPET_SLIP, 'across 0'),
 }
 NONSENSE = 'nonsense'       # the stimulus of an invalid input
 TYPED_NONSENSE = 'x'        # the invalid input
@@ -75,12 +76,12 @@ TYPED_NONSENSE = 'x'        # the invalid input
 TURN_REACTION = 3.0
 #: A turn lasts at most this time [s].
 TURN_TIME = 8.0
-#: A turn beside an active mouse may take this time [s]. The turn is slow if the node sends a zero
-#: for each message of the mouse.
+#: A turn beside an active mouse may take this time [s]. Such a turn is slow if the node sends a
+#: zero for each message of the mouse.
 BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
 #: The node answers an invalid input within this time [s].
 ANSWER_TIME = 1.0
-#: The stimuli of the mouse without turns, and of the mouse beside turns.
+#: The stimuli with the mouse alone, and the stimuli with the mouse and turns.
 MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
     'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
     'mouse half right and half down', 'mouse deactivated')
@@ -92,7 +93,8 @@ MOUSE_PLACES = {MOUSE_UP: (0.0, 1.0), NEAR_MIDDLE: (0.2, -0.2), MOUSE_LEFT: (-1.
                 HALF_WAY: (0.6, -0.6)}
 #: The marker holds the mouse at a place for this time [s].
 MOUSE_TIME = 0.8
-#: After the marker moved the mouse in a turn, the mouse drives the robot within this time [s].
+#: The marker moves the mouse while the robot turns. Within this time the mouse drives the robot
+#: [s].
 MOUSE_REACTION = 4.0
 
 # -- the Transformation lab, move to goal
@@ -104,7 +106,7 @@ WITHOUT_CONTROL, FIRST_DRIVE, AT_GOAL = 'without control', 'first drive', 'at th
 #: The stimuli of the part RESET.
 RESET_TO_ORIGIN, SECOND_DRIVE = 'reset to the origin', 'second drive'
 RESET_IN_DRIVE = 'reset in a drive'
-#: The stimuli of the other parts.
+#: The stimuli of the parts CONTROL, DECLARED, OFFSET and LOST.
 CONTROL_TAKEN = 'control taken'
 RESET_ELSEWHERE, DECLARED_DRIVE = 'reset to another pose', 'drive from a declared pose'
 OFFSET_DRIVE = 'drive with an offset IMU'
@@ -112,12 +114,12 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts of a reset.
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
-DROVE_STRAIGHT = 'straight'     # was the robot turned to the goal, and did it drive forward then?
+DROVE_STRAIGHT = 'straight'     # turned to the goal by the marker, did the robot drive forward?
 #: The marker observes the node for this time, before the node has control and at the goal [s].
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].
 RESET_ANSWER_TIME = 3.0
-#: After the answer the node prints its line on the reset within this time [s].
+#: After its answer to a reset, the node prints its line about the reset within this time [s].
 PRINT_TIME = 0.5
 #: Between the first drive and the reset, the marker turns the robot by this angle [deg].
 ANGLE_BEFORE_RESET = 100.0
@@ -162,7 +164,7 @@ IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?
 IS_UNIT = 'unit'                # did each quaternion have the length 1?
 #: The marker holds a stick for this time [s].
 STICK_TIME = 0.8
-#: After A or B, a value comes on ctrl_relinq within this time [s].
+#: After A or B, the node publishes a value on ctrl_relinq within this time [s].
 PUBLISH_TIME = 1.0
 #: After Y, the node calls the reset, or prints an error, within this time [s].
 RESET_TIME = 2.5

@@ -10,8 +10,8 @@ from tb3_labs.handout import (
     TURN_DEG)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, IMU_EXTRAS, IN_TIME, LINEAR, NO_ZERO, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE,
-    Criterion, Reason, ends_cleanly, not_stopped, prints, scaled, starts, steers, stops_robot,
-    stops_when_lost, within)
+    Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_printed,
+    why_not_started, why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     AFTER_TURN, ANSWER_TIME, BESIDE_MOUSE_TIME, BOTH, CARPET_SLIP, DEACTIVATED, HALF_WAY,
     IMU_SILENT, IN_TURN, MOUSE, MOUSE_LEFT, MOUSE_PLACES, MOUSE_REACTION, MOUSE_SILENT, MOUSE_TIME,
@@ -25,20 +25,20 @@ from tb3_labs.watch.chains import TURN_LAB
 MOUSE_STEP, START_STEP, LAW_STEP, RIGHT_STEP, CTRL_C_STEP = (
     TURN_LAB.at_step(step) for step in (2, 4, 5, 6, 7))
 #: The turns in which the heading jumps from 180 to -180 degrees, or from 360 to 0 degrees.
-TURNS_ACROSS = [name for name in TURN_STIMULI if 'across' in name]
+TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
 #: After a stop command the robot may coast by this angle [deg].
 COAST_DEG = 1.0
 #: A person can read an answer of at most this many lines.
 MOST_LEGIBLE_LINES = 1000
-#: The tolerance of a turn in the criterion beyond the handout [deg].
+#: For the criterion beyond the handout, a turn may differ by this from the requested angle [deg].
 EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
     'mouse client counts y down; none was found.'
 Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
 #: The bounds of a speed for a mouse at the edge of the screen [m/s] or [rad/s].
 EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
-#: The bounds of a speed for a mouse at 0.6 of the way to the edge [m/s] or [rad/s]. They are wide,
-#: since the mouse lab does not say how the speed grows outside the dead zone.
+#: The bounds of a speed for a mouse at 0.6 of the way to the edge [m/s] or [rad/s]. The bounds are
+#: wide, since the mouse lab does not say how the speed grows outside the dead zone.
 HALF_WAY_SPEED = (0.2 * MOUSE_FULL, 0.8 * MOUSE_FULL)
 #: Words for the limits of the mouse and of the turns.
 MOUSE_LIMITS = '{}: {:.2f} to {:.2f} at the edge, the other speed at most {:g}; both {:.2f} to ' \
@@ -49,11 +49,14 @@ TURN_LIMITS = f'within {HDG_TOL:g} degrees, and {COAST_DEG:g} for stopping; begu
 ON_A_CARPET = f'as left, also if the wheels slip by {CARPET_SLIP:.0%}'
 
 
-def makes_turn(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
-               seconds: float = TURN_TIME) -> Reason:
+def why_not_turned(observation: Observation, name: str, tolerance: float = HDG_TOL + COAST_DEG,
+                   seconds: float = TURN_TIME) -> Reason:
     """Judges whether the robot made the turn `name` within `tolerance` [deg] and `seconds` [s]."""
-    scene, turn = observation.scene(name), TURN_STIMULI.get(name, TURN_STIMULI[LEFT_KEY])
-    after = f'after {turn.typed} ({name[2:]})' if name in TURNS_ACROSS else f'after {turn.typed}'
+    scene = observation.scene(name)
+    turn = TURN_STIMULI.get(name, TURN_STIMULI[LEFT_KEY])
+    after = f'after {turn.typed}'
+    if turn.crossing:
+        after += f' ({turn.crossing})'
     observed_deg = scene.turned_deg
     it_turned = f'it turned {_degrees(observed_deg)}'
     if not scene.facts[MOVED]:
@@ -63,7 +66,8 @@ def makes_turn(observation: Observation, name: str, tolerance: float = HDG_TOL +
         return f'{after} {it_turned}, and was still moving after {seconds:g} s'
     error = abs(observed_deg - turn.requested_deg)
     if error <= tolerance:
-        return NO_ZERO.format('its turn ' + after) if scene.commands[-1:, 1:].any() else ''
+        ends_moving = scene.commands[-1:, 1:].any()
+        return NO_ZERO.format('its turn ' + after) if ends_moving else ''
     on_carpet = ', where the wheels slip,' if turn.slip else ''
     reason = f'{after}{on_carpet} {it_turned}, then stopped'
     if observed_deg * turn.requested_deg <= 0.0:
@@ -77,12 +81,13 @@ def _degrees(observed_deg):
     number = f'{abs(observed_deg):.1f}'
     if float(number) == 0.0:
         return number + ' degrees'
-    return f"{number} degrees to the {'left' if observed_deg > 0.0 else 'right'}"
+    side = 'left' if observed_deg > 0.0 else 'right'
+    return f'{number} degrees to the {side}'
 
 
-def _makes_turns(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
+def _why_turns_failed(observation: Observation, names: Iterable[str], *tolerance: float) -> Reason:
     """Returns the Reason for the first wrong turn in `names`; '' if all turns are right."""
-    reasons = (makes_turn(observation, name, *tolerance) for name in names)
+    reasons = (why_not_turned(observation, name, *tolerance) for name in names)
     return next(filter(None, reasons), '')
 
 
@@ -94,23 +99,26 @@ def _commands_of_turns(observation):
     return commands
 
 
-def _keeps_speed_limit(observation: Observation) -> Reason:
+def _why_turned_too_fast(observation: Observation) -> Reason:
     commands = _commands_of_turns(observation)
     observation.greatest_speed(commands, ANGULAR)       # sets the moment of the verdict
     rates = commands[:, ANGULAR]
-    fast = [f'{rate:.1f} rad/s to the {way}' for rate, way in (
-        (rates.max(), 'left'), (-rates.min(), 'right')) if rate > MAX_ANG_Z + ROUNDING]
-    return '' if not fast else f"while turning it commanded up to {' and '.join(fast)}"
+    greatest = (rates.max(), 'left'), (-rates.min(), 'right')
+    too_fast = [f'{rate:.1f} rad/s to the {side}' for rate, side in greatest
+                if rate > MAX_ANG_Z + ROUNDING]
+    if not too_fast:
+        return ''
+    return f"while turning it commanded up to {' and '.join(too_fast)}"
 
 
-def _on_the_spot(observation: Observation) -> Reason:
+def _why_not_on_the_spot(observation: Observation) -> Reason:
     fastest = observation.greatest_speed(_commands_of_turns(observation), LINEAR)
     if fastest < ROUNDING:
         return ''
     return f'it commanded up to {fastest:.2f} m/s forward while turning'
 
 
-def _answers_nonsense(observation: Observation) -> Reason:
+def _why_not_answered(observation: Observation) -> Reason:
     scene = observation.scene(NONSENSE)
     if len(scene.moving):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
@@ -118,9 +126,11 @@ def _answers_nonsense(observation: Observation) -> Reason:
         return (f'an answer to "{TYPED_NONSENSE}" could not be read: {scene.lines} lines were '
                 f'printed in {scene.end - scene.begin:.1f} s')
     words = set(re.findall(r'[a-z]+', scene.printed.lower()))
-    if not (words & {LEFT_KEY, 'left'} and words & {RIGHT_KEY, 'right'}):
-        return f'the answer to "{TYPED_NONSENSE}" did not name both valid inputs, l and r'
-    return ''
+    names_left = words & {LEFT_KEY, 'left'}
+    names_right = words & {RIGHT_KEY, 'right'}
+    if names_left and names_right:
+        return ''
+    return f'the answer to "{TYPED_NONSENSE}" did not name both valid inputs, l and r'
 
 
 def _require_drive_by_mouse(observation):
@@ -128,28 +138,29 @@ def _require_drive_by_mouse(observation):
         raise NotObserved('the mouse did not move the robot at all')
 
 
-def _has_dead_zone(observation: Observation) -> Reason:
+def _why_no_dead_zone(observation: Observation) -> Reason:
     _require_drive_by_mouse(observation)
-    return not_stopped(observation.scene(NEAR_MIDDLE),
-                       f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
+    return why_not_stopped(observation.scene(NEAR_MIDDLE),
+                           f'the mouse came to {MOUSE_PLACES[NEAR_MIDDLE]}')
 
 
-def _stops_when_deactivated(observation: Observation) -> Reason:
+def _why_not_deactivated(observation: Observation) -> Reason:
     if len(observation.scene(NOT_ACTIVE).moving):
         return 'the mouse moved the robot before it was activated'
     _require_drive_by_mouse(observation)
-    return not_stopped(observation.scene(DEACTIVATED), 'the mouse was deactivated')
+    return why_not_stopped(observation.scene(DEACTIVATED), 'the mouse was deactivated')
 
 
-def _drives_after_turn(observation: Observation) -> Reason:
-    up, scene = sign_of_up(observation), observation.scene(AFTER_TURN)
-    if any_full_speed(scene.commands, up):
+def _why_not_driven_after_turn(observation: Observation) -> Reason:
+    up = sign_of_up(observation)
+    if any_full_speed(observation.scene(AFTER_TURN).commands, up):
         return ''
     return 'after a turn the mouse did not move the robot any more'
 
 
-def _drives_in_turn(observation: Observation) -> Reason:
-    up, scene = sign_of_up(observation), observation.scene(IN_TURN)
+def _why_not_driven_in_turn(observation: Observation) -> Reason:
+    up = sign_of_up(observation)
+    scene = observation.scene(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
     if any_full_speed(scene.commands, up):
@@ -159,9 +170,9 @@ def _drives_in_turn(observation: Observation) -> Reason:
 
 
 def sign_of_up(observation: Observation) -> float:
-    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0. It is 1.0 if
-    the direction of y is known from the submission's mouse client. Otherwise it is the sign of the
-    first speed that the node commanded for such a mouse."""
+    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0. If the
+    submission's mouse client shows the direction of y, the sign is 1.0. Otherwise the first speed
+    that the node commanded for such a mouse shows the sign."""
     if observation.mouse_up:
         return 1.0
     for name in filter(observation.has, (MOUSE_UP, AFTER_TURN, IN_TURN)):
@@ -178,12 +189,12 @@ def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
     return any(sign * command[LINEAR] > EDGE_SPEED[0] for command in commands for sign in signs)
 
 
-def _mouse_drives(observation: Observation) -> Reason:
+def _why_not_driven_by_mouse(observation: Observation) -> Reason:
     up = sign_of_up(observation)
-    return (steers(observation, MOUSE_UP, linear=scaled(EDGE_SPEED, up), of_moving=True)
-            or steers(observation, MOUSE_LEFT, angular=EDGE_SPEED, of_moving=True)
-            or steers(observation, HALF_WAY, linear=scaled(HALF_WAY_SPEED, -up),
-                      angular=scaled(HALF_WAY_SPEED, -1.0), of_moving=True))
+    return (why_not_steered(observation, MOUSE_UP, linear=scaled(EDGE_SPEED, up), skip_zeros=True)
+            or why_not_steered(observation, MOUSE_LEFT, angular=EDGE_SPEED, skip_zeros=True)
+            or why_not_steered(observation, HALF_WAY, linear=scaled(HALF_WAY_SPEED, -up),
+                               angular=scaled(HALF_WAY_SPEED, -1.0), skip_zeros=True))
 
 
 def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
@@ -203,42 +214,44 @@ def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> Lis
 
 
 CRITERIA = [
-    Criterion('starts', TURNS, 'runs and listens to imu', START_STEP, starts, limits=IN_TIME),
+    Criterion('starts', TURNS, 'runs and listens to imu', START_STEP, why_not_started,
+              limits=IN_TIME),
     Criterion('left', TURNS, f'l turns {TURN_DEG:g} degrees left', LAW_STEP,
-              partial(makes_turn, name=LEFT_KEY), limits=TURN_LIMITS),
+              partial(why_not_turned, name=LEFT_KEY), limits=TURN_LIMITS),
     Criterion('right', TURNS, f'r turns {TURN_DEG:g} degrees right', RIGHT_STEP,
-              partial(makes_turn, name=RIGHT_KEY), limits=ON_A_CARPET),
+              partial(why_not_turned, name=RIGHT_KEY), limits=ON_A_CARPET),
     Criterion('short_way', TURNS, 'turns the same across 180 and 0 degrees', LAW_STEP,
-              partial(_makes_turns, names=TURNS_ACROSS), limits=ON_A_CARPET),
+              partial(_why_turns_failed, names=TURNS_ACROSS), limits=ON_A_CARPET),
     Criterion('clamped', TURNS, f'turns no faster than {MAX_ANG_Z:g} rad/s', LAW_STEP,
-              _keeps_speed_limit, limits=f'and {ROUNDING:g} for rounding'),
+              _why_turned_too_fast, limits=f'and {ROUNDING:g} for rounding'),
     Criterion('on_the_spot', TURNS, 'does not drive forward while it turns', LAW_STEP,
-              _on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
+              _why_not_on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
-              'ones', RIGHT_STEP, _answers_nonsense, limits=f'{within(ANSWER_TIME)}, in at most '
-              f'{MOST_LEGIBLE_LINES} lines; the robot rests'),
+              'ones', RIGHT_STEP, _why_not_answered, limits=f'{within(ANSWER_TIME)}, in at '
+              f'most {MOST_LEGIBLE_LINES} lines; the robot rests'),
     Criterion('mouse_drives', MOUSE, f'mouse up drives forward, left turns left, {MOUSE_FULL:g} at '
-              'the edge', MOUSE_STEP, _mouse_drives, limits=MOUSE_LIMITS),
+              'the edge', MOUSE_STEP, _why_not_driven_by_mouse, limits=MOUSE_LIMITS),
     Criterion('mouse_dead_zone', MOUSE, f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves '
-              'nothing', MOUSE_STEP, _has_dead_zone,
+              'nothing', MOUSE_STEP, _why_no_dead_zone,
               limits=f'zero velocity at {MOUSE_PLACES[NEAR_MIDDLE]} {STOPS_AT_ONCE}'),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
-              MOUSE_STEP, _stops_when_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
+              MOUSE_STEP, _why_not_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
     Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              MOUSE_STEP, partial(makes_turn, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
+              MOUSE_STEP, partial(why_not_turned, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
               limits='as left, over ' + within(BESIDE_MOUSE_TIME)),
     Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', MOUSE_STEP,
-              _drives_after_turn,
+              _why_not_driven_after_turn,
               limits=f'more than {EDGE_SPEED[0]:.2f} m/s {within(MOUSE_TIME)}'),
     Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
-              MOUSE_STEP, _drives_in_turn, limits=within(MOUSE_REACTION)),
+              MOUSE_STEP, _why_not_driven_in_turn, limits=within(MOUSE_REACTION)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', CTRL_C_STEP,
-              stops_robot, limits=STOPS_AT_ONCE),
+              why_not_stopped_at_ctrl_c, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', CTRL_C_STEP,
-              partial(prints, text=CONTROLLER_GOODBYE)),
-    ends_cleanly(SHUTDOWN, CTRL_C_STEP),
+              partial(why_not_printed, text=CONTROLLER_GOODBYE)),
+    clean_exit_criterion(SHUTDOWN, CTRL_C_STEP),
     Criterion('within_1_deg', TURNS, f'all turns are within {EXACT_DEG:g} degree', IMU_EXTRAS,
-              lambda observation: _makes_turns(observation, TURN_STIMULI, EXACT_DEG), extra=True),
-    stops_when_lost('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
-    stops_when_lost('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
+              lambda observation: _why_turns_failed(observation, TURN_STIMULI, EXACT_DEG),
+              extra=True),
+    lost_device_criterion('lost_imu', 'stops a turn', 'the IMU', IMU_SILENT, IMU_EXTRAS),
+    lost_device_criterion('lost_mouse', 'stops the robot', 'the mouse', MOUSE_SILENT, IMU_EXTRAS),
 ]

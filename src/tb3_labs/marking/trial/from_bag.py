@@ -12,14 +12,20 @@ from tb3_labs.marking.trial.observation import (
 from tb3_labs.report.bag.ros_bag import CLOCK_JUMPED, read_run
 from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, States
 
-#: The call of a reset, and the node's printed line on this reset, are at most this far apart [s].
+#: Between the call of a reset and the node's printed line on this reset there is at most this time
+#: [s].
 SAME_RESET = 1.0
-#: Of the output of a process, only the first and the last characters are kept, each this many.
+#: Of the output of a process, only the beginning and the end are kept. Each of the two has at most
+#: this many characters.
 MOST_PRINTED = 20000
-#: A terminal's code for a colour.
+#: A program prints such a code to set the colour of its text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
-#: kind of event -> the list of the Observation that gets the sentence of the event
+#: kind of event -> name of the Observation's list to which the event's sentence is added
 SENTENCE_LISTS = {'remark': 'remarks', 'finding': 'findings'}
+#: key of a fact -> field of NodeProcess, if the two names differ. The keys stay as they are, since
+#: bags of past terms have them.
+PROCESS_FIELDS = {'unheard': 'silent_topics', 'needed': 'needed_topic', 'listens': 'subscribed',
+                  'publishes': 'published'}
 
 
 def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
@@ -33,23 +39,24 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     recording = read_run(str(path))
     if any(CLOCK_JUMPED in note for note in recording.notes):
         raise ValueError(f'{CLOCK_JUMPED}; type the same command again')
-    recording = replace(recording, log=replace(recording.log, texts=np.array(
-        list(map(cleaned, recording.log.texts)), dtype=object)))
+    log_texts = np.array(list(map(cleaned, recording.log.texts)), dtype=object)
+    recording = replace(recording, log=replace(recording.log, texts=log_texts))
     observation = Observation('', '', recording)
     printed, written = recording.printed, recording.events
     texts = [(at, None, text) for at, text in zip(printed.arrival, printed.text)]
     events = [(at, json.loads(cleaned(text)), '')
               for at, text in zip(written.arrival, written.text)]
-    for at, event, text in sorted(texts + events, key=lambda each: each[0]):
+    for at, event, text in sorted(texts + events, key=lambda entry: entry[0]):
         if event is None:
             _add_output(observation, text, text.count('\n'))
         else:
             _add_event(observation, event.pop('kind'), float(at), event)
     if not observation.lab:
         raise ValueError('the recording has no trial')
-    observation.stimuli = [each for each in observation.stimuli if not math.isnan(each.end)]
-    for each in observation.processes + observation.stimuli:
-        each.printed = COLOUR.sub('', cleaned(each.printed))
+    observation.stimuli = [stimulus for stimulus in observation.stimuli
+                           if not math.isnan(stimulus.end)]
+    for printer in observation.processes + observation.stimuli:
+        printer.printed = COLOUR.sub('', cleaned(printer.printed))
     for process in observation.processes:
         if len(process.printed) > 2 * MOST_PRINTED:
             process.printed = '{}\n...\n{}'.format(
@@ -61,12 +68,13 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
 def with_stimuli(recording: RunData, observation: Observation) -> RunData:
     """Adds the marker's starts, stimuli, letters, goals and resets to the recording of a trial, and
     returns the new recording. A reset has the time of the node's printed line on the reset. Without
-    such a line it has the time of the call.
+    such a line the reset has the time of the call.
 
-    After a failed call the node's frame is unknown. Therefore the variables from a failed call to
-    the next start are removed.
+    After a failed call the node's frame is unknown. Therefore the samples of variables between a
+    failed call and the node's next start are removed.
     """
-    declared, known = recording.resets, np.ones(len(recording.variables), bool)
+    declared = recording.resets
+    known = np.ones(len(recording.variables), bool)
     resets = np.column_stack([declared.arrival, declared.x, declared.y, declared.yaw]).tolist()
     for at, pose, problem in observation.calls:
         if problem:
@@ -75,28 +83,33 @@ def with_stimuli(recording: RunData, observation: Observation) -> RunData:
             known &= (recording.variables.arrival < at) | (recording.variables.arrival > end)
         elif not (np.abs(declared.arrival - at) < SAME_RESET).any():
             resets.append([at, *pose])
-    goals = [[each.begin, *each.facts[GOAL_POSE]] for each in observation.stimuli
-             if GOAL_POSE in each.facts]
-    letters = []
-    for each in observation.stimuli:
-        if REQUESTED_DEG in each.facts:
-            letters += [[each.begin, np.sign(each.facts[REQUESTED_DEG])], [each.end, 0.0]]
+    goals, letters = [], []
+    for stimulus in observation.stimuli:
+        if GOAL_POSE in stimulus.facts:
+            goals.append([stimulus.begin, *stimulus.facts[GOAL_POSE]])
+        if REQUESTED_DEG in stimulus.facts:
+            letters.append([stimulus.begin, np.sign(stimulus.facts[REQUESTED_DEG])])
+            letters.append([stimulus.end, 0.0])
+    names = [[stimulus.begin, stimulus.name] for stimulus in observation.stimuli]
     return replace(
         recording, variables=recording.variables.take(known),
         resets=samples_from_rows(Poses, sorted(resets)),
         starts=tuple(process.begin for process in observation.processes),
-        states=samples_from_rows(States, [[each.begin, each.name] for each in observation.stimuli]),
-        goals=samples_from_rows(Poses, goals), letters=samples_from_rows(Numbers, letters))
+        states=samples_from_rows(States, names), goals=samples_from_rows(Poses, goals),
+        letters=samples_from_rows(Numbers, letters))
 
 
 def samples_from_rows(kind: Type[SamplesType], rows: Sequence[Sequence[Any]]) -> SamplesType:
-    """Returns the Samples of rows. A row has the time of arrival, then the fields. The stamp of
-    each sample is its time of arrival."""
+    """Returns Samples of the class `kind`. A row has the time of arrival, then the fields. Each
+    sample's stamp is its time of arrival."""
     if not rows:
         return kind.none()
-    arrival, *columns = [np.array(column, dtype=object if isinstance(column[0], str) else float)
-                         for column in zip(*rows)]
+    arrival, *columns = map(_column, zip(*rows))
     return kind(arrival, arrival, *columns)
+
+
+def _column(values):
+    return np.array(values, dtype=object if isinstance(values[0], str) else float)
 
 
 def _add_output(observation: Observation, text: str, lines: int) -> None:
@@ -107,6 +120,10 @@ def _add_output(observation: Observation, text: str, lines: int) -> None:
         stimulus = observation.stimuli[-1]
         stimulus.printed = (stimulus.printed + text)[-MOST_PRINTED:]
         stimulus.lines += lines
+
+
+def _process_fields(facts):
+    return {PROCESS_FIELDS.get(key, key): fact for key, fact in facts.items()}
 
 
 def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, Any]) -> None:
@@ -120,11 +137,11 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
     elif kind == 'part':
         observation.parts.append((facts['name'], at))
     elif kind == 'start':
-        observation.processes.append(NodeProcess(at, **facts))
+        observation.processes.append(NodeProcess(at, **_process_fields(facts)))
     elif kind == 'ready':
         observation.processes[-1].ready = at
     elif kind == 'run':
-        vars(observation.processes[-1]).update(facts)
+        vars(observation.processes[-1]).update(_process_fields(facts))
     elif kind == 'stop':
         observation.processes[-1].end = at
     elif kind == 'unprinted':

@@ -15,7 +15,8 @@ import numpy as np
 
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
-#: The stimuli by Ctrl+C. A trial has up to three, since rospy may lose the node's last message.
+#: The stimuli by Ctrl+C. A trial has up to three of these stimuli, since rospy may lose the message
+#: that a node sends last.
 CTRL_C = ('Ctrl+C', 'Ctrl+C again', 'Ctrl+C a third time')
 #: Keys of a stimulus's `facts`. A pose or a transform is [x, y, yaw] in [m], [rad].
 MOVED = 'moved'                     # did the node command a movement during the stimulus?
@@ -31,7 +32,7 @@ LONGEST_FAIR_GAP = 0.15
 MOST_FINDINGS = 20
 #: A finding or a remark has at most this many characters.
 LONGEST = 2000
-#: The name of the commands that the marker counts, but does not record.
+#: The words for commands that the marker counts, but does not record.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
 NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
@@ -46,7 +47,7 @@ class NotOffered(NotObserved):
 
 
 class NotTried(NotObserved):
-    """The node did not run when the stimulus of a criterion was due."""
+    """The node did not get the stimulus of a criterion, because it did not run."""
 
 
 class Ended(NotObserved):
@@ -62,7 +63,7 @@ class Stimulus:
     begin: float
     end: float = math.nan
     printed: str = ''           # the last part of the node's output during the stimulus
-    lines: int = 0              # the number of lines of the whole output
+    lines: int = 0              # the number of lines in all its output
     died: bool = False          # did the node end during the stimulus?
     facts: Dict[str, Any] = field(default_factory=dict)
 
@@ -78,11 +79,11 @@ class NodeProcess:
     printed: str = ''               # the first part and the last part of the output
     #: The subscribed topics that nobody publishes. The list is empty if the node subscribes to all
     #: topics that it needs.
-    unheard: List[str] = field(default_factory=list)
-    needed: str = ''                # the topic to which the node must subscribe
+    silent_topics: List[str] = field(default_factory=list)
+    needed_topic: str = ''          # the topic to which the node must subscribe
     nodes: List[str] = field(default_factory=list)      # the names of the node at the master
-    listens: List[str] = field(default_factory=list)    # the subscribed topics
-    publishes: Dict[str, str] = field(default_factory=dict)     # published topic -> type
+    subscribed: List[str] = field(default_factory=list)         # the subscribed topics
+    published: Dict[str, str] = field(default_factory=dict)     # published topic -> type
     #: The subscribed topics on which the node has no connection to the robot.
     unconnected: List[str] = field(default_factory=list)
     #: The exit status of a process that ended by itself. It is -N if signal N ended the process.
@@ -111,15 +112,15 @@ class Observation:
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
     own_moves: List[List[float]] = field(default_factory=list)
-    #: The sign of y in the upper half of the screen, by the submission's mouse client; 0 if
-    #: unknown.
+    #: The sign of y in the upper half of the screen, as the submission's mouse client sends y; 0 if
+    #: the sign is unknown.
     mouse_up: int = 0
     #: variable -> the lines of the node's file that assign the variable
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
     calls: List[List[Any]] = field(default_factory=list)
-    #: The moment of the present verdict in the timeline [s]. Each call of `scene` sets it to the
-    #: time at which the stimulus began, or to None without a stimulus.
+    #: The time in the timeline to which the present verdict belongs [s]. Each call of `scene` sets
+    #: the moment to the time at which the stimulus began, or to None without a stimulus.
     moment: Optional[float] = None
 
     @property
@@ -145,10 +146,12 @@ class Observation:
 
     @property
     def unpublished_topic(self) -> str:
-        """A clause on the topics that the node subscribes to in place of a sensor's topic, and that
-        nobody publishes; '' without such topics."""
-        topics = sorted({topic for process in self.processes for topic in process.unheard})
-        return f"it listens to {' and '.join(topics)}, which nobody publishes" if topics else ''
+        """A clause on the topics that nobody publishes, if the node subscribes to such topics and
+        not to a sensor's topic; '' without such topics."""
+        topics = {topic for process in self.processes for topic in process.silent_topics}
+        if not topics:
+            return ''
+        return f"it listens to {' and '.join(sorted(topics))}, which nobody publishes"
 
     def has(self, name: str) -> bool:
         """Did the node get the stimulus `name`?"""
@@ -161,26 +164,30 @@ class Observation:
         and ``NotTried`` if the stimulus was not tried for another reason. Raises ``Ended`` if the
         node ended during the stimulus, unless the node `may_die`.
         """
-        stimulus = next((each for each in self.stimuli if each.name == name), None)
-        self.moment = None if stimulus is None else stimulus.begin
+        self.moment = None
+        stimulus = next((stimulus for stimulus in self.stimuli if stimulus.name == name), None)
         if stimulus is None:
-            raise NotOffered(self.not_offered[name]) if name in self.not_offered else NotTried()
+            if name in self.not_offered:
+                raise NotOffered(self.not_offered[name])
+            raise NotTried
+        self.moment = stimulus.begin
         if stimulus.died and not may_die:
             raise Ended(stimulus.printed)
         return Scene(self, stimulus)
 
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
-        """Yields the Scene of each tried stimulus in `names`. If none was tried, this raises the
-        error of `scene` for the first name."""
+        """Yields the Scene of each tried stimulus in `names`. If no stimulus was tried, this raises
+        the error of `scene` for the first name."""
         tried = [name for name in names if self.has(name)] or names[:1]
         return (self.scene(name, may_die) for name in tried)
 
     def greatest_speed(self, commands: np.ndarray, column: int) -> float:
         """Returns the greatest speed in a column of commands. Sets `moment` to the time at which
         the stimulus with this speed began."""
-        at, speed = max(zip(commands[:, 0], np.abs(commands[:, column])), key=lambda row: row[1])
-        self.moment = max(each.begin for each in self.stimuli if each.begin <= at)
-        return float(speed)
+        speeds = np.abs(commands[:, column])
+        at = commands[speeds.argmax(), 0]
+        self.moment = max(stimulus.begin for stimulus in self.stimuli if stimulus.begin <= at)
+        return float(speeds.max())
 
 
 class Scene(Stimulus):
@@ -209,8 +216,9 @@ class Scene(Stimulus):
     @property
     def process(self) -> NodeProcess:
         """The process of the node that ran when the stimulus began."""
-        before = [each for each in self.observation.processes if each.begin <= self.begin]
-        return (before or self.observation.processes or [NodeProcess(self.begin)])[-1]
+        processes = self.observation.processes or [NodeProcess(self.begin)]
+        before = [process for process in processes if process.begin <= self.begin]
+        return (before or processes)[-1]
 
     @property
     def moving(self) -> np.ndarray:
@@ -218,11 +226,13 @@ class Scene(Stimulus):
         return self.commands[np.any(self.commands[:, 1:] != 0.0, axis=1)]
 
     def commands_before_and_after(self, seconds: float) -> Tuple[np.ndarray, np.ndarray]:
-        """Returns the commands in the first `seconds` [s], and the later commands."""
+        """Returns the commands in the first `seconds` [s], and the commands after this time."""
         is_late = self.commands[:, 0] > self.begin + seconds
         return self.commands[~is_late], self.commands[is_late]
 
     @property
     def turned_deg(self) -> float:
         """The robot's true turn during the stimulus, left positive [deg]; 0 without a pose."""
-        return math.degrees(self.truth[-1, 3] - self.truth[0, 3]) if len(self.truth) else 0.0
+        if not len(self.truth):
+            return 0.0
+        return math.degrees(self.truth[-1, 3] - self.truth[0, 3])

@@ -14,17 +14,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-#: The limits for the sum of all programs in a sandbox.
+#: All programs in a sandbox together may use this much.
 MOST_MEMORY = 2 * 10 ** 9       # [bytes]
 MOST_DISK = 300 * 10 ** 6       # size of the files in the sandbox's own folders [bytes]
 MOST_PROCESSES = 100
-#: Master, robot and check may use this memory [bytes]. They need about 180 MB, but a node can fill
-#: their memory by its messages.
+#: Master, robot and check together may use this memory [bytes]. The three need about 180 MB, but a
+#: node can fill their memory by its messages.
 MOST_OTHER_MEMORY = 600 * 10 ** 6
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
-#: In each second, the last part of the output is recorded. It has at most this many characters, or
-#: a tenth of this in a full bag.
+#: At most this many characters of the output are recorded in each second, or a tenth of this number
+#: if the bag is full. If the node prints more, the last characters are recorded.
 PRINTED_A_SECOND = 20000
 
 
@@ -33,8 +33,8 @@ class Program:
     person had started it. Calls ``on_text(text)`` with each part of its output and errors."""
 
     def __init__(self, command, environment, on_text, files=None):
-        """`files` are three open files: this class reads the first, the second is the program's
-        input, and the third its output. By default a pseudo-terminal has these three roles."""
+        """`files` are three open files: the file that this class reads, the program's input, and
+        the program's output. By default the three are the two ends of a pseudo-terminal."""
         self._on_text = on_text
         if files is None:
             ours, theirs = pty.openpty()
@@ -42,7 +42,7 @@ class Program:
         self._source, typed, printed = files
         self._process = subprocess.Popen(
             command, stdin=typed, stdout=printed, stderr=printed,
-            # without PYTHONUNBUFFERED Python would keep back the output to a pipe
+            # without PYTHONUNBUFFERED Python would hold back the output to a pipe
             env=dict(environment, PYTHONUNBUFFERED='1', PYTHON_COLORS='0'),
             start_new_session=True)
         os.close(printed)
@@ -88,51 +88,64 @@ class NodeOutput:
 
     def __init__(self, recording):
         """`recording` is the Recording of the trial."""
-        self._recording, self._guard = recording, threading.Lock()
-        self._text, self._left_out, self._lines, self._free_at = '', 0, 0, 0.0
-        #: The end of the output since the last `flush`.
+        self._recording = recording
+        self._guard = threading.Lock()
+        #: The output that is not recorded yet.
+        self._text = ''
+        #: The characters and lines that are left out before `_text`.
+        self._omitted_characters = self._omitted_lines = 0
+        #: Until this time the output is collected, and only `flush` records it [s].
+        self._free_at = 0.0
+        #: The last characters of the output since the last call of `flush`.
         self.last = ''
 
     def add(self, text):
-        """Record a part of the output. A part that comes soon after another part is recorded later,
-        with the next part or by `flush`."""
+        """Record a part of the output. If a part comes soon after another part, it is recorded
+        later, together with the next part or by `flush`."""
         with self._guard:
             self.last = (self.last + text)[-PRINTED_A_SECOND:]
             self._text += text
             excess = len(self._text) - self._most_characters
             if excess > 0:
-                self._left_out += excess
-                self._lines += self._text.count('\n', 0, excess)
+                self._omitted_characters += excess
+                self._omitted_lines += self._text.count('\n', 0, excess)
                 self._text = self._text[excess:]
             if self._recording.now >= self._free_at:
                 self._record()
 
     @property
     def _most_characters(self):
-        return PRINTED_A_SECOND // (10 if self._recording.is_full else 1)
+        return PRINTED_A_SECOND // 10 if self._recording.is_full else PRINTED_A_SECOND
 
     def flush(self):
-        """Record the waiting output. Call this before each event, so that the event is later."""
+        """Record the waiting output. Call this before you record an event, so that the output comes
+        before the event."""
         with self._guard:
             self._record()
             self.last = ''
 
     def _record(self):
-        if self._text:
-            if self._left_out:
-                self._recording.event('unprinted', characters=self._left_out, lines=self._lines)
-            at = self._recording.output(self._text)
-            self._free_at = at + len(self._text) / self._most_characters
-            self._text, self._left_out, self._lines = '', 0, 0
+        if not self._text:
+            return
+        if self._omitted_characters:
+            self._recording.event('unprinted', characters=self._omitted_characters,
+                                  lines=self._omitted_lines)
+        at = self._recording.output(self._text)
+        self._free_at = at + len(self._text) / self._most_characters
+        self._text = ''
+        self._omitted_characters = self._omitted_lines = 0
 
 
 class ResourceWatch:
     """Kills a process group that exceeds a limit. Set the event `over` to end the watch."""
 
-    def __init__(self, pid: int, own_folders: Iterable[str], others: int) -> None:
-        """`pid` is the first process of the group. It starts the sandbox. `own_folders` are paths
-        in the sandbox. `others` is the parent process of master, robot and check."""
-        self._pid, self._own, self._others = pid, own_folders, others
+    def __init__(self, pid: int, own_folders: Iterable[str], check_parent_pid: int) -> None:
+        """`pid` is the first process of the group, which starts the sandbox. `own_folders` are
+        paths in the sandbox. Master, robot and check have the same parent process: its number is
+        `check_parent_pid`."""
+        self._pid = pid
+        self._own_folders = own_folders
+        self._check_parent_pid = check_parent_pid
         self.over = threading.Event()
         #: A clause on the exceeded limit; '' if no limit was exceeded.
         self.exceeded = ''
@@ -150,14 +163,16 @@ class ResourceWatch:
         processes = _descendants(self._pid)
         if len(processes) > MOST_PROCESSES:
             return f'more than {MOST_PROCESSES} processes'
-        if sum(map(_memory, processes)) > MOST_MEMORY and (
-                sum(map(_own_memory, processes)) > MOST_MEMORY):
-            return f'more than {MOST_MEMORY / 1e9:g} GB of memory'
-        others = {self._others, *_descendants(self._others)} - {self._pid, *processes}
-        if sum(map(_memory, others)) > MOST_OTHER_MEMORY:
+        if sum(map(_memory, processes)) > MOST_MEMORY:     # the exact sum takes longer
+            if sum(map(_own_memory, processes)) > MOST_MEMORY:
+                return f'more than {MOST_MEMORY / 1e9:g} GB of memory'
+        family = {self._check_parent_pid, *_descendants(self._check_parent_pid)}
+        if sum(map(_memory, family - {self._pid, *processes})) > MOST_OTHER_MEMORY:
             return (f'more than {MOST_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '
                     'check')
-        if processes and sum(_disk_used(processes[-1], own) for own in self._own) > MOST_DISK:
+        if not processes:
+            return ''
+        if sum(_disk_used(processes[-1], folder) for folder in self._own_folders) > MOST_DISK:
             return f'files of more than {MOST_DISK / 1e6:g} MB'
         return ''
 
@@ -173,8 +188,8 @@ def _descendants(pid):
 
 
 def _memory(pid):
-    """Returns the memory of a process [bytes]. Memory that several processes share counts whole for
-    each process. Pages of files do not count."""
+    """Returns the memory of a process [bytes]. Memory that several processes share is added in full
+    for each process. Pages of files are left out."""
     try:
         _, resident, shared, *_ = Path(f'/proc/{pid}/statm').read_text().split()
     except OSError:
@@ -193,7 +208,8 @@ def _own_memory(pid):
 
 
 def _disk_used(pid, folder):
-    """Returns the size of the files in a folder of a sandbox [bytes]. `pid` is a process in it."""
+    """Returns the size of the files in a folder of a sandbox [bytes]. `pid` is a process in the
+    sandbox."""
     try:
         state = os.statvfs(f'/proc/{pid}/root{folder}')
     except OSError:

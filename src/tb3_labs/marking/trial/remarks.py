@@ -6,10 +6,9 @@ If a node did not move the robot, the sentence names the first cause in this lis
 1. the node printed an exception,
 2. commands are not finite numbers,
 3. all commands are zero,
-4. the topic has another name or type,
+4. the node publishes another topic, or another type,
 5. the node sent no command.
 """
-import math
 import re
 from collections import defaultdict
 from typing import Dict, List
@@ -28,13 +27,13 @@ STILL_DEG = 3.0
 #: Clauses that quote an exception begin with these words.
 STOPPED_BY = 'an exception had stopped it'
 
-#: A traceback begins with these words. In a log they may stand in the middle of a line.
+#: A traceback begins with these words. In a log the words may be in the middle of a line.
 TRACEBACK = 'Traceback (most recent call last)'
 ERROR = re.compile(r'\w[\w.]*(Error|Exception|Interrupt|Exit)\b')
 FRAME = re.compile(r'^ *File "(.*)", line (\d+)(?:, in (\S+))?', re.MULTILINE)
 #: Python prints these words between two tracebacks if the first exception led to the second.
 CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.MULTILINE)
-#: Python prints these lines for a file that is not valid Python. It prints no traceback then.
+#: Python prints these lines, and no traceback, for a file that is not valid Python.
 SYNTAX_ERROR = re.compile(
     r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)', re.MULTILINE)
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
@@ -44,8 +43,8 @@ LONGEST_ERROR, LONGEST_LINE = 160, 160
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
-    """Returns the sentences for the student that belong to no criterion. An exception that
-    `verdict_text`, the text of the verdicts, quotes is left out."""
+    """Returns the sentences for the student that belong to no criterion. `verdict_text` is the text
+    of the verdicts. An exception is left out if `verdict_text` quotes it."""
     remarks = list(observation.remarks)
     if observation.unpublished_topic:
         remarks.append(f'Note that {observation.unpublished_topic}.')
@@ -56,7 +55,8 @@ def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
-    """Returns a sentence on each exception before Ctrl+C that `verdict_text` does not quote."""
+    """Returns a sentence on each exception that the node printed before Ctrl+C. The exceptions that
+    `verdict_text` quotes are left out."""
     stimuli_of: Dict[str, List[str]] = defaultdict(list)
     for stimulus in observation.stimuli:
         if stimulus.name not in CTRL_C:
@@ -86,8 +86,8 @@ def why_idle(scene: Scene) -> str:
     process = scene.process
     errors = errors_in(scene.observation, process)
     if errors:
-        number = sum(errors_in(scene.observation, each).count(errors[0])
-                     for each in scene.observation.processes)
+        number = sum(errors_in(scene.observation, process).count(errors[0])
+                     for process in scene.observation.processes)
         return f'{STOPPED_BY}, {quoted_error(errors[0], number)}'
     if scene.not_finite:
         return '{} of its commands were not finite numbers, such as {}'.format(
@@ -111,15 +111,16 @@ def other_fields(scene: Scene) -> str:
 
 
 def _why_no_command(scene, process):
-    kind = process.publishes.get('/' + CMD_VEL_TOPIC)
+    kind = process.published.get('/' + CMD_VEL_TOPIC)
     if kind not in (None, TWIST):
         return f'it publishes {CMD_VEL_TOPIC} as {kind}, and the robot takes {TWIST} alone'
     if other_topics(process, CMD_VEL_TOPIC):
         return other_topics(process, CMD_VEL_TOPIC)
-    times = scene.observation.recording.commands.arrival
-    end = math.inf if process.end is None else process.end
-    times = times[(times >= process.begin) & (times <= end)]
     nothing = f'nothing came on {CMD_VEL_TOPIC}'
+    times = scene.observation.recording.commands.arrival
+    times = times[times >= process.begin]
+    if process.end is not None:
+        times = times[times <= process.end]
     if len(times) <= 2:      # the period of the commands is not known
         return nothing
     return (f'{nothing} for {scene.end - scene.begin:.1f} s (in this run a command every '
@@ -129,14 +130,16 @@ def _why_no_command(scene, process):
 def other_topics(process: NodeProcess, topic: str) -> str:
     """Returns a clause on the topics that a node publishes in place of `topic`. Returns '' if the
     node publishes `topic`, or if the node's topics are unknown."""
-    if not process.publishes or '/' + topic in process.publishes:
+    if not process.published or '/' + topic in process.published:
         return ''
-    return f"it does not publish {topic}, but {' and '.join(sorted(process.publishes))}"
+    return f"it does not publish {topic}, but {' and '.join(sorted(process.published))}"
 
 
 def _printed_text(scene):
     printed = re.sub(r'^\w\r?\n', '', scene.printed)   # without the letter that the marker typed
-    return f", and it printed {last_line(printed) if printed.strip() else 'nothing'}"
+    if not printed.strip():
+        return ', and it printed nothing'
+    return f', and it printed {last_line(printed)}'
 
 
 def why_unprinted(scene: Scene) -> str:
@@ -171,7 +174,7 @@ def why_missing(observation: Observation) -> str:
         ending = last_words(process.printed, observation.file)
         if process.status == 0 and not exceptions(process.printed):
             ending = 'its main program was over, and nothing kept the node running'
-        return f"it {'ended at once' if process.ready is None else 'had ended'}: {ending}"
+        return f'it ended at once: {ending}' if process.ready is None else f'it had ended: {ending}'
     if process.ready is None:
         return ': '.join(filter(None, [_never_ready(process), observation.unpublished_topic]))
     return 'the time was up before this was tried' if process.end is None else 'this was not tried'
@@ -179,13 +182,13 @@ def why_missing(observation: Observation) -> str:
 
 def _never_ready(process):
     """Returns a clause on a process that did not subscribe to the needed topic in time."""
-    if process.needed and not process.nodes:
+    if process.needed_topic and not process.nodes:
         return 'it ran, but never came to rospy.init_node()'
-    if '/' + process.needed in process.listens:
-        return f'it was not ready in time, though it listened to {process.needed}'
-    others = ' and '.join(topic for topic in process.listens if topic not in process.unheard)
-    never = f"it ran, but never listened to {process.needed or 'the robot'}"
-    return f'{never}; it listened to {others}' if others else never
+    if '/' + process.needed_topic in process.subscribed:
+        return f'it was not ready in time, though it listened to {process.needed_topic}'
+    reason = f"it ran, but never listened to {process.needed_topic or 'the robot'}"
+    heard = [topic for topic in process.subscribed if topic not in process.silent_topics]
+    return f"{reason}; it listened to {' and '.join(heard)}" if heard else reason
 
 
 # -- the exceptions and the last line of a node's output
@@ -194,7 +197,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    The line is a line of the node's `file`, if the file is given. An unreadable exception is ''.
+    If `file` is given, the line is a line of this file of the node. An unreadable exception is ''.
     The exceptions that rospy raises while a node ends are left out.
     """
     errors = []
@@ -202,26 +205,31 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     if len(pieces) == 1:
         pieces = SYNTAX_ERROR.split(printed)
     for piece in pieces[1:]:
-        lines = [line for line in piece.splitlines()[1:] if line.strip()]
-        error = next((line for line in lines if ERROR.match(line)), None)
         if CAUSE_OF_NEXT.search(piece):
             continue
-        if not any(text in (error or piece) for text in (CLOSED_TOPIC, CLOSED_IN_PUBLISH)):
-            errors.append(error[:LONGEST_ERROR] + _line_of(piece, file) if error else '')
+        lines = [line for line in piece.splitlines()[1:] if line.strip()]
+        error = next((line for line in lines if ERROR.match(line)), '')
+        searched = error or piece
+        if CLOSED_TOPIC in searched or CLOSED_IN_PUBLISH in searched:
+            continue
+        if error:
+            error = error[:LONGEST_ERROR] + _line_of(piece, file)
+        errors.append(error)
     return errors
 
 
 def _line_of(piece, file):
     """Returns the line and the function of a traceback in brackets; '' without a known line."""
     frames = FRAME.findall(piece)
-    own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file] or [
-        frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
+    own = [frame for frame in frames if file and frame[0].rsplit('/', 1)[-1] == file]
+    if not own:
+        own = [frame for frame in frames if not frame[0].startswith(('/usr/', '/opt/', '<frozen'))]
     if not own:
         if "'NoneType' object is not callable" in piece:    # rospy got self.f(), which is None
             return ' (was a callback given as self.f(), not as self.f?)'
         return ''
     _, line, function = own[-1]
-    return f" (line {line}{', in ' + function if function.isidentifier() else ''})"
+    return f' (line {line}, in {function})' if function.isidentifier() else f' (line {line})'
 
 
 def exceptions_in(scene: Scene) -> List[str]:
@@ -230,7 +238,7 @@ def exceptions_in(scene: Scene) -> List[str]:
 
 
 def quoted_error(error: str, number: int) -> str:
-    """Returns an exception in quotes, with the number of times that it came if this is not 1."""
+    """Returns an exception in quotes. If it was printed several times, this number follows."""
     return repr(error) if number == 1 else f'{error!r}, {number} times'
 
 

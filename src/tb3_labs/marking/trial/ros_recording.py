@@ -42,28 +42,28 @@ from tb3_labs.ros.rospy_internals import connection_of, note_connections
 TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variables'
 #: The name of the robot's node.
 ROBOT_NODE = 'turtlebot3'
-#: The most messages of each kind in a bag.
+#: A bag has at most this many messages of each kind.
 MOST_COMMANDS = 40000
-MOST_MESSAGES = 100000      # messages of each other topic
+MOST_MESSAGES = 100000      # messages of each sensor's or device's topic
 MOST_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MOST_LINES = 1000           # lines of the log
 MOST_EVENTS = 5000          # events of all kinds
 #: A line of the log is cut after this many characters.
 LINE_LENGTH = 300
-#: A longer message is not recorded [bytes].
+#: A message of more bytes than this is not recorded.
 MOST_BYTES = 10000
 #: A command that equals the last command is recorded only after this time [s].
 SAME_COMMAND = 0.04
 #: A bag of this size is full [bytes].
 FULL_SIZE = 3 * 10 ** 6
-#: Only these topics are recorded in a full bag.
+#: If the bag is full, only these topics are recorded.
 JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
-#: The bag is written in parts of this size, before compression [bytes].
+#: rosbag compresses the messages in parts of this size [bytes].
 CHUNK_SIZE = 2 ** 17
-#: A robot rests if it moved and turned less than this in the last REST_TIME.
+#: A robot rests if it moved and turned less than this in the last ROBOT_REST_TIME.
 REST_WAY = 0.002        # [m]
 REST_TURN = 0.005       # [rad]
-REST_TIME = 0.4         # [s]
+ROBOT_REST_TIME = 0.4         # [s]
 
 
 class Recording:
@@ -72,17 +72,19 @@ class Recording:
     def __init__(self, path):
         self._bag = rosbag.Bag(
             str(path), 'w', compression=rosbag.Compression.BZ2, chunk_threshold=CHUNK_SIZE)
-        self._path, self._last_time, self._events = str(path), 0.0, 0
-        self.is_full, self.is_closed = False, False
-        #: The error that ended the recording; None without an error.
-        self.problem = None
-        self._waiting, self._guard = queue.SimpleQueue(), threading.Lock()
+        self._path = str(path)
+        self._last_time = 0.0
+        self._event_count = 0
+        self.is_full = self.is_closed = False
+        self.problem = None     # the error that ended the recording
+        self._waiting = queue.SimpleQueue()
+        self._guard = threading.Lock()
         self._writer = threading.Thread(target=self._write, daemon=True)
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message at the time `at` [s], and return this time. By default `at` is now, and
-        two default times are never equal. A `message` may be (type, bytes, checksum, class)."""
+        """Record a message at the time `at` [s], and return this time. By default `at` is now; all
+        default times differ. A `message` may be (type, bytes, checksum, class)."""
         with self._guard:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
@@ -93,12 +95,13 @@ class Recording:
     def event(self, kind, at=None, **facts):
         """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
         LONGEST characters."""
-        self._events += 1
-        if self._events > MOST_EVENTS:      # a node may cause events for ever
+        self._event_count += 1
+        if self._event_count > MOST_EVENTS:      # a node may cause events for ever
             return ros_time()
-        short = {name: fact[:LONGEST] if isinstance(fact, str) else fact
-                 for name, fact in facts.items()}
-        return self.add(EVENTS, String(json.dumps(dict(short, kind=kind))), at)
+        for name, fact in facts.items():
+            if isinstance(fact, str):
+                facts[name] = fact[:LONGEST]
+        return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
 
     def output(self, text):
         """Record a part of the node's output, and return its time [s]."""
@@ -109,11 +112,8 @@ class Recording:
         return ros_time()
 
     def close(self):
-        """Write the waiting messages, and close the bag.
-
-        If the bag cannot be written, it is removed, since half a trial would cost the node points.
-        Then `problem` is the error.
-        """
+        """Write the waiting messages, and close the bag. If the bag cannot be written, `problem` is
+        the error, and the bag is removed, since half a trial would cost the node points."""
         self.is_closed = True
         self._waiting.put(None)
         self._writer.join()
@@ -132,32 +132,28 @@ class Recording:
 
 
 class Recorder:
-    """Records the topics of the robot and of the node. The methods return what both did last.
-
-    Times are in seconds of ROS. ``RuntimeError`` if the robot does not run.
-    """
+    """Records the topics of the robot and of the node, and tells what the two did. Times are in
+    seconds of ROS. ``RuntimeError`` if the robot does not run."""
 
     def __init__(self, recording):
-        self.recording, self._lock = recording, threading.Lock()
-        #: The robot's true poses: [time, x, y, yaw], the yaw continuous over whole turns.
-        self._truth = []
-        #: The node's commands: [time, linear, angular].
-        self._commands = []
-        #: kind of message -> the number of messages so far
-        self._counts = {}
+        self.recording = recording
+        self._lock = threading.Lock()
+        self._truth = []        # [time, x, y, yaw], the yaw continuous over whole turns
+        self._commands = []     # [time, linear, angular]
+        self._counts = {}       # kind of message -> the number of messages so far
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
         rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
-        # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must have one
-        # class, and ros_gamepad.py needs a Bool.
+        # rospy does not unpack an AnyMsg. In one process, all subscribers of a topic must have the
+        # same class, and ros_gamepad.py needs a Bool.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
                 (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
                 (CTRL_RELINQ_TOPIC, Bool, Bool)):
             rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
         rospy.Subscriber('/rosout', Log, guarded(self._on_log))
-        if not wait_until(lambda: self._truth, 60.0):     # a busy computer needs long
+        if not wait_until(lambda: self._truth, 60.0):     # a busy computer is slow
             raise RuntimeError('the simulated robot does not run')
 
     def _read_truth(self, path):
@@ -165,7 +161,8 @@ class Recorder:
         with open(path, 'rb') as pipe:
             os.remove(path)     # only the robot, which has opened the pipe, may write into it
             for line in pipe:
-                at, (x, y, yaw) = self.now, map(float, line.split())
+                at = self.now
+                x, y, yaw = map(float, line.split())
                 with self._lock:
                     yaw = unwrap(yaw, self._truth[-1][3]) if self._truth else yaw
                     self._truth.append([at, x, y, yaw])
@@ -173,7 +170,7 @@ class Recorder:
         self.recording.event('finding', text='The robot was ended while the node ran.')
 
     def _is_within(self, kind, most):
-        """Count one more message of a kind. Returns True if there were at most `most` so far."""
+        """Count a message of this kind. Returns True if at most `most` messages were counted."""
         self._counts[kind] = self._counts.get(kind, 0) + 1
         return self._counts[kind] <= most
 
@@ -187,25 +184,30 @@ class Recorder:
                 self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
             return
         with self._lock:
-            last_at, *last = self._commands[-1] if self._commands else [-math.inf]
-            if last == [linear, angular] and at - last_at < SAME_COMMAND:
-                return
+            if self._commands:
+                last_at, *last = self._commands[-1]
+                if last == [linear, angular] and at - last_at < SAME_COMMAND:
+                    return
             if not self._is_within('commands', MOST_COMMANDS):
                 return
             self._commands.append([at, linear, angular])
         self.recording.add(CMD_VEL_TOPIC, message, at)
 
     def _on_message(self, message, topic_and_class):
-        (topic, kind), at, data = topic_and_class, self.now, BytesIO()
-        message.serialize(data)
-        data = data.getvalue()
-        if connection_of(message)['md5sum'] == kind._md5sum and len(data) <= MOST_BYTES and (
-                self._is_within(topic, MOST_MESSAGES)):
+        at = self.now
+        topic, kind = topic_and_class
+        buffer = BytesIO()
+        message.serialize(buffer)
+        data = buffer.getvalue()
+        if connection_of(message)['md5sum'] != kind._md5sum or len(data) > MOST_BYTES:
+            return
+        if self._is_within(topic, MOST_MESSAGES):
             self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
 
     def _on_log(self, line):
-        if line.name not in (rospy.get_name(), '/' + ROBOT_NODE) and self._is_within(
-                'log lines', MOST_LINES):
+        if line.name in (rospy.get_name(), '/' + ROBOT_NODE):
+            return
+        if self._is_within('log lines', MOST_LINES):
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
                 name=line.name[:LINE_LENGTH], msg=line.msg[:LINE_LENGTH]), self.now)
@@ -242,13 +244,13 @@ class Recorder:
         return any(linear or angular for _, linear, angular in self.commands_since(begin))
 
     def rests(self, without_command=0.0):
-        """Has the robot rested for REST_TIME, and has the node sent no command to move for
+        """Has the robot rested for ROBOT_REST_TIME, and has the node sent no command to move for
         `without_command` [s]?"""
         if without_command and self.moves(self.now - without_command):
             return False
         with self._lock:
-            recent = np.array(self._truth[bisect_left(self._truth, [self.now - REST_TIME]):])
+            recent = self._truth[bisect_left(self._truth, [self.now - ROBOT_REST_TIME]):]
         if len(recent) < 5:     # the robot has just started
             return False
-        _, x, y, yaw = (recent - recent[0]).T
+        _, x, y, yaw = np.subtract(recent, recent[0]).T
         return bool(np.hypot(x, y).max() < REST_WAY and np.abs(yaw).max() < REST_TURN)

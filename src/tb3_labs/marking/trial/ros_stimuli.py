@@ -23,19 +23,20 @@ IMU_SWITCH, ODOM_SWITCH = 'imu_silent', 'odom_silent'
 STOP_REST_TIME = 2.0
 #: Before a stimulus interrupts a movement, the movement has lasted for this time [s].
 INTERRUPTION_TIME = 0.5
-#: The output and the messages of a node arrive within this time [s].
+#: The output and the messages of a node reach the marker within this time [s].
 DELIVERY_TIME = 0.3
 
 
 class Robot:
     """Drives the simulated robot, and changes its settings.
 
-    Each movement is recorded as the marker's own. If another program changes a setting of the
-    robot, the change is recorded and undone.
+    Each movement by this class is recorded as a movement of the marker. If another program changes
+    a setting of the robot, the change is recorded and undone.
     """
 
     def __init__(self, recorder):
-        self._recorder, self._settings = recorder, {}
+        self._recorder = recorder
+        self._settings = {}
         self._wheels = rospy.Publisher(CMD_VEL_TOPIC, Twist, queue_size=1)
         self._service = rospy.ServiceProxy(f'/{ROBOT_NODE}/set_parameters', Reconfigure)
         rospy.Subscriber(f'/{ROBOT_NODE}/parameter_updates', ConfigMessage,
@@ -43,7 +44,7 @@ class Robot:
 
     def _move(self, command, seconds):
         """Send the speeds (linear, angular) that ``command()`` returns, for `seconds` [s] or until
-        ``command()`` returns None. Then send zero, also after an exception."""
+        ``command()`` returns None. Then send zero, even after an exception in ``command()``."""
         begin = time.monotonic()
         try:
             for speeds in iter(command, None):
@@ -87,9 +88,9 @@ class Robot:
 
 def changes_of_settings(before, now):
     """Returns a sentence on each setting of the robot that changed."""
+    changed = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
     return ['A setting of the robot was changed: {} from {} to {}.'.format(
-        name, before.get(name, 'none'), now.get(name, 'none'))
-        for name in sorted(set(before) | set(now)) if before.get(name) != now.get(name)]
+        name, before.get(name, 'none'), now.get(name, 'none')) for name in changed]
 
 
 class Repeater:
@@ -97,7 +98,8 @@ class Repeater:
     gamepad does."""
 
     def __init__(self, topic, kind):
-        self._message, self._closed = None, False
+        self._message = None
+        self._is_closed = False
         self._publisher = rospy.Publisher(topic, kind, queue_size=1, tcp_nodelay=True)
         threading.Thread(target=self._repeat, daemon=True).start()
 
@@ -105,16 +107,17 @@ class Repeater:
         return self
 
     def __exit__(self, *problem):
-        self._message, self._closed = None, True
+        self._message = None
+        self._is_closed = True
 
     def hold(self, message):
-        """Send the message now, and repeat it. With None, end the messages, as an unplugged device
-        does."""
+        """Send the message now, and repeat it. ``hold(None)`` ends the messages, as if the device
+        were unplugged."""
         self._message = message
         self._send_held()
 
     def wait_for_subscriber(self):
-        """Wait until a node is connected, and then for 0.45 s.
+        """Wait until a node is connected, and 0.45 s longer.
 
         A node may ignore a new gamepad until the gamepad has been at rest for a moment. This
         package's gamepad node waits for 0.3 s.
@@ -132,6 +135,6 @@ class Repeater:
             self.send(message)
 
     def _repeat(self):
-        while not (self._closed or rospy.is_shutdown()):
+        while not (self._is_closed or rospy.is_shutdown()):
             self._send_held()
             time.sleep(0.05)

@@ -37,12 +37,16 @@ class StudentNode:
     """Starts, ends and records the processes of a node. One process runs at a time."""
 
     def __init__(self, node, sensors, recording):
-        """`node` is package/file. `sensors` are the topics that the node needs. A node that
-        subscribes to the first sensor is ready. `recording` is the Recording of the trial."""
-        self._sensors, self._recording, self._needed = sensors, recording, []
+        """`node` is package/file. `sensors` are the topics that the node needs. The node is ready
+        when it subscribes to the first of these topics. `recording` is the Recording of the trial.
+        """
+        self._sensors = sensors
+        self._recording = recording
+        #: The resolved names of the topics that the present process needs.
+        self._needed = []
         self._prepared = NodeStart.from_environment()
-        self._command = [self._prepared.program] if self._prepared.program else [
-            'rosrun', *node.split('/', 1)]
+        program = self._prepared.program
+        self._command = [program] if program else ['rosrun', *node.split('/', 1)]
         self._process = self._watch = self._output = None
         #: Was any process ready? None before the first process.
         self._was_ready = None
@@ -59,60 +63,61 @@ class StudentNode:
         """The exit status of the process. It is None while the process runs, and -N if signal N
         ended the process."""
         status = self._process.status
-        isolated = self._prepared.isolated and status is not None and status > BY_SIGNAL
-        return BY_SIGNAL - status if isolated else status
+        if self._prepared.isolated and status is not None:
+            return status if status <= BY_SIGNAL else BY_SIGNAL - status
+        return status
 
-    def start(self, *arguments, listens=()):
-        """End the last process of the node, and start a new process.
+    def start(self, *arguments, needed=()):
+        """End the present process of the node, and start a new process.
 
-        The node needs the topics `listens`. By default these are its `sensors`. A process that
-        subscribes to the first needed topic is ready. Raises ``NotTried`` if the new process is not
-        ready in time. If the first process was not ready, no other process is started.
+        The node needs the topics `needed`, by default its `sensors`. The new process is ready when
+        it subscribes to the first needed topic. Raises ``NotTried`` if it is not ready in time. If
+        the first process of a trial was not ready, no other process is started.
         """
-        needed = self._needed = list(map(rospy.resolve_name, listens or self._sensors))
+        self._needed = list(map(rospy.resolve_name, needed or self._sensors))
         self.stop()
         if self._was_ready is False:
             raise NotTried
         known = set(self.graph.nodes())
         self._interrupted = False
-        self._recording.event('start', needed=needed[0].strip('/'))
+        self._recording.event('start', needed=self._needed[0].strip('/'))
         self._output = NodeOutput(self._recording)
         environment = dict(self._prepared.environment or watched(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # the master of this trial
         self._process = Program([*self._prepared.prefix, *self._command, *arguments], environment,
                                 self._output.add)
         if self._prepared.program:        # mark.py has prepared a submission
-            self._watch = ResourceWatch(
-                self._process.pid, OWN_FOLDERS if self._prepared.isolated else (), os.getppid())
-        is_ready = self._is_ready_in_time(needed, known)
+            own_folders = OWN_FOLDERS if self._prepared.isolated else ()
+            self._watch = ResourceWatch(self._process.pid, own_folders, os.getppid())
+        is_ready = self._is_ready_in_time(known)
         self._was_ready = self._was_ready or is_ready
         if not is_ready:
             self.stop()
             raise NotTried
         self._recording.event('ready')
 
-    def _is_ready_in_time(self, needed, known):
+    def _is_ready_in_time(self, known):
         new, since = {}, time.monotonic()
 
         def is_ready():
             """Has the node subscribed to its first topic, and registered nothing new for 0.5 s?"""
             nonlocal new, since
-            present = {name: registered for name, registered in self.graph.nodes().items()
+            present = {name: roles for name, roles in self.graph.nodes().items()
                        if name not in known}
             if present != new:
                 new, since = present, time.monotonic()
-            return any((LISTENS, needed[0]) in registered for registered in new.values()) and (
-                time.monotonic() - since >= 0.5)
+            subscribes = any((LISTENS, self._needed[0]) in roles for roles in new.values())
+            return subscribes and time.monotonic() - since >= 0.5
         # a computer with a load of 2 for each processor is twice as slow
         factor = min(4.0, max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
         ready = wait_until(lambda: not self.alive or is_ready(), START_TIME * factor, 0.1)
         self.graph.names = set(new)
-        self._recording.event('run', nodes=sorted(new), unheard=self.graph.unheard(
-            needed) if self.alive else [])
+        silent = self.graph.silent_topics(self._needed) if self.alive else []
+        self._recording.event('run', nodes=sorted(new), unheard=silent)
         return ready and self.alive
 
     def stop(self):
-        """End the node by Ctrl+C. If it still runs after 2 s, end it by SIGKILL."""
+        """End the node by Ctrl+C. If the node still runs after 2 s, SIGKILL ends it."""
         if self._process is None:
             return
         self.interrupt(2.0)
@@ -154,8 +159,8 @@ class StudentNode:
         self._output.flush()
         if self.alive:
             with suppress(OSError, rosgraph.MasterException):   # the master does not answer
-                listens, publishes = self.graph.topics()
-                self._recording.event('run', listens=listens, publishes=publishes,
+                subscribed, published = self.graph.topics()
+                self._recording.event('run', listens=subscribed, publishes=published,
                                       unconnected=self.graph.unconnected(self._needed))
         elif not self._interrupted:
             self._recording.event('run', ended_by_itself=True, status=self.status)
@@ -187,39 +192,44 @@ class Graph:
         """Returns the topics or services at which the student's node has the `role`.
 
         Raises an error if the master does not answer. The error ends the trial, so that the node
-        loses no points.
+        does not lose points.
         """
         groups = self._master.getSystemState()[role]
         return {topic for topic, names in groups if self.names.intersection(names)}
 
-    def unheard(self, needed):
-        """Returns the topics that the student's node subscribes to and nobody publishes. Returns []
-        if the node subscribes to all topics in `needed`."""
-        listens = self.at_role(LISTENS)
-        published = {topic for registered in self.nodes().values()
-                     for role, topic in registered if role == PUBLISHES}
-        offered = set(map(rospy.resolve_name, (MOUSE_INFO_TOPIC, JOY_TOPIC, CTRL_RELINQ_TOPIC)))
-        return [] if listens.issuperset(needed) else sorted(listens - published - offered)
+    def silent_topics(self, needed):
+        """Returns the topics that the student's node subscribes to although nobody publishes them.
+        Returns [] if the node subscribes to all topics in `needed`."""
+        subscribed = self.at_role(LISTENS)
+        if subscribed.issuperset(needed):
+            return []
+        roles = set().union(*self.nodes().values())
+        published = {topic for role, topic in roles if role == PUBLISHES}
+        by_marker = MOUSE_INFO_TOPIC, JOY_TOPIC, CTRL_RELINQ_TOPIC
+        played = set(map(rospy.resolve_name, by_marker))
+        return sorted(subscribed - published - played)
 
     def topics(self):
         """Returns the topics that the student's node subscribes to, and {topic: type} for the
         topics that it publishes. IGNORED_TOPICS are left out."""
         kinds = dict(self._master.getTopicTypes())
-        listens, publishes = (sorted(self.at_role(role) - IGNORED_TOPICS)
-                              for role in (LISTENS, PUBLISHES))
-        return listens, {topic: kinds.get(topic, '') for topic in publishes}
+        subscribed = self.at_role(LISTENS) - IGNORED_TOPICS
+        published = self.at_role(PUBLISHES) - IGNORED_TOPICS
+        return sorted(subscribed), {topic: kinds.get(topic, '') for topic in sorted(published)}
 
     def unconnected(self, needed):
         """Returns the topics in `needed` that the student's node subscribes to without a connection
         to the robot. The node and the robot give such a topic different types."""
-        connected = set()
+        connections = []
         with suppress(OSError, rosgraph.MasterException, xmlrpc.client.Error):
             robot = xmlrpc.client.ServerProxy(self._master.lookupNode('/' + ROBOT_NODE))
-            connected = {(name, topic) for _, name, _, _, topic, *_ in robot.getBusInfo(
-                rospy.get_name())[2]}
-        listens = self.at_role(LISTENS)
-        return [topic.strip('/') for topic in needed if topic in listens and connected and not any(
-            (name, topic) in connected for name in self.names)]
+            _, _, connections = robot.getBusInfo(rospy.get_name())
+        subscribed = self.at_role(LISTENS)
+        if not connections:
+            return []
+        connected = {topic for _, name, _, _, topic, *_ in connections if name in self.names}
+        return [topic.strip('/') for topic in needed
+                if topic in subscribed and topic not in connected]
 
     def kind_of(self, topic):
         """Returns the message class of a topic; None for an unknown class."""

@@ -37,15 +37,19 @@ class Trial:
     """One robot, one node, and the recording of both."""
 
     def __init__(self, lab, package, executable, path, option, print_line):
-        """`path` is the path of the bag. `option` is the value of the lab's option. Each step of
-        the trial is announced by ``print_line(line)``."""
+        """`path` is the path of the bag. `option` is the value of the lab's option. A call of
+        ``print_line(line)`` announces each step of the trial."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
-        self.robot, self.option, self.part = Robot(self.recorder), option, ''
+        self.robot = Robot(self.recorder)
+        self.option = option
+        self.part = ''
         self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
-        self._name, self._print_line, self._slip = node, print_line, 0.0
+        self._name = node
+        self._print_line = print_line
+        self._slip = 0.0
 
     @contextmanager
     def stimulus(self, name, facts=None):
@@ -59,7 +63,7 @@ class Trial:
         self.recording.event('end', facts=stimulus.facts, died=not self.node.alive)
 
     def observe(self, name, seconds, act=lambda: None, facts=None):
-        """Call `act()`, and wait for `seconds` [s]. This is recorded as the stimulus `name`."""
+        """Record the stimulus `name`: call `act()`, and wait for `seconds` [s]."""
         with self.stimulus(name, facts):
             act()
             time.sleep(seconds)
@@ -68,16 +72,19 @@ class Trial:
     def findings_in_text(self, *packages):
         """Returns the findings of source_analysis.text_of in the submission. If mark.py has
         prepared no submission, the node's package and `packages` are read. A mouse client in the
-        node's own package goes before other mouse clients."""
-        known, own_package = rospkg.RosPack(), self._name.split('/')[0]
+        node's own package is preferred to other mouse clients."""
+        known = rospkg.RosPack()
+        own_package = self._name.split('/')[0]
 
         def folders(names):
             return [known.get_path(name) for name in names
                     if name != OWN_PACKAGE and name in known.list()]
-        own, others = folders([own_package]), folders(set(packages) - {own_package})
+        own = folders([own_package])
         copy = NodeStart.from_environment().copy
-        findings = text_of([copy] if copy else own + others)
-        return dict(findings, up=text_of(own)['up'] or findings['up'])
+        searched = [copy] if copy else own + folders(set(packages) - {own_package})
+        findings = text_of(searched)
+        own_up = text_of(own)['up']
+        return dict(findings, up=own_up) if own_up else findings
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. If the package has several
@@ -94,8 +101,8 @@ class Trial:
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
-        """Record that the node cannot get the stimuli `names`, with the reason, a clause. Then
-        raise ``NotOffered``, which ends the part."""
+        """Record that the node cannot get the stimuli `names`. `reason` is a clause. Then raise
+        ``NotOffered``, which ends the part."""
         self.recording.event('not offered', names=list(names), reason=reason)
         raise NotOffered(reason)
 
@@ -114,22 +121,23 @@ class Trial:
         return self.recorder.moves(begun)
 
     def motion(self, name, act, reaction, quiet, seconds, facts=(), is_astray=lambda: False):
-        """Call `act()`, and record the motion that begins within `reaction` [s] as the stimulus
-        `name`. The stimulus ends when the robot rests and got no command to move for `quiet` [s],
-        when `is_astray()` is True, or after `seconds` [s]."""
+        """Record the stimulus `name`: call `act()`, and wait for the motion that begins within
+        `reaction` [s]. The stimulus ends when the robot rests and got no command to move for
+        `quiet` [s], when `is_astray()` is True, or after `seconds` [s]."""
+        def is_over():
+            return not self.node.alive or self.recorder.rests(quiet) or is_astray()
         with self.stimulus(name, facts) as stimulus:
             stimulus.facts[MOVED] = self.moves_after(act, reaction)
             if stimulus.facts[MOVED]:
-                wait_until(lambda: not self.node.alive or self.recorder.rests(quiet)
-                           or is_astray(), seconds)
+                wait_until(is_over, seconds)
             stimulus.facts[RESTED] = self.recorder.rests(quiet)
 
     def set_in_motion(self, is_ready, act, reaction):
-        """Make the node move the robot. Returns True in the middle of the motion. Returns False if
-        the node does not move the robot within `reaction` [s] after `act()`.
+        """Make the node move the robot by `act()`, and return True while the robot moves. Returns
+        False if the node does not move the robot within `reaction` [s] after `act()`.
 
-        Unless `is_ready()` is True, the node is started first. A second attempt follows, because an
-        earlier stimulus may have upset the node.
+        If `is_ready()` is False, the node is started first. A failed attempt is repeated with a new
+        process, because the last stimulus may have upset the node.
         """
         for _ in range(2):
             if not is_ready():
@@ -142,18 +150,18 @@ class Trial:
         return False
 
     def falls_silent(self, name, was_moving, silence):
-        """Call `silence()`, which ends the messages of a device, as the stimulus `name`."""
+        """Record the stimulus `name`: call `silence()`, which ends the messages of a device."""
         self.observe(name, LOST_STOP_TIME + 0.5, silence, {WAS_MOVING: was_moving})
 
     def sensor_falls_silent(self, name, was_moving, switch):
-        """Make a sensor silent by the robot's setting `switch`, as the stimulus `name`. Afterwards
-        the sensor sends again."""
+        """Record the stimulus `name`: make a sensor silent by the robot's setting `switch`. After
+        the stimulus the sensor sends again."""
         self.falls_silent(name, was_moving, lambda: self.robot.change(**{switch: True}))
         self.robot.change(**{switch: False})
 
     def set_slip(self, share):
-        """Let a share of the wheels' travel slip. A change ends the node first, because a running
-        node may take the change for a fault of a sensor."""
+        """Let a share of the wheels' travel slip. Before the slip changes, the node is ended,
+        because a running node may take the change for a fault of a sensor."""
         if share != self._slip:
             self.node.stop()
             self.robot.change(slip=share)
@@ -166,14 +174,16 @@ class Trial:
         `set_in_motion()` makes the node move the robot, and returns True if the robot moves.
         """
         for name in CTRL_C:
-            was_moving, begin = set_in_motion(), self.recorder.now
+            was_moving = set_in_motion()
+            begin = self.recorder.now
             self.ctrl_c(name, was_moving)
-            if any(not (linear or angular) and at <= begin + STOP_TIME
-                   for at, linear, angular in self.recorder.commands_since(begin)):
+            zeros = [at for at, linear, angular in self.recorder.commands_since(begin)
+                     if linear == angular == 0.0]
+            if zeros and zeros[0] <= begin + STOP_TIME:
                 return
 
     def ctrl_c(self, name=CTRL_C[0], was_moving=False):
-        """Send Ctrl+C as the stimulus `name`, and end a node that still runs."""
+        """Record the stimulus `name`: send Ctrl+C. Then end the node if it still runs."""
         with self.stimulus(name, {WAS_MOVING: was_moving}) as stimulus:
             ended = self.node.interrupt(EXIT_TIME)
             if not (ended or was_moving):   # in Python 3.13 input() first waits for Enter
@@ -186,8 +196,8 @@ class Trial:
 
 
 def end_with_the_marker(recording):
-    """End this process at once when ROS shuts it down. It would get no more messages, and would
-    therefore record a wrong behaviour of the node."""
+    """End this process at once when ROS shuts it down. After a shutdown this process would get no
+    messages, and would therefore record a wrong behaviour of the node."""
     def on_shutdown():
         if not recording.is_closed:
             recording.event('finding', text='The marker was ended while the node ran.')
@@ -197,8 +207,8 @@ def end_with_the_marker(recording):
 
 
 def record_trial(lab, package, executable, parts, path, option, print_line):
-    """Try a node in `parts` of a lab, and write the bag of the trial. [] means all parts. Trial
-    explains the other arguments."""
+    """Try a node in `parts` of a lab, and write the bag of the trial. [] means all parts. See Trial
+    for the other arguments."""
     trial = Trial(lab, package, executable, path, option, print_line)
     end_with_the_marker(trial.recording)
     try:
@@ -209,10 +219,10 @@ def record_trial(lab, package, executable, parts, path, option, print_line):
                 trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
-                with suppress(NotOffered, NotTried):    # these exceptions end a part
+                with suppress(NotOffered, NotTried):    # these exceptions end this part alone
                     act(trial)
     except Exception as problem:
-        # the node must lose no points by an error of the marker
+        # the node must not lose points by an error of the marker
         trial.recording.event('broken', text=f'{type(problem).__name__}: {problem}')
         raise
     finally:

@@ -15,7 +15,7 @@ from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
 from tb3_labs.marking.names import is_name
 
 #: The packages of the services that handout, skeletons and sheets use. If a student's service has
-#: the checksum of a service in these packages, both have the same fields.
+#: the checksum of a service in these packages, the two services have the same fields.
 KNOWN_SERVICES = 'tb3_labs', 'std_srvs'
 
 
@@ -23,8 +23,7 @@ class Types:
     """The types that this process can import, and the types for which a sandbox made examples."""
 
     def __init__(self, described: Optional[Dict[str, Any]] = None) -> None:
-        """`described` is the result of workspace.build. It is None if the student defined no types.
-        """
+        """`described` is the result of workspace.build; None if the student defined no types."""
         described = described or {'msg': {}, 'srv': {}}
         self._messages, self._services = described['msg'], described['srv']
 
@@ -33,29 +32,35 @@ class Types:
         for an unknown type."""
         known = _class_in_a_package(kind, 'msg')
         example = example_of(known) if known else self._messages.get(kind)
-        return example and _example_class(kind, example['sum'], example['data'], example['fields'])
+        if example is None:
+            return None
+        return _example_class(kind, example['sum'], example['data'], example['fields'])
 
     def service(self, kind: str) -> Any:
         """Returns the class of a service type; None for an unknown type."""
-        known, example = _class_in_a_package(kind, 'srv'), self._services.get(kind)
-        return known or (self.by_sum().get(example['sum']) if example else None)
+        known = _class_in_a_package(kind, 'srv')
+        if known is None and kind in self._services:
+            return self.by_sum().get(self._services[kind]['sum'])
+        return known
 
     def by_sum(self) -> Dict[str, Any]:
         """Returns checksum -> class for all known services."""
-        classes = {example['sum']: SimpleNamespace(
-            _type=kind, _md5sum=example['sum'],
-            _request_class=_example_class(kind, example['sum'], example['request']),
-            _response_class=_example_class(kind, example['sum'], example['response']))
-            for kind, example in self._services.items()}
+        classes: Dict[str, Any] = {}
+        for kind, example in self._services.items():
+            checksum = example['sum']
+            classes[checksum] = SimpleNamespace(
+                _type=kind, _md5sum=checksum,
+                _request_class=_example_class(kind, checksum, example['request']),
+                _response_class=_example_class(kind, checksum, example['response']))
         for package in KNOWN_SERVICES:
-            services = vars(importlib.import_module(package + '.srv')).values()
-            classes.update({kind._md5sum: kind for kind in services
-                            if hasattr(kind, '_request_class')})
+            for service in vars(importlib.import_module(package + '.srv')).values():
+                if hasattr(service, '_request_class'):
+                    classes[service._md5sum] = service
         return classes
 
 
 class Example(genpy.Message):
-    """A message as bytes. A new message has the bytes of the example of its type."""
+    """A message as bytes. A new message is a copy of its type's example."""
 
     fields: List[List[Any]] = []    # name, type and first byte of each field
 
@@ -85,8 +90,9 @@ def _example_class(kind, checksum, data, fields=()):
 
 def _class_in_a_package(kind, what):
     package, _, name = kind.partition('/')
+    if not (is_name(package) and is_name(name)):
+        return None
     try:
-        return is_name(package) and is_name(name) and getattr(
-            importlib.import_module(f'{package}.{what}'), name, None)
+        return getattr(importlib.import_module(f'{package}.{what}'), name, None)
     except ImportError:
         return None
