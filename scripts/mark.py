@@ -73,10 +73,11 @@ def main(argv):
 
 
 def interrupt(*_):
-    """Interrupt the marking. Later signals are ignored, since the marking must end its trials."""
-    for number in END_SIGNALS:      # another signal within set() would block for ever
+    """Interrupt the marking. Each signal after the first one is ignored, since the marking must end
+    its trials."""
+    for number in END_SIGNALS:      # a signal during set() would block this process for ever
         signal.signal(number, lambda *_: None)
-    INTERRUPTED.set()       # Python ignores the exception in some places
+    INTERRUPTED.set()       # for the places where Python ignores KeyboardInterrupt
     raise KeyboardInterrupt
 
 

@@ -156,7 +156,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
             print_problem(reason(problem))
             return 2
     if not is_sandbox:
-        notes = notes[1:]       # the first note was printed before
+        notes = notes[1:]       # the first note was printed before the trials
     for note in notes:
         print_line(note)
     if page is not None:

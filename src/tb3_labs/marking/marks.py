@@ -134,7 +134,8 @@ class Marks:
 
     @property
     def mistake(self) -> str:
-        """A sentence on the first broken link, with lines of the node's file; '' without a link."""
+        """A sentence on the first broken link, with line numbers of the node's file; '' without a
+        link."""
         if not (self.link and self.observation):
             return ''
         return sentence(self.link[1], self.observation.assigned)
@@ -146,7 +147,7 @@ class Marks:
 
     @property
     def sentences(self) -> List[str]:
-        """The remarks. The reason why a submission was not judged comes first."""
+        """The remarks. If the submission was not judged, the reason comes before the remarks."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
@@ -167,7 +168,7 @@ class Marks:
 
     @property
     def points(self) -> float:
-        """The points that a person gave. If no person gave points, the marker's points."""
+        """The points that a person gave, or else the marker's points."""
         return self.earned if self.decided is None else self.decided
 
     @property
@@ -182,7 +183,7 @@ class Marks:
 
     @property
     def worth(self) -> float:
-        """Full marks, which are the points of all criteria of the handout."""
+        """Full marks: the sum of the points for the handout's criteria."""
         return sum(verdict.worth for verdict in self.graded)
 
     @property
@@ -233,12 +234,11 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link in the parts of the lab that lost points. Returns None if no
-    link is broken.
+    """Returns the first broken link in the parts of the lab that lost points. A part of the lab is
+    left out if all its criteria are beyond the handout.
 
-    Returns None also if the mistake is known already. Known mistakes are an exception, a sensor's
-    topic that nobody publishes, and a command that is not finite. A part of the lab is left out if
-    all its criteria are beyond the handout.
+    Returns None if no link is broken, or if the observation already has the mistake: an exception,
+    a sensor's topic that nobody publishes, or a command that is not finite.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))
@@ -258,7 +258,8 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, cut and printable, since a sentence may quote a submission."""
+    """Returns the first sentences. Each sentence is cut and made printable, since it may quote a
+    submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 

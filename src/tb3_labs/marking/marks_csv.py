@@ -1,12 +1,12 @@
 """The table of a class, marks.csv, and the page with the same content, overview.html.
 
-The table has the columns student, points, of (full marks), one for each criterion, node, remarks,
-id (of the student on the learning platform), late, decided, reason, and columns that a person
-added.
+The table has the columns `student`, `points`, `of` (full marks), a column for each criterion,
+`node`, `remarks`, `id` (the student's number on the learning platform), `late`, `decided`,
+`reason`, and columns that a person added.
 
-The name of a criterion beyond the handout begins with 'extra_'. If it is worth no points, its cells
-have 'yes' or 'no'. A submission that was not judged has empty cells. A text from a submission is
-never written as a formula.
+A criterion beyond the handout has a column whose name begins with 'extra_'. If the criterion is
+worth no points, the cells have 'yes' or 'no'. A submission that was not judged has empty cells. A
+text from a submission is never written as a formula.
 
 A person may write points into the column `decided`, and a sentence into `reason`. If a person edits
 the marker's points, the edited cell is the decision. An edited remark is the reason.
@@ -26,8 +26,8 @@ from tb3_labs.report.page.document import Markup, document, safe, table
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
-#: A person may write a decision in these columns. The next run compares the cells with the cells
-#: that the marker wrote, and so finds the decision.
+#: A person may write a decision in these columns. To find the decision, the next run compares these
+#: cells with the cells that the marker wrote.
 DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
 #: A spreadsheet's cell has at most this many characters.
 LONGEST_CELL = 32767
@@ -75,7 +75,7 @@ class MarksTable:
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added stay. The
-        rows of students without new marks stay, too, even if several rows have one name."""
+        rows of students without new marks stay, too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
         columns = [self._heads.index(head) if head in self._heads else None for head in heads]
         added = [column for column in range(len(self._heads)) if column not in columns]
@@ -117,7 +117,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
 
 
 def _is_same(cell: str, written: str) -> bool:
-    """Does a cell still have the written value? A spreadsheet may write 14 as 14.0 or 14,0."""
+    """Does a cell still have the marker's value? A spreadsheet may write 14 as 14.0 or 14,0."""
     try:
         return float(cell.replace(',', '.')) == float(written)
     except ValueError:

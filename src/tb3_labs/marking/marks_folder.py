@@ -120,7 +120,7 @@ class MarksFolder:
         """Write the table and the page of all students. `unprotected` is True if the programs of
         the submissions ran without sandboxes.
 
-        Returns (path of the page, lines for the instructor). Without marks this is (None, []).
+        Returns (path of the page, lines for the instructor), or (None, []) if there are no marks.
         """
         if not self._records:
             return None, []
@@ -222,8 +222,8 @@ def failure(problem: Exception) -> str:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Keep other runs of mark.py out of the folder during a ``with`` block. ``ValueError`` if
-    another mark.py is in its own block."""
+    """Keep other runs of mark.py out of the folder during a ``with`` block. Raises ``ValueError``
+    if another run of mark.py already uses the folder."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

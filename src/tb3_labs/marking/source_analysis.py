@@ -4,8 +4,8 @@
 * a function that assigns an angle to an orientation instead of a quaternion,
 * the lines that assign each variable.
 
-This module is also a program, since the text is a stranger's. :func:`text_of` starts the program
-with limits, and the program prints the result of :func:`analyse`.
+The text comes from a stranger, so a process with limits reads it: :func:`text_of` starts this
+module as a program, and the program prints the result of :func:`analyse`.
 """
 import ast
 import json
@@ -22,7 +22,7 @@ PROCESS_LIMITS = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0']
 LARGEST_TEXT = 200000
 #: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
-#: The result has at most this many variables, and lines of a variable.
+#: The result has at most MOST_NAMES variables, and at most MOST_LINES lines for each variable.
 MOST_NAMES, MOST_LINES = 200, 6
 #: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
@@ -41,11 +41,11 @@ Slopes = Dict[str, float]
 
 
 def text_of(paths: Iterable[str]) -> Dict[str, Any]:
-    """Returns the findings in the programs `paths`, and in the programs below the folders `paths`.
+    """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
     `up` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction is
     unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
-    variable, see `assigned`.
+    variable; see the function `assigned`.
     """
     done = subprocess.run(
         [*PROCESS_LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], cwd='/',
@@ -77,8 +77,8 @@ def nodes_of(text: Union[str, bytes]) -> List[Any]:
 
 
 def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
-    """Returns name -> the lines that assign this variable or field. A field of a field also appears
-    as FIELD.NAME."""
+    """Returns name -> the lines that assign this variable or field. A field of a field has two
+    names, NAME and FIELD.NAME."""
     lines: Dict[str, List[int]] = {}
     for node in nodes:
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
@@ -93,7 +93,7 @@ def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Does a function assign an angle, its last argument, to a field of an orientation? An argument
+    """Does a function assign its last argument, an angle, to a field of an orientation? An argument
     with the name of a quaternion's component, such as z or q_w, is not an angle."""
     angle = function.args.args[-1].arg if function.args.args else 'x'
     return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
@@ -130,7 +130,7 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
     # in Python 3.8 a keyword has no line number
     steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
-    for step in steps + steps:      # twice, since the last function may be the mouse's callback
+    for step in steps + steps:      # all steps twice, since the callback may be the last step
         for name, slope in _assigned_slopes(step, slopes):
             # a later constant, such as a reset to 0, does not change a known slope
             if slope or not slopes.get(name):
@@ -138,7 +138,7 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
     sent = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read = {_dotted_name(node) for node in nodes
             if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    unread = sent - read       # a client does not read the fields of its message
+    unread = sent - read       # a client writes the fields of its message, and does not read them
     return [slopes[name] for name in unread or sent if abs(slopes[name]) > 0.0]
 
 

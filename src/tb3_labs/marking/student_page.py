@@ -22,7 +22,7 @@ from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows this many lines of the output of each process, the last lines.
+#: A page shows the last lines of each process's output, at most this many.
 SHOWN_LINES = 15
 #: A shown line is cut after this many characters.
 LINE_LENGTH = 300
@@ -138,8 +138,8 @@ def _last_lines(observation):
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the content of results.json. It has a test for each criterion. Its `output` has the
-    rest of the page."""
+    """Returns the content of results.json. It has a test for each criterion. The field `output` has
+    the rest of the page."""
     parts = _points_and_remarks(marks) + [hints(marks.link, marks.mistake, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)

@@ -1,7 +1,8 @@
 """Finds the file of a submission that is the node of a lab.
 
 A repository of a whole course may have several files with the same name. A file is chosen by its
-package, by its signs of the node, and by its name. A file in a folder of old files is chosen last.
+package, by the signs that it is the node, and by its name. A file in a folder of old files is
+chosen last.
 If the chosen file only defines a class, the file that starts the class is the node.
 
 The files are only read.
@@ -20,7 +21,7 @@ from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: Two candidates are alike if their first ranks are equal. This is the number of these ranks.
+#: Two candidates are alike if this number of their first fields is equal.
 COMPARED_RANKS = 4
 #: Each relay script of catkin has this text. A relay starts a file on the student's machine.
 RELAY_TEXT = b'generated from catkin/cmake/template'
@@ -39,7 +40,7 @@ class _Candidate(NamedTuple):
 
     aside: bool             # is the file in a folder of old or copied files?
     package: int            # 0 for the usual package; see _package_rank
-    signs: int              # the number of signs of the node that are missing
+    signs: int              # the number of missing signs; see _signs
     name: int               # index in the usual names; len(names) for another name
     folder: int             # index in FOLDERS; len(FOLDERS) for another folder
     depth: int
@@ -86,8 +87,8 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 
 
 def _starting_program(module, programs, folder):
-    """Returns the first program in the package of `module` that imports and starts it, or None.
-    Returns None also if `module` is itself a program that starts."""
+    """Returns the first program that imports and starts `module`, and is in the same package.
+    Returns None if there is no such program, or if `module` itself starts."""
     if starts(module.text):
         return None
     path = folder / module.path
@@ -101,7 +102,8 @@ def _starting_program(module, programs, folder):
 
 
 def _remarks_and_findings(found, names):
-    """Returns two lists, each with at most one sentence on the choice of the first candidate."""
+    """Returns (remarks, findings) on the choice of the first candidate. Each of the two lists has
+    at most one sentence."""
     best, *others = found
     if not others:
         return [] if best.name < len(names) else [
@@ -165,13 +167,15 @@ def _package_rank(usual, own_names, outer_names):
 
 
 def _normalized(name):
-    """Returns a name in small letters. A number in it follows its word directly, as in lab2."""
+    """Returns a name in small letters, with a number directly behind its word: Lab_02 becomes
+    lab2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
 def _signs(lab, text):
-    """Returns whether a program listens to the lab's topic, has the handout's class, has the
-    handout's name of the node, and has each of the lab's `uses`."""
+    """Returns a bool for each sign that a program is the node of a lab. The program listens to the
+    lab's topic, has the handout's class, has the handout's name of the node, and has each of the
+    lab's `uses`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
     return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in (

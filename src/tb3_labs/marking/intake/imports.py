@@ -1,8 +1,8 @@
-"""Finds the missing modules of a node, also those that its own modules import.
+"""Finds the missing modules of a node, and of the modules of the submission that it imports.
 
 The programs of the submission are only read. A module of the marking machine is imported, to see if
-it works without a screen. A module of the submission is left to the trial: there Python looks for
-it, and says what is missing.
+it works without a screen. A module of the submission is not imported here. Python imports it in the
+trial, and then says what is missing.
 """
 import ast
 import json
@@ -47,7 +47,7 @@ class Import(NamedTuple):
 
     module: str                 # with dots, as it is written; '' in `from . import name`
     names: Tuple[str, ...]      # the names imported from it; () if the module itself is imported
-    bound: Tuple[str, ...]      # the program's own words for the names, or for the module
+    bound: Tuple[str, ...]      # the names that the program gives to `names`, or to the module
     is_relative: bool           # does it begin with a dot, as in `from .laws import name`?
     may_fail: bool              # is it in a `try`?
 
@@ -58,7 +58,7 @@ class Import(NamedTuple):
 
     @property
     def kinds(self) -> List[str]:
-        """'msg' or 'srv' if it imports generated types."""
+        """The kinds of generated types that are imported: 'msg', 'srv'."""
         words = [*self.module.split('.')[1:], *self.names]
         return [kind for kind in COURSE_TYPES if kind in words]
 
@@ -99,8 +99,8 @@ def _read_program(path):
 
 
 def programs_of(node: Path, package: Path) -> Dict[Path, Program]:
-    """Returns file -> Program: the node, and the modules in the folder `package` whose names are in
-    an import of the node, or of another one of these modules."""
+    """Returns file -> Program, for the node and its modules in the folder `package`. A file is one
+    of these modules if its name is in an import of the node, or in an import of such a module."""
     modules: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= LARGEST_PROGRAM:
@@ -118,7 +118,7 @@ def programs_of(node: Path, package: Path) -> Dict[Path, Program]:
 
 
 def starts(text: str) -> bool:
-    """Does a program do more than define names? A text that is not valid Python may."""
+    """Does a program do more than define names? Returns True if a text is not valid Python."""
     nodes = nodes_of(text)
     if not nodes:
         return True
@@ -130,14 +130,14 @@ def starts(text: str) -> bool:
 
 def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Path]
                  ) -> MissingModules:
-    """Returns the MissingModules of a node. `package` is the folder of its package, `folder` of the
-    submission. `packages` has name -> folder of the submission's packages. Other names by which
-    programs import messages are added to `packages`."""
+    """Returns the MissingModules of a node. `package` is the folder of the node's package. `folder`
+    is the folder of the submission. `packages` has name -> folder of the submission's packages.
+    Other names by which programs import messages are added to `packages`."""
     programs = programs_of(node, package).values()
     used_names = {'*'}.union(*(program.used for program in programs))
     own_modules = {name for path in files_in(folder) if path.suffix == '.py'
                    for name in (path.stem, path.parent.name)}
-    # with the text of its program
+    # each import with the text of its program
     imports = [(item, program.text) for program in programs for item in program.imports
                if not (item.is_relative or item.may_fail)
                and not _is_handed_in(item, own_modules, packages)]
@@ -160,7 +160,8 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
 
 
 def _is_handed_in(item, own_modules, packages):
-    """Does the submission have the imported types, or the imported module?"""
+    """Is the module that a program imports in the submission? If the program imports types of
+    messages or services, are these types in the submission?"""
     if item.package in packages and any(interface_files(packages[item.package]).values()):
         return True
     return item.package in own_modules and not item.kinds
@@ -183,8 +184,8 @@ def _add_second_name(item, packages):
 
 
 def _course_files(item, text):
-    """Returns the files of the COURSE_TYPES that the import of a missing package needs. If it does
-    not name the types, the `text` of the program does."""
+    """Returns the files of the COURSE_TYPES that the import of a missing package needs. If the
+    import does not name its types, the names in the `text` of the program are used."""
     if not is_name(item.package):
         return []
     names_types = item.names and not set(item.names) & {'*', *item.kinds}
@@ -194,8 +195,8 @@ def _course_files(item, text):
 
 
 def _import_errors(modules):
-    """Returns {module: error} of the modules that cannot be imported without a screen. The modules
-    of Python itself can."""
+    """Returns {module: error} of the modules that cannot be imported without a screen. Python's own
+    modules are not tried, since they can be imported."""
     errors, installed = {}, []
     for name in modules:
         spec = PathFinder.find_spec(name)

@@ -2,9 +2,9 @@
 sandbox, since genpy pastes a submission's names into code, and Noetic's genmsg evaluates constants.
 
 It reads a JSON object. `search` has the system's packages and the folders of their messages.
-`definitions` has package, 'msg' or 'srv', name and text of each definition.
+`definitions` has [package, 'msg' or 'srv', name, text] for each definition.
 
-It prints a JSON object. "modules" has package, 'msg' or 'srv', name of the file and text of each
+It prints a JSON object. "modules" has [package, 'msg' or 'srv', name of the file, text] for each
 module. "problems" has file -> the reason why the file cannot be built. "msg" and "srv" have type ->
 example, see `example_of`.
 """
@@ -24,13 +24,14 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: A larger example is left out [bytes].
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: type of a field that the check fills in -> format for struct. Only a header's stamp is filled in.
+#: The types of the fields that the check fills in, and their formats for struct. In a header the
+#: check fills in the stamp alone.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
 
 def describe(search, definitions):
-    """Make the modules in the current folder. Returns the object that is printed."""
+    """Make the modules in the current folder. Returns the object that this program prints."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     paths = [os.path.join('in', package, kind, f'{name}.{kind}')
              for package, kind, name, _ in definitions]
@@ -98,7 +99,7 @@ def _bytes_of(message):
 
 def _first_byte(message, name, of, before):
     """Returns the index of the first byte that changes if all bytes of the field become 1. `before`
-    are the bytes before that change."""
+    has the bytes of the message before this change."""
     form = FIELD_FORMATS[of]
     ones = struct.unpack(form, b'\1' * struct.calcsize(form))
     if of == 'std_msgs/Header':
@@ -111,7 +112,7 @@ def _first_byte(message, name, of, before):
 
 
 def _turn_upright(message):
-    """Set each quaternion in a new message, all zeros, to no rotation."""
+    """Set each quaternion in a new message to no rotation; it has only zeros before."""
     for name, of in zip(message.__slots__, message._slot_types):
         if of == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0

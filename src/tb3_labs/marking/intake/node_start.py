@@ -6,7 +6,7 @@ from typing import Any, Dict, NamedTuple, Optional, Sequence
 
 #: This package, of which a submission's program sees only a part.
 OWN_PACKAGE = 'tb3_labs'
-#: The environment variable that identifies a try of a submission by its value.
+#: The value of this environment variable identifies one try of a submission.
 IDENTITY = 'TB3_LABS_SUBMISSION'
 #: The environment variable with the path of the file that holds a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
@@ -41,6 +41,6 @@ class NodeStart(NamedTuple):
         return cls(*json.loads(Path(os.environ[NODE_START_FILE]).read_text()))
 
     def write(self, path: Path) -> Dict[str, str]:
-        """Write the NodeStart into a file. Returns the variable that names the file."""
+        """Write the NodeStart into a file. Returns {NODE_START_FILE: path of the file}."""
         path.write_text(json.dumps(self))
         return {NODE_START_FILE: str(path)}

@@ -1,7 +1,7 @@
 """Copies a submission, chooses its node, and finds its packages and the node's missing modules.
 
-A process with limits does this, since a stranger's file may use all memory, or take hours to read.
-If a limit ends that process, the marking goes on.
+A separate process reads the submission, since a stranger's file may use all memory, or take hours
+to read. If a limit ends that process, the marking goes on.
 """
 import json
 import subprocess
@@ -43,7 +43,7 @@ class ParsedSubmission(NamedTuple):
     node: str                       # the node's file
     package: str                    # the folder of the node's package
     name: str                       # the name in the package's package.xml; '' if it is not valid
-    packages: Dict[str, str]        # the submission's packages, the nearest last: name -> folder
+    packages: Dict[str, str]        # name -> folder; the package nearest to the node is last
     substituted: Dict[str, List[str]]   # missing package -> files of the course's types for it
     unused: List[str]               # missing modules that the node imports and does not use
 
@@ -62,7 +62,7 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
 
 def unpack_class(path: Path, folder: Path) -> List[str]:
     """Unpack the zip file of a class. Returns remarks on files that are left out. Raises
-    ``NotJudged`` if it is not a zip file, exceeds a limit, or is not safe."""
+    ``NotJudged`` if the file is not a zip file, exceeds a limit, or is not safe."""
     return _in_limited_process(
         'The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
 
@@ -71,8 +71,8 @@ def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: 
     """Call a function of this file in a process with limits, and return its result. JSON transfers
     the arguments and the result.
 
-    Raises ``NotJudged`` if the function raises it. If the process ends without a result, usually
-    by a limit, raises ``NotJudged`` with a text that begins with `failure`.
+    Raises ``NotJudged`` if the function raises this exception, or if the process ends without a
+    result, usually because of a limit. In the second case the text begins with `failure`.
     """
     done = subprocess.run(
         ['prlimit', f'--as={MEMORY}:', f'--cpu={COMPUTING}', '--core=0',

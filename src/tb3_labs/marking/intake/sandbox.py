@@ -4,9 +4,9 @@ The rostest, master, robot, check and node of a submission share a network that 
 All these processes end together with the marker.
 
 The node is in a sandbox inside that network. The sandbox has its own processes, its own /tmp and
-home. In it the node sees only the parts of the system that it needs, read-only. The node's
+home. The node sees only the parts of the system that it needs, and cannot write them. The node's
 processes, memory and disk are limited. An ordinary user makes the sandbox with a user namespace.
-If root marks, the node runs as a user that owns nothing, since Linux does not count root's
+If root runs mark.py, the node has a user that owns nothing, since Linux does not count root's
 processes.
 """
 import functools
@@ -36,7 +36,7 @@ INHERITED_PREFIXES = ('ROS', 'PYTHON', PREFIXES, 'PKG_CONFIG_PATH', 'LD_LIBRARY_
 LOGS = HOME + '/.ros/log'
 #: Each of OWN_FOLDERS has at most this size [bytes].
 ROOM = 100 * 10 ** 6
-#: These parts of /etc are in a sandbox, for host names, time zone, libraries, fonts and ROS.
+#: A sandbox has these parts of /etc: host names, time zone, libraries, fonts and ROS need them.
 ETC = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
        'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
 #: A student's program sees only these parts of this package.
@@ -52,10 +52,10 @@ USERS = range(61184, 65519)
 BUBBLEWRAP_WITH_SIZE = 0, 8
 #: The first version of Linux that counts the processes of each user namespace separately.
 LINUX_WITH_COUNT = 5, 14
-#: A sandbox that works has started within this time [s].
+#: A sandbox that has not started within this time does not work [s].
 SANDBOX_START = 20.0
 READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
-#: The protection without sandboxes, for the instructor.
+#: The instructor reads this text if the submissions are marked without sandboxes.
 UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
 
@@ -78,7 +78,7 @@ class NoSandbox:
         return dict(environment)
 
     def hand_over(self, folder: Path) -> None:
-        """Make the user who runs the program the owner of a folder of copies."""
+        """Give a folder of copies to the user who runs the program."""
 
 
 class OtherUser(NoSandbox):
@@ -154,7 +154,7 @@ class Sandbox(NoSandbox):
 
 
 def protection_problem(protection: NoSandbox) -> str:
-    """Try a protection. Returns '' if it works here, else a clause on why it does not."""
+    """Try a protection. Returns '' if the protection works here, else the reason why it fails."""
     command = protection.own_network(protection.command(
         ['python3', '-c', f'import {OWN_PACKAGE}.msg']))
     try:
@@ -200,7 +200,7 @@ def _folders_in(*variables):
 
 
 def _ros():
-    """Returns the mounts of Python and ROS outside of the system."""
+    """Returns the mounts of the folders of Python and ROS that are not in /usr."""
     folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _folders_in(
         MODULES, PREFIXES, 'LD_LIBRARY_PATH')
     return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
@@ -250,8 +250,8 @@ def _version(text):
 
 
 def _enter(forget, user, folders, logs):
-    """Make the `folders` writable for `user`, and become that user, unless it is None. Make the
-    folder `logs`, since rospy does not own the folder above it. Remove the variable `forget`.
+    """If `user` is not None, make the `folders` writable for this user, and become the user. Make
+    the folder `logs`, since rospy does not own the folder above it. Remove the variable `forget`.
 
     The text of this function runs in the sandbox, where this package is missing.
     """
@@ -263,11 +263,11 @@ def _enter(forget, user, folders, logs):
         os.setresuid(user, user, user)
     os.makedirs(logs, exist_ok=True)
     os.environ.pop(forget, None)
-    # bubblewrap ignores Ctrl+C, and this process inherits that
+    # without this line Ctrl+C would be ignored here, since bubblewrap ignores it
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-#: The first program in a sandbox, for python3 -c. Its arguments are JSON for _enter(), and the
+#: In a sandbox python3 -c first runs this program. Its arguments are the JSON for _enter(), and the
 #: command.
 ENTER = '''import errno, json, os, signal, sys
 {}

@@ -5,7 +5,7 @@ it. Canvas writes ``millerann_12345_67890_lab2.zip``. It adds ``_LATE`` to the n
 is late, and writes ``lab2-1.zip`` for a file that is handed in again. A name may be any bytes, so
 each name is checked.
 
-The files that were handed in are neither changed nor run. They are copied, or unpacked, once.
+The files that were handed in are neither changed nor run. Each file is copied or unpacked once.
 """
 import difflib
 import hashlib
@@ -32,13 +32,13 @@ CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: The names of a student's packages and workspaces, and of the folders in them.
 COURSE_FOLDER = re.compile(
     r'(ice|lab)[ _.-]?\d.*|src|scripts|nodes|msg|srv|launch|build|devel|.*_ws', re.IGNORECASE)
-#: A student's files must not have these names, which the folder of marks or Linux uses.
+#: A student's files get other names than these, which the folder of marks or Linux uses.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: The longest name [bytes]. Linux allows 255, so an ending can be added.
+#: The longest name [bytes]. Linux allows 255 bytes, which leaves space for an ending.
 LONGEST_NAME = 180
 #: A larger file is not copied, unless it is a zip file [bytes].
 LARGEST_COPIED = 20000000
-#: The endings of archives. Such a file in the copy was not unpacked.
+#: The endings of archives. If the copy has a file with such an ending, this file was not unpacked.
 ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 
 
@@ -80,9 +80,9 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     """Returns student -> names of the student's files and folders. `names` maps these names to
     their parts.
 
-    Several files of a student belong together. If two students have the same name, their numbers
-    are added to the name. Without a number each file is a student, and the file's name is added to
-    the student's name. Each student's name is a valid name of a file.
+    Files with the same name of a student and the same number belong to one student. A file without
+    a number belongs to a student of its own. If several students have the same name, the number, or
+    else the file's name, is added to each name. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
@@ -100,8 +100,8 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
 
 
 def check_names(wanted: Iterable[str], students: Sequence[str]) -> None:
-    """Raises ``ValueError``, which has similar names, if a `wanted` name is not a student's name.
-    """
+    """Raises ``ValueError`` if a `wanted` name is not a student's name. The text of the error has
+    similar names."""
     for name in wanted:
         if name not in students:
             near = difflib.get_close_matches(name, students)
@@ -230,7 +230,8 @@ def _files_to_copy(handed_in, ignored):
 
 
 def _files_of_folder(folder, remarks, ignored):
-    """Returns {path below the folder: file to copy}. Remarks on the other files are added."""
+    """Returns {path below the folder: file to copy}. Remarks on the files that are not copied are
+    added to `remarks`."""
     files, refused = submitted_files(folder, ignored)
     large = {path for path in files
              if path.stat().st_size > LARGEST_COPIED and not is_zip(path.name)}

@@ -30,16 +30,17 @@ from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.watch import PROBE, watched
 
-#: A first line that begins in this way names a Python.
+#: If a node's first line begins in this way, the line names the Python that runs the node.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: By this command of CMake catkin makes a program that starts a node without the node's first line.
+#: With this command in a CMakeLists.txt a node needs no first line, since catkin makes a program
+#: that starts the node.
 INSTALLS_PROGRAMS = 'catkin_install_python'
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-#: So many packages are built, the nearest to the node.
+#: At most this number of packages is built: the packages that are nearest to the node.
 MOST_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
@@ -49,7 +50,7 @@ MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
 BUILD_TIME = 30.0
 #: This command runs MAKE_MODULES with limits of memory [bytes] and processor time [s].
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
-#: Such an error may come from the version of Python or of a module on this machine.
+#: Errors that may come from the version of Python, or of a module, on this machine.
 VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
     r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive'|"""
@@ -68,7 +69,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     remarks = reading.remarks
     copy, made = workspace / COPY, workspace / 'python'
     source, node = copy / reading.package, copy / reading.node
-    # a copy of geometry_msgs in a repository must not replace the machine's
+    # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own = [name for name in reading.packages if name not in system_messages()]
     packages = {name: copy / reading.packages[name] for name in own[-MOST_PACKAGES:]}
     for name, files in reading.substituted.items():
@@ -84,7 +85,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         for part in module.split('.'):
             package /= part
             package.mkdir(exist_ok=True)
-            if not (package / '__init__.py').exists():      # not one of its own modules
+            if not (package / '__init__.py').exists():      # the submission has no such module
                 (package / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
         remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
@@ -109,8 +110,8 @@ def _stand_in(name, files, folder, remarks):
 
 
 def _shown_name(package, file):
-    """Returns package/file as roslaunch and a page can have it: a name that is not valid becomes
-    submission or node.py."""
+    """Returns package/file for roslaunch and for the pages. An invalid name becomes submission or
+    node.py."""
     has_name = NAME.fullmatch(file[:-3] if file.endswith('.py') else file)
     return '{}/{}'.format(package if package not in ('', OWN_PACKAGE) else 'submission',
                           file if has_name else 'node.py')
@@ -158,16 +159,17 @@ def version_errors(printed: str, copy: Path) -> List[str]:
 
 def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
           remarks: List[str], sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
-    """Make the Python modules of `packages` in `folder`. Returns the examples of their types, see
-    message_examples.py, or None if they define no type. `packages` has name -> folder.
+    """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
+    or None if the packages define no type. `packages` has name -> folder.
 
-    Messages are made in the folder of their package's own modules, if it has one, since Python
-    looks for both there. The messages are read in `sandbox` with this `environment`. Sentences on
-    the packages whose names are in the text of `node` are added to `remarks`.
+    If a package has modules of its own, the package's messages are made in the folder of these
+    modules, since Python looks for both in one folder. The messages are read in `sandbox` with this
+    `environment`. Sentences on the packages whose names are in the text of `node` are added to
+    `remarks`.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
-    # Python first looks beside the node
+    # Python looks for a module beside the node first
     own_modules.update({name: node.parent / name for name in packages
                         if (node.parent / name / '__init__.py').is_file()})
     folder.mkdir()
@@ -196,7 +198,7 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
         (folder / package_name / '__init__.py').touch()
     for path, problem in sorted(done['problems'].items()):
         package_name, _, file = path.split(os.sep)
-        # genmsg also names the searched folders, which are on the marking machine
+        # the end of genmsg's text, which names folders of the marking machine, is cut off
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
         if package_name in text:
             remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
