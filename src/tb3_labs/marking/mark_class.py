@@ -98,7 +98,7 @@ class MarkedClass:
                 tried = self._runner.try_out(submission, reading, Path(work))
             tried.seconds = time.monotonic() - begun
             marks = self._write(tried, reading.digest)
-            if not marks.delayed:
+            if not marks.delay_sentence:
                 break
             if is_first:
                 print_line(f'{name}: the machine held the robot up for '

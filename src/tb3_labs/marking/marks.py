@@ -107,14 +107,14 @@ class Marks:
     link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken link, if points are lost
 
     @property
-    def decided(self) -> Optional[float]:
+    def decided_points(self) -> Optional[float]:
         """The points that a person gave; None if the marker's points stay."""
         return self.decision.points if self.decision else None
 
     @property
     def is_known(self) -> bool:
         """Are the points known? A submission that was not judged has unknown points."""
-        return not self.unjudged or self.decided is not None
+        return not self.unjudged or self.decided_points is not None
 
     @property
     def is_full(self) -> bool:
@@ -123,7 +123,7 @@ class Marks:
             verdict.outcome is Outcome.MET for verdict in self.graded)
 
     @property
-    def delayed(self) -> str:
+    def delay_sentence(self) -> str:
         """A sentence on a machine that was too busy for a fair trial. It is '' after a fair trial,
         or if the node lost no points."""
         gap = self.observation.longest_gap if self.observation else 0.0
@@ -155,7 +155,7 @@ class Marks:
         """One sentence on a person's decision; [] without a decision."""
         if self.decision is None:
             return []
-        gave = '' if self.decided is None else (
+        gave = '' if self.decided_points is None else (
             f'A person gave these points; the marker gave {self.earned:g}.')
         return [f'{gave} {self.decision.reason}'.strip()]
 
@@ -169,7 +169,7 @@ class Marks:
     @property
     def points(self) -> float:
         """The points that a person gave, or else the marker's points."""
-        return self.earned if self.decided is None else self.decided
+        return self.earned if self.decided_points is None else self.decided_points
 
     @property
     def points_text(self) -> str:
@@ -223,9 +223,9 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')
     marks.findings += observation.findings
-    if marks.delayed:
-        marks.remarks.append(marks.delayed)
-        marks.findings.append(f'{marks.delayed} Type the same command again.')
+    if marks.delay_sentence:
+        marks.remarks.append(marks.delay_sentence)
+        marks.findings.append(f'{marks.delay_sentence} Type the same command again.')
     if marks.unjudged:
         marks.findings.append('Not judged: ' + marks.unjudged)
     marks.remarks, marks.findings = _limited(marks.remarks), _limited(marks.findings)

@@ -69,7 +69,7 @@ class MarksTable:
             column = POINTS if POINTS in edited and DECIDED not in edited else DECIDED
             reason = REMARKS if REMARKS in edited and REASON not in edited else REASON
             if (cells.get(column) or cells.get(reason)) and student not in decisions:
-                points = _decided_points(student, column, cells.get(column, ''))
+                points = _points_in_cell(student, column, cells.get(column, ''))
                 decisions[student] = Decision(points, cells.get(reason, ''))
         return decisions
 
@@ -124,7 +124,7 @@ def _is_same(cell: str, written: str) -> bool:
         return not cell or cell.strip().lstrip("'") == written.strip().lstrip("'")
 
 
-def _decided_points(student: str, column: str, cell: str) -> Optional[float]:
+def _points_in_cell(student: str, column: str, cell: str) -> Optional[float]:
     """Returns the points in a cell; None for an empty cell. ``ValueError`` for invalid points."""
     if not cell:
         return None

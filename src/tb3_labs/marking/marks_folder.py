@@ -19,7 +19,7 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 import rospkg
 
 from tb3_labs.command_line import output_folder, printable, reason, write_output
-from tb3_labs.marking.intake.node_start import OWN_PACKAGE
+from tb3_labs.marking.node_start import OWN_PACKAGE
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
 from tb3_labs.marking.marks_csv import POINTS, DECISION_COLUMNS, MarksTable, cells_of, overview
@@ -111,7 +111,7 @@ class MarksFolder:
             'worth': self.worth, 'bag': self._digest(handed_in.student),
             'cells': self._records.get(handed_in.student, {}).get('cells', {})}
         marks = self._write_page(record)
-        if marks.delayed:
+        if marks.delay_sentence:
             record['key']['submission'] = ''
         self._write_record(record)
         return marks

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
 from tb3_labs.marking.intake.archives import NotJudged, files_in, shortened
-from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, programs_of, starts
+from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, is_main_program, programs_of
 from tb3_labs.marking.intake.packages import (
     FOLDERS, MANIFEST, is_aside, name_in, package_folder, source_of)
 from tb3_labs.marking.names import LAB_NODES, NodeNames
@@ -89,13 +89,13 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
 def _starting_program(module, programs, folder):
     """Returns the first program that imports and starts `module`, and is in the same package.
     Returns None if there is no such program, or if `module` itself starts."""
-    if starts(module.text):
+    if is_main_program(module.text):
         return None
     path = folder / module.path
     package = source_of(path, folder)
     for each in programs:
         script = folder / each.path
-        if (each.aside <= module.aside and package in script.parents and starts(each.text)
+        if (each.aside <= module.aside and package in script.parents and is_main_program(each.text)
                 and path in programs_of(script, package)):
             return each
     return None

@@ -117,7 +117,7 @@ def programs_of(node: Path, package: Path) -> Dict[Path, Program]:
     return programs
 
 
-def starts(text: str) -> bool:
+def is_main_program(text: str) -> bool:
     """Does a program do more than define names? Returns True if a text is not valid Python."""
     nodes = nodes_of(text)
     if not nodes:

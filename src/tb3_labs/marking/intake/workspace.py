@@ -22,12 +22,13 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
+from tb3_labs.marking.intake.mounts import PYTHONPATH
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
 from tb3_labs.marking.intake.read_submission import ParsedSubmission
-from tb3_labs.marking.intake.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
-from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
+from tb3_labs.marking.intake.sandbox import NoSandbox, Protection
 from tb3_labs.marking.names import NAME, is_name
+from tb3_labs.marking.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
 from tb3_labs.watch import PROBE, watched
 
 #: If a node's first line begins in this way, the line names the Python that runs the node.
@@ -60,11 +61,11 @@ COPY = 'src'
 
 
 def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
-            sandbox: NoSandbox = NoSandbox()) -> NodeStart:
+            protection: Protection = NoSandbox()) -> NodeStart:
     """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
 
     The node's environment is `environment` and the folders of the workspace. Remarks and findings
-    are added to `reading`. Messages and services are made in `sandbox`.
+    are added to `reading`. Messages and services are made under `protection`.
     """
     remarks = reading.remarks
     copy, made = workspace / COPY, workspace / 'python'
@@ -79,7 +80,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
-    types = build(packages, node, made, environment, remarks, sandbox)
+    types = build(packages, node, made, environment, remarks, protection)
     for module in reading.unused:
         package = made
         for part in module.split('.'):
@@ -90,11 +91,12 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     if reading.unused:
         remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
-    environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
+    environment[PYTHONPATH] = ':'.join(filter(None, [str(made), environment.get(PYTHONPATH)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
-        NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
-        sandbox.isolates, str(node), _shown_name(reading.name, node.name), str(copy))
+        NODE_PREFIX + protection.program_command([]),
+        protection.program_environment(environment), types, protection.isolates, str(node),
+        _shown_name(reading.name, node.name), str(copy))
 
 
 def _stand_in(name, files, folder, remarks):
@@ -158,14 +160,14 @@ def version_errors(printed: str, copy: Path) -> List[str]:
 # -- messages and services
 
 def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
-          remarks: List[str], sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
+          remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
     """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
     or None if the packages define no type. `packages` has name -> folder.
 
     If a package has modules of its own, the package's messages are made in the folder of these
-    modules, since Python looks for both in one folder. The messages are read in `sandbox` with this
-    `environment`. Sentences on the packages whose names are in the text of `node` are added to
-    `remarks`.
+    modules, since Python looks for both in one folder. The messages are read under `protection`
+    with this `environment`. Sentences on the packages whose names are in the text of `node` are
+    added to `remarks`.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
@@ -184,7 +186,7 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     if not files:
         return None
     try:
-        done = _examples_of(files, environment, sandbox)
+        done = _examples_of(files, environment, protection)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
@@ -224,15 +226,15 @@ def _definitions(name, package):
     return definitions, problems
 
 
-def _examples_of(definitions, environment, sandbox):
+def _examples_of(definitions, environment, protection):
     """Returns the object that message_examples.py prints for these definitions."""
     # the answer is a file, since the sandbox limits the size of files but not of pipes
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
-            sandbox.own_network(sandbox.command(LIMITED_PYTHON + [MAKE_MODULES])),
+            protection.check_command(protection.program_command(LIMITED_PYTHON + [MAKE_MODULES])),
             input=json.dumps({'search': system_messages(), 'definitions': definitions}),
             stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, check=True, cwd='/',
-            env=sandbox.environment(environment), universal_newlines=True)
+            env=protection.program_environment(environment), universal_newlines=True)
         answer.seek(0)
         return json.load(answer)
 

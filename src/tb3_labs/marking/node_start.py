@@ -15,7 +15,7 @@ HOME = '/home/student'
 OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
 #: A submission's program cannot write a larger file [bytes].
 LARGEST_FILE = 50 * 10 ** 6
-FILES_LIMITED = ['prlimit', f'--fsize={LARGEST_FILE}']
+LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={LARGEST_FILE}']
 #: This command starts a node. The node dies with the process that starts it. On a busy processor,
 #: the robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
@@ -25,7 +25,7 @@ class NodeStart(NamedTuple):
     """Everything that the start of a node needs. mark.py writes it into a file. The check, another
     process, reads the file and starts the node."""
 
-    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED     # the first words of the node's command
+    prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the node's command begins with it
     environment: Optional[Dict[str, str]] = None        # None: the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?
