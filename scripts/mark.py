@@ -73,8 +73,7 @@ def main(argv):
 
 
 def interrupt(*_):
-    """Interrupt the marking. Each signal after the first one is ignored, since the marking must end
-    its trials."""
+    """Interrupt the marking. Further signals are ignored, since the marking must end its trials."""
     for number in END_SIGNALS:      # a signal during set() would block this process for ever
         signal.signal(number, lambda *_: None)
     INTERRUPTED.set()       # for the places where Python ignores KeyboardInterrupt

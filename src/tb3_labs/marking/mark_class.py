@@ -36,7 +36,8 @@ class MarkedClass:
 
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
         """If `retry`, unchanged submissions are tried again, too."""
-        self._runner, self._folder, self._retry = runner, runner.folder, retry
+        self._runner = runner
+        self._retry = retry
         #: Is there a submission without points?
         self._failed = False
         #: How many submissions have not changed since their trial?
@@ -108,7 +109,7 @@ class MarkedClass:
     def _is_kept(self, submission, digest, name):
         """If the marks of an earlier trial can be kept, print the points and return True."""
         with self._writing:
-            marks = self._folder.marks_if_unchanged(submission.student, digest)
+            marks = self._runner.folder.marks_if_unchanged(submission.student, digest)
             if marks is None:
                 return False
             self._unchanged += 1
@@ -119,7 +120,7 @@ class MarkedClass:
     def _write(self, tried, digest):
         """Record a tried submission, and write its page. Returns the Marks with points."""
         with self._writing:
-            marks = self._folder.write(tried, digest)
+            marks = self._runner.folder.write(tried, digest)
             self._failed = self._failed or not marks.is_known
         return marks
 
@@ -192,8 +193,9 @@ def _submissions(arguments, work):
             print_problem(remark)
         source = without_wrapping(work / 'all')
     submissions = submissions_in(source, print_problem)
-    check_names(arguments.only, [each.student for each in submissions])
-    return [each for each in submissions if not arguments.only or each.student in arguments.only]
+    check_names(arguments.only, [submission.student for submission in submissions])
+    return [submission for submission in submissions
+            if not arguments.only or submission.student in arguments.only]
 
 
 def _choose_protection(arguments, work):

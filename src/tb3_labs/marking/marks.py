@@ -134,8 +134,7 @@ class Marks:
 
     @property
     def mistake(self) -> str:
-        """A sentence on the first broken link, with line numbers of the node's file; '' without a
-        link."""
+        """A sentence on the first broken link, with lines of the node; '' without a link."""
         if not (self.link and self.observation):
             return ''
         return sentence(self.link[1], self.observation.assigned)
@@ -210,7 +209,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
-    verdict_text = ' '.join(each.reason for each in marks.verdicts)
+    verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
                      *LABS[lab].remarks(observation, parts)]
     marks.findings = list(marks.findings)
@@ -248,8 +247,9 @@ def _broken_link(observation: Observation,
               if verdict.outcome is not Outcome.MET}
     parts_of_handout = {part for verdict in verdicts
                         for part in (verdict.criterion.part, verdict.criterion.also)}
-    recording, begins = observation.recording, [begin for _, begin in observation.parts]
-    for (part, begin), end in zip(observation.parts, begins[1:] + [math.inf]):
+    recording = observation.recording
+    ends = [begin for _, begin in observation.parts[1:]] + [math.inf]
+    for (part, begin), end in zip(observation.parts, ends):
         if part not in parts_of_handout:
             time = recording.variables.arrival
             variables = recording.variables.take((time < begin) | (time >= end))
@@ -258,8 +258,7 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences. Each sentence is cut and made printable, since it may quote a
-    submission."""
+    """Returns the first sentences, cut, and printable even if they quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
@@ -286,8 +285,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
                 raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
                                  + ', '.join(names))
             points = section.get(name)
-            if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
-                    math.isfinite(points) and points >= 0):
+            is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
+            if not (is_number and 0 <= points < math.inf):
                 raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number of at least 0')
             worth[name] = points
     return worth

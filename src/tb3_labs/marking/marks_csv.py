@@ -64,10 +64,13 @@ class MarksTable:
         decisions: Dict[str, Decision] = {}
         for row in self._rows:
             student = row[self._student]
-            cells, before = dict(zip(self._heads, row)), written.get(student, {})
+            cells = dict(zip(self._heads, row))
+            before = written.get(student, {})
             edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            column = POINTS if POINTS in edited and DECIDED not in edited else DECIDED
-            reason = REMARKS if REMARKS in edited and REASON not in edited else REASON
+            has_new_points = POINTS in edited and DECIDED not in edited
+            column = POINTS if has_new_points else DECIDED
+            has_new_remarks = REMARKS in edited and REASON not in edited
+            reason = REMARKS if has_new_remarks else REASON
             if (cells.get(column) or cells.get(reason)) and student not in decisions:
                 points = _points_in_cell(student, column, cells.get(column, ''))
                 decisions[student] = Decision(points, cells.get(reason, ''))
@@ -132,7 +135,7 @@ def _points_in_cell(student: str, column: str, cell: str) -> Optional[float]:
         number = float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
         number = math.nan
-    if not (math.isfinite(number) and number >= 0.0):
+    if not 0.0 <= number < math.inf:
         raise ValueError(f'{student}: {column} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
     return number
@@ -173,7 +176,8 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     if own:
         own.insert(0, '<h2>For the instructor alone</h2>')
     totals = sorted(marks.points for marks in all_marks if marks.is_known)
-    summary = f'{len(all_marks)} submission' + ('' if len(all_marks) == 1 else 's')
+    noun = 'submission' if len(all_marks) == 1 else 'submissions'
+    summary = f'{len(all_marks)} {noun}'
     if len(totals) < len(all_marks):
         summary += f', {len(all_marks) - len(totals)} {NOT_JUDGED}'
     if totals:
@@ -184,5 +188,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
 
 
 def _folded(sentences):
+    if not sentences:
+        return ''
     return Markup(f'<details><summary>{len(sentences)}</summary>{escape(" ".join(sentences))}'
-                  '</details>') if sentences else ''
+                  '</details>')

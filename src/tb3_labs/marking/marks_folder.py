@@ -56,13 +56,12 @@ class MarksFolder:
     def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
                  options: Options = Options(), rescores: bool = True) -> None:
         """Make the folder `path` if it is missing. `worth` has the points of each criterion. If
-        `rescores`, marks in the folder may get other points than before.
-
-        Raises ``ValueError`` if the folder has marks of another lab or of other parts, or a table
-        that cannot be read, or if marks would get other points without `rescores`.
-        """
-        self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
-        self.logs, self.options = output_folder(self._path / 'logs'), options
+        `rescores`, marks in the folder may get other points than before. Raises ``ValueError`` if
+        the folder has marks of another lab or of other parts, or a table that cannot be read, or if
+        marks would get other points without `rescores`."""
+        self._path = output_folder(path)
+        self.logs = output_folder(self._path / 'logs')
+        self.lab, self.parts, self.worth, self.options = lab, parts, worth, options
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
                      'version': trial_key(lab)}
         #: student -> the content of STUDENT.marks.json
@@ -90,7 +89,8 @@ class MarksFolder:
         record = self._records.get(student)
         if record is None:
             return None
-        options, chosen = self.options, record['key']['options'].get('name', '')
+        options = self.options
+        chosen = record['key']['options'].get('name', '')
         if '/' in chosen and not options.name:      # a person chose this student's node
             options = options._replace(name=chosen)
         if record['key'] != dict(self._key, submission=submission, options=options._asdict()):
@@ -100,11 +100,8 @@ class MarksFolder:
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
         """Record a tried submission, and write the student's page and results. Returns the Marks
-        with points.
-
-        `submission` is the digest of the submission. If the machine delayed the trial, the digest
-        is not recorded, so that the next run tries the submission again.
-        """
+        with points. `submission` is the digest of the submission. If the machine delayed the trial,
+        the digest is not recorded, so that the next run tries the submission again."""
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},
@@ -118,10 +115,8 @@ class MarksFolder:
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
         """Write the table and the page of all students. `unprotected` is True if the programs of
-        the submissions ran without sandboxes.
-
-        Returns (path of the page, lines for the instructor), or (None, []) if there are no marks.
-        """
+        the submissions ran without sandboxes. Returns (path of the page, lines for the instructor),
+        or (None, []) if there are no marks."""
         if not self._records:
             return None, []
         renewed, all_marks = [], []
@@ -178,14 +173,16 @@ class MarksFolder:
                 {safe(student): record['cells'] for student, record in self._records.items()})
             return table
         except ValueError as problem:
-            why = 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
-                problem, UnicodeDecodeError) else problem
+            why = str(problem)
+            if isinstance(problem, UnicodeDecodeError):
+                why = 'a spreadsheet must save it as "CSV UTF-8"'
             raise ValueError(
                 f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _write_page(self, record):
         """Write a student's page and results from a record and the bag. Returns the Marks."""
-        handed_in, observation = Marks(**record['handed_in']), None
+        handed_in = Marks(**record['handed_in'])
+        observation = None
         bag = self.bag(handed_in.student)
         if not handed_in.unjudged:
             try:

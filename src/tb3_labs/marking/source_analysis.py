@@ -118,10 +118,11 @@ def _last_name(node: Any) -> str:
 def _publishes_mouse(nodes: List[Any]) -> bool:
     calls = [node for node in nodes
              if isinstance(node, ast.Call) and _last_name(node.func) == 'Publisher']
-    arguments = [each for call in calls
-                 for each in (*call.args, *(word.value for word in call.keywords))]
-    return any(isinstance(each, ast.Constant) and each.value in ('mouse_info', '/mouse_info')
-               for each in arguments)
+    arguments = []
+    for call in calls:
+        arguments += [*call.args, *(keyword.value for keyword in call.keywords)]
+    return any(isinstance(argument, ast.Constant)
+               and argument.value in ('mouse_info', '/mouse_info') for argument in arguments)
 
 
 def _slopes_sent(nodes: List[Any]) -> List[float]:

@@ -44,7 +44,8 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 
 def student_page(marks: Marks, lab: str) -> str:
     """Returns a student's page, HTML. `lab` is the title of the lab."""
-    parts, observation = _points_and_remarks(marks), marks.observation
+    parts = _points_and_remarks(marks)
+    observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
         parts.append(_verdicts(marks.graded, has_timeline))
@@ -102,7 +103,8 @@ def recording_for_timeline(observation: Observation) -> RunData:
 
 
 def _verdicts(verdicts, has_timeline):
-    rows, shown_reasons = [], set()
+    rows = []
+    shown_reasons = set()
     for v in verdicts:
         shown = replace(v, reason='the same') if v.reason in shown_reasons else v
         sentence = shown.sentence
@@ -129,9 +131,10 @@ def _last_lines(observation):
     for number, process in enumerate(observation.processes, 1):
         lines = [line for line in process.printed.splitlines() if line.strip()]
         text = escape('\n'.join(line[:LINE_LENGTH] for line in lines[-SHOWN_LINES:]))
-        parts.append(f'<p>Start {number} of {len(observation.processes)}'
-                     + ('' if process.ready is not None else ', never ready')
-                     + f'</p><pre>{text or "(nothing)"}</pre>')
+        start = f'Start {number} of {len(observation.processes)}'
+        if process.ready is None:
+            start += ', never ready'
+        parts.append(f'<p>{start}</p><pre>{text or "(nothing)"}</pre>')
     return parts
 
 

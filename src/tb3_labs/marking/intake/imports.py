@@ -19,6 +19,8 @@ from tb3_labs.marking.intake.packages import MESSAGES, SERVICES, interface_files
 from tb3_labs.marking.names import is_name
 from tb3_labs.marking.source_analysis import nodes_of
 
+#: A program does something by these statements, if they have a call.
+ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
 #: The types that the course gives to the students. tb3_labs has a file of each type.
@@ -86,14 +88,15 @@ def _read_program(path):
              for statement in node.body for inner in ast.walk(statement)}
     imports = []
     for node in nodes:
+        may_fail = id(node) in tried
         if isinstance(node, ast.Import):
-            imports += [Import(alias.name, (), (alias.asname or alias.name.split('.')[0],), False,
-                               id(node) in tried) for alias in node.names]
+            for alias in node.names:
+                bound = alias.asname or alias.name.split('.')[0]
+                imports.append(Import(alias.name, (), (bound,), False, may_fail))
         elif isinstance(node, ast.ImportFrom):
-            imports.append(Import(
-                node.module or '', tuple(alias.name for alias in node.names),
-                tuple(alias.asname or alias.name for alias in node.names), node.level > 0,
-                id(node) in tried))
+            names = tuple(alias.name for alias in node.names)
+            bound = tuple(alias.asname or alias.name for alias in node.names)
+            imports.append(Import(node.module or '', names, bound, node.level > 0, may_fail))
     return Program(data.decode(errors='replace'), list(dict.fromkeys(imports)),
                    {node.id for node in nodes if isinstance(node, ast.Name)})
 
@@ -122,9 +125,8 @@ def is_main_program(text: str) -> bool:
     nodes = nodes_of(text)
     if not nodes:
         return True
-    actions = [each for each in nodes[0].body if isinstance(
-        each, (ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try))]
-    calls = [inner for each in actions for inner in ast.walk(each) if isinstance(inner, ast.Call)]
+    actions = [statement for statement in nodes[0].body if isinstance(statement, ACTING_STATEMENTS)]
+    calls = [part for action in actions for part in ast.walk(action) if isinstance(part, ast.Call)]
     return any(getattr(call.func, 'attr', '') not in CHANGES_PATH for call in calls)
 
 
@@ -160,8 +162,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
 
 
 def _is_handed_in(item, own_modules, packages):
-    """Is the module that a program imports in the submission? If the program imports types of
-    messages or services, are these types in the submission?"""
+    """Does the submission itself contain the types, or the module, that a program imports?"""
     if item.package in packages and any(interface_files(packages[item.package]).values()):
         return True
     return item.package in own_modules and not item.kinds
@@ -172,15 +173,17 @@ def _add_second_name(item, packages):
     with these names, give this package the unknown name as a second name."""
     if item.package in packages:
         return
-    imports_all = not item.names or set(item.names) & {'*', *item.kinds}
-    having = set()
+    imports_all = not item.names or bool(set(item.names) & {'*', *item.kinds})
+    possible = set()
     for package in packages.values():
         files = [file for kind in item.kinds for file in interface_files(package)[kind]]
         types = {file.partition('.')[0] for file in files}
-        if types & set(item.names) or types and imports_all and not own_name(package):
-            having.add(package)
-    if len(having) == 1:
-        packages[item.package] = having.pop()
+        has_imported_type = bool(types & set(item.names))
+        may_have_all = imports_all and bool(types) and not own_name(package)
+        if has_imported_type or may_have_all:
+            possible.add(package)
+    if len(possible) == 1:
+        packages[item.package] = possible.pop()
 
 
 def _course_files(item, text):
@@ -188,7 +191,7 @@ def _course_files(item, text):
     import does not name its types, the names in the `text` of the program are used."""
     if not is_name(item.package):
         return []
-    names_types = item.names and not set(item.names) & {'*', *item.kinds}
+    names_types = bool(item.names) and not set(item.names) & {'*', *item.kinds}
     words = ' '.join(item.names) if names_types else text
     return [f'{kind}/{name}.{kind}' for kind in item.kinds for name in COURSE_TYPES[kind]
             if name in words]
@@ -197,7 +200,8 @@ def _course_files(item, text):
 def _import_errors(modules):
     """Returns {module: error} of the modules that cannot be imported without a screen. Python's own
     modules are not tried, since they can be imported."""
-    errors, installed = {}, []
+    errors = {}
+    installed = []
     for name in modules:
         spec = PathFinder.find_spec(name)
         if spec is None and name not in sys.builtin_module_names:

@@ -16,8 +16,7 @@ from tb3_labs.marking.names import NAME, is_name
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml or a CMakeLists.txt is read [bytes].
 LARGEST_MANIFEST = 100000
-#: The folders of a package's messages, services and actions. The files in each folder have the
-#: folder's name as their ending.
+#: The folders of a package's messages, services and actions, and the endings of these files.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
@@ -69,9 +68,9 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     nearest to `node` is returned. A package without a name gets the name of its folder.
     """
     files = files_in(folder)
-    found = {path.parent for path in files if path.name == MANIFEST} | {
-        path.parent.parent for path in files
-        if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
+    found = {path.parent for path in files if path.name == MANIFEST}
+    found |= {path.parent.parent for path in files
+              if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
     packages = {}
     # the nearest package comes last, and replaces packages with the same name
     for package in sorted(found, key=lambda path: distance(path, node, folder), reverse=True):
@@ -92,9 +91,10 @@ def gather_definitions(folder: Path) -> None:
     package the usual folder is made beside the file."""
     for path in files_in(folder):
         kind = path.suffix[1:]
-        if (kind in (MESSAGES, SERVICES) and path.parent.name != kind and is_name(path.stem)
-                and path.stat().st_size <= LARGEST_MANIFEST
-                and not is_aside(str(path.relative_to(folder)))):
+        is_definition = kind in (MESSAGES, SERVICES) and is_name(path.stem)
+        is_misplaced = is_definition and path.parent.name != kind
+        is_unused = is_aside(str(path.relative_to(folder)))
+        if is_misplaced and not is_unused and path.stat().st_size <= LARGEST_MANIFEST:
             package = package_folder(path, folder) or path.parent
             with suppress(OSError):
                 (package / kind).mkdir(exist_ok=True)
@@ -103,8 +103,7 @@ def gather_definitions(folder: Path) -> None:
 
 
 def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of a package's files. The kinds are INTERFACES. A name may be invalid.
-    """
+    """Returns kind -> names of a package's files. The names may be invalid."""
     return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
             for kind in INTERFACES}
 
@@ -128,8 +127,8 @@ def calls_of(command: str, package: Path) -> List[str]:
     file = package / 'CMakeLists.txt'
     text = file.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace') if file.is_file() else ''
     text = CMAKE_COMMENT.sub('', text).replace('"', ' ')
-    return [part.partition(')')[0].lstrip(' (') for part in re.split(re.escape(
-        command), text, flags=re.IGNORECASE)[1:]]
+    parts = re.split(re.escape(command), text, flags=re.IGNORECASE)[1:]
+    return [part.partition(')')[0].lstrip(' (') for part in parts]
 
 
 def modules_of(package: Path, name: str) -> List[Path]:

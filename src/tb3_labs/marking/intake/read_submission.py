@@ -103,7 +103,8 @@ def _unpack_class(path, folder):
 
 def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
           name: str) -> ParsedSubmission:
-    copy, names = Path(folder), NodeNames(*lab)
+    copy = Path(folder)
+    names = NodeNames(*lab)
 
     def has_node() -> bool:
         with suppress(NotJudged):
@@ -118,20 +119,24 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
         raise NotJudged(' '.join((not_unpacked or [str(problem)]) + remarks)) from None
     node = copy / path
     gather_definitions(copy)
-    source, packages = source_of(node, copy), packages_in(copy, node)
+    source = source_of(node, copy)
+    packages = packages_in(copy, node)
     missing = find_missing(node, source, copy, packages)
     if any(module.split('.')[0] == 'rclpy' for module in missing.used):
         raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')
     if missing.used:
-        raise NotJudged('{} needs modules that do not work on the marking machine: {}.'.format(
-            path, ', '.join('{} ({})'.format(module, error.split(':')[0])
-                            for module, error in sorted(missing.used.items()))))
+        modules = ', '.join('{} ({})'.format(module, error.split(':')[0])
+                            for module, error in sorted(missing.used.items()))
+        raise NotJudged(
+            f'{path} needs modules that do not work on the marking machine: {modules}.')
     for name, place in packages.items():
         if own_name(place) not in ('', name):
             remarks.append(f'The package {name} was not handed in: the types of '
                            f'{own_name(place)} stand in for its own.')
     package_name, bad_name = name_in(source / MANIFEST)
-    remarks += why + not_unpacked + ([bad_name] if bad_name else [])
+    remarks += why + not_unpacked
+    if bad_name:
+        remarks.append(bad_name)
     return ParsedSubmission(
         digest(copy), remarks, findings, path, str(source.relative_to(copy)), package_name,
         {name: str(place.relative_to(copy)) for name, place in packages.items()},

@@ -127,7 +127,8 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
             continue
         mode = path.lstat().st_mode
         parts = read_name(path.name, stat.S_ISDIR(mode))
-        if stat.S_ISDIR(mode) or stat.S_ISREG(mode) and (parts.number or is_zip(path.name)):
+        is_wanted_file = stat.S_ISREG(mode) and bool(parts.number or is_zip(path.name))
+        if stat.S_ISDIR(mode) or is_wanted_file:
             names[path.name] = parts
             continue
         kind = 'neither a folder nor a file'
@@ -147,18 +148,18 @@ def without_wrapping(folder: Path) -> Path:
     """Returns the folder that a zip program put around all submissions. Returns `folder` itself if
     there is no such folder."""
     inside = list(folder.iterdir())
-    is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
-        path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
-    if is_wrapped and _is_one_submission(inside[0]):
+    if len(inside) != 1 or not inside[0].is_dir() or _is_one_submission(inside[0]):
         return folder
-    return inside[0] if is_wrapped else folder
+    is_wrapping = all(path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
+    return inside[0] if is_wrapping else folder
 
 
 def _is_one_submission(folder):
     """Is a folder one student's package or workspace, or a folder of the student's packages?"""
-    return any(not read_name(path.name, path.is_dir()).number and (
-        COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name)
-        for path in folder.iterdir())
+    unnumbered = [path for path in folder.iterdir()
+                  if not read_name(path.name, path.is_dir()).number]
+    return any(COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name
+               for path in unnumbered)
 
 
 # -- the copy of a submission
@@ -182,7 +183,8 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path,
 
 def _copy(handed_in, folder, has_node, ignored):
     folder.mkdir(parents=True)
-    limits, not_unpacked, bad_names = UnpackLimits(), [], []
+    limits = UnpackLimits()
+    not_unpacked, bad_names = [], []
     files, remarks = _files_to_copy(handed_in, ignored)
     zips = [path for path in files if is_zip(path.name)]
     sizes = {path: files[path].stat().st_size for path in files if not is_zip(path.name)}
@@ -230,8 +232,7 @@ def _files_to_copy(handed_in, ignored):
 
 
 def _files_of_folder(folder, remarks, ignored):
-    """Returns {path below the folder: file to copy}. Remarks on the files that are not copied are
-    added to `remarks`."""
+    """Returns {path below the folder: file to copy}. The other files get a line in `remarks`."""
     files, refused = submitted_files(folder, ignored)
     large = {path for path in files
              if path.stat().st_size > LARGEST_COPIED and not is_zip(path.name)}

@@ -33,8 +33,7 @@ from tb3_labs.watch import PROBE, watched
 
 #: If a node's first line begins in this way, the line names the Python that runs the node.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: With this command in a CMakeLists.txt a node needs no first line, since catkin makes a program
-#: that starts the node.
+#: A node in this command of a CMakeLists.txt starts even without a first line.
 INSTALLS_PROGRAMS = 'catkin_install_python'
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
@@ -114,14 +113,16 @@ def _stand_in(name, files, folder, remarks):
 def _shown_name(package, file):
     """Returns package/file for roslaunch and for the pages. An invalid name becomes submission or
     node.py."""
-    has_name = NAME.fullmatch(file[:-3] if file.endswith('.py') else file)
-    return '{}/{}'.format(package if package not in ('', OWN_PACKAGE) else 'submission',
-                          file if has_name else 'node.py')
+    stem = file[:-3] if file.endswith('.py') else file
+    if package in ('', OWN_PACKAGE):
+        package = 'submission'
+    return f'{package}/{file}' if NAME.fullmatch(stem) else package + '/node.py'
 
 
 def _repair(node, package, remarks, findings):
     """Repair a node's file in the folder `package`."""
-    code, repairs = node.read_bytes(), []
+    code = node.read_bytes()
+    repairs = []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
         repairs.append('begins with a byte order mark: removed')
@@ -144,7 +145,7 @@ def _repair(node, package, remarks, findings):
                         'lacks: on another one it may run.')
     if not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
-    remarks += [f'{node.name} {each}.' for each in repairs]
+    remarks += [f'{node.name} {repair}.' for repair in repairs]
     node.write_bytes(code)
     node.chmod(0o755)
 
@@ -182,7 +183,8 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     for name, package in packages.items():
         definitions, problems = _definitions(name, package)
         files += definitions
-        remarks += problems if name in text else []
+        if name in text:
+            remarks += problems
     if not files:
         return None
     try:
