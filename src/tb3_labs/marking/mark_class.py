@@ -128,11 +128,9 @@ class MarkedClass:
 # -- the command
 
 def mark_class(arguments, interrupted: threading.Event) -> int:
-    """Mark a class by the arguments of mark.py. Returns the exit status.
-
-    If the event `interrupted` is set, all trials end. This function replaces the environment of the
-    process by the environment of a separate ROS.
-    """
+    """Mark a class by the arguments of mark.py. Returns the exit status. If the event `interrupted`
+    is set, all trials end. This function replaces the environment of the process by the environment
+    of a separate ROS."""
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         environment = marking_environment(Path(work) / 'ros', os.environ)
         os.environ.clear()

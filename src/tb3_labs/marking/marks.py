@@ -154,8 +154,9 @@ class Marks:
         """One sentence on a person's decision; [] without a decision."""
         if self.decision is None:
             return []
-        gave = '' if self.decided_points is None else (
-            f'A person gave these points; the marker gave {self.earned:g}.')
+        gave = ''
+        if self.decided_points is not None:
+            gave = f'A person gave these points; the marker gave {self.earned:g}.'
         return [f'{gave} {self.decision.reason}'.strip()]
 
     @property
@@ -266,11 +267,8 @@ def _limited(sentences: Sequence[str]) -> List[str]:
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
     """Returns the points of each criterion: name -> points. `table` is the content of a file of
-    points.
-
-    Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing or
-    unknown, or if points are not finite or below 0.
-    """
+    points. Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing
+    or unknown, or if points are not finite or below 0."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])

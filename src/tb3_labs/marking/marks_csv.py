@@ -101,8 +101,8 @@ class MarksTable:
 
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the marker's cells in the row of a student: column -> text."""
-    cells = {STUDENT: safe(marks.student), POINTS: f'{marks.points:g}' if marks.is_known else '',
-             OF: f'{marks.worth:g}'}
+    points = f'{marks.points:g}' if marks.is_known else ''
+    cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.worth:g}'}
     for verdict in marks.graded + marks.extra:
         text = f'{verdict.points:g}'
         if marks.unjudged:
@@ -110,12 +110,12 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         elif verdict.criterion.extra and not verdict.worth:
             text = 'yes' if verdict.outcome is Outcome.MET else 'no'
         cells[verdict.criterion.label] = text
-    decision = marks.decision
+    late = 'late' if marks.late else ''
+    decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
+    reason = safe(marks.decision.reason) if marks.decision else ''
     cells.update({
         'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:LONGEST_CELL - 10]),
-        'id': safe(marks.number), 'late': 'late' if marks.late else '',
-        DECIDED: f'{decision.points:g}' if decision and decision.points is not None else '',
-        REASON: safe(decision.reason) if decision else ''})
+        'id': safe(marks.number), 'late': late, DECIDED: decided, REASON: reason})
     return cells
 
 

@@ -168,7 +168,8 @@ class MarksFolder:
     def _read_table(self):
         path = self._path / TABLE
         try:
-            table = MarksTable(path.read_text(encoding='utf-8') if path.exists() else '')
+            text = path.read_text(encoding='utf-8') if path.exists() else ''
+            table = MarksTable(text)
             self._decisions = table.decisions(
                 {safe(student): record['cells'] for student, record in self._records.items()})
             return table

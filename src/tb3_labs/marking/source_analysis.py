@@ -64,7 +64,8 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
         lines.update(assigned(nodes))
-    return {'up': -signs.pop() if len(signs) == 1 else 0, 'remarks': remarks, 'assigned': lines}
+    up = -signs.pop() if len(signs) == 1 else 0
+    return {'up': up, 'remarks': remarks, 'assigned': lines}
 
 
 def nodes_of(text: Union[str, bytes]) -> List[Any]:
@@ -105,7 +106,8 @@ def _gives_angle(function: ast.FunctionDef) -> bool:
 def _dotted_name(node: Any) -> str:
     """Returns a variable's name, such as `a.b`, without `.data`. Returns '' for an expression."""
     if isinstance(node, ast.Attribute):
-        return _dotted_name(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
+        owner = _dotted_name(node.value)
+        return owner if node.attr == 'data' else f'{owner}.{node.attr}'
     return node.id if isinstance(node, ast.Name) else ''
 
 

@@ -70,8 +70,10 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
     """Returns the timeline of a recording, with the stimuli and the moments of the criteria that
     were not met."""
     observation = marks.observation or Observation('', '')
-    moments = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
-                    stimulus.name, stimulus.end) for stimulus in observation.stimuli]
+    moments = []
+    for stimulus in observation.stimuli:
+        kind = 'drive' if GOAL_POSE in stimulus.facts else 'hand'
+        moments.append(mark(kind, stimulus.begin, stimulus.name, stimulus.end))
     moments += [mark('hand', begin, "the check's own movement of the robot", end)
                 for begin, end in observation.own_moves]
     moments += [mark('start', process.begin, 'the node is started')
@@ -160,12 +162,14 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 
 def _test(number, verdict):
-    is_extra, meaning = verdict.criterion.extra, verdict.criterion.meaning
+    name, max_score = verdict.criterion.meaning, verdict.worth
+    if verdict.criterion.extra:
+        name, max_score = f'Beyond the handout: {name}', 0.0
     return {
-        'name': f'Beyond the handout: {meaning}' if is_extra else meaning,
+        'name': name,
         'number': str(number),
         'score': verdict.points,
-        'max_score': 0.0 if is_extra else verdict.worth,
+        'max_score': max_score,
         'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
         'output': verdict.sentence,
         'visibility': VISIBILITY,

@@ -245,6 +245,6 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     ros = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
     made = {name: value for name, value in caller.items() if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():
-        made[name] = ':'.join(f'{each}/{folder}'.rstrip('/') for each in [str(prefix), *ros])
+        made[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in [str(prefix), *ros])
     made['PATH'] = ':'.join([os.path.dirname(sys.executable), made['PATH'], SYSTEM_PATH])
     return made

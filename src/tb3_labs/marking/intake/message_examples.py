@@ -77,9 +77,9 @@ def example_of(kind):
     """
     if not hasattr(kind, '_request_class'):
         data = _bytes_of(kind())
-        return {'sum': kind._md5sum, 'data': data.hex(), 'fields': [
-            [name, of, _first_byte(kind(), name, of, data) if of in FIELD_FORMATS else None]
-            for name, of in zip(kind.__slots__, kind._slot_types)]}
+        fields = [[name, of, _first_byte(kind(), name, of, data)]
+                  for name, of in zip(kind.__slots__, kind._slot_types)]
+        return {'sum': kind._md5sum, 'data': data.hex(), 'fields': fields}
     request, response = kind._request_class(), kind._response_class()
     _turn_upright(request)
     for name, value in (('success', True), ('message', 'reset')):
@@ -98,8 +98,10 @@ def _bytes_of(message):
 
 
 def _first_byte(message, name, of, before):
-    """Returns the index of the first byte that changes if all bytes of the field become 1. `before`
-    has the bytes of the message before this change."""
+    """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
+    None if FIELD_FORMATS lacks the type. `before` has the message's bytes before this change."""
+    if of not in FIELD_FORMATS:
+        return None
     form = FIELD_FORMATS[of]
     ones = struct.unpack(form, b'\1' * struct.calcsize(form))
     if of == 'std_msgs/Header':
@@ -108,7 +110,7 @@ def _first_byte(message, name, of, before):
         getattr(message, name).data = ones[0]
     else:
         setattr(message, name, ones[0])
-    return [one == other for one, other in zip(before, _bytes_of(message))].index(False)
+    return [old == new for old, new in zip(before, _bytes_of(message))].index(False)
 
 
 def _turn_upright(message):

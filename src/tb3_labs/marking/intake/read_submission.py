@@ -69,11 +69,9 @@ def unpack_class(path: Path, folder: Path) -> List[str]:
 
 def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function of this file in a process with limits, and return its result. JSON transfers
-    the arguments and the result.
-
-    Raises ``NotJudged`` if the function raises this exception, or if the process ends without a
-    result, usually because of a limit. In the second case the text begins with `failure`.
-    """
+    the arguments and the result. Raises ``NotJudged`` if the function raises this exception, or if
+    the process ends without a result, usually because of a limit. In the second case the text
+    begins with `failure`."""
     done = subprocess.run(
         ['prlimit', f'--as={MEMORY}:', f'--cpu={COMPUTING}', '--core=0',
          sys.executable, '-c', PROGRAM],

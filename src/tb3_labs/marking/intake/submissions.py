@@ -145,10 +145,10 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def without_wrapping(folder: Path) -> Path:
-    """Returns the folder that a zip program put around all submissions. Returns `folder` itself if
-    there is no such folder."""
+    """Returns the folder that a zip program put around all submissions, or else `folder` itself."""
     inside = list(folder.iterdir())
-    if len(inside) != 1 or not inside[0].is_dir() or _is_one_submission(inside[0]):
+    has_one_folder = len(inside) == 1 and inside[0].is_dir()
+    if not has_one_folder or _is_one_submission(inside[0]):
         return folder
     is_wrapping = all(path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
     return inside[0] if is_wrapping else folder
