@@ -134,7 +134,7 @@ class Marks:
 
     @property
     def mistake(self) -> str:
-        """A sentence on the first broken link, with lines of the node; '' without a link."""
+        """A sentence on the first broken link, with line numbers; '' without a link."""
         if not (self.link and self.observation):
             return ''
         return sentence(self.link[1], self.observation.assigned)
@@ -259,7 +259,7 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, cut, and printable even if they quote a submission."""
+    """Returns the first sentences, cut and printable, since they may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
@@ -282,7 +282,7 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
             if name not in names:
                 raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
                                  + ', '.join(names))
-            points = section.get(name)
+            points: Any = section.get(name)
             is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
             if not (is_number and 0 <= points < math.inf):
                 raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number of at least 0')

@@ -179,8 +179,10 @@ def _slope(node: Any, slopes: Slopes) -> float:
         return _sign(node) * _slope(node.operand, slopes)
     if isinstance(node, ast.BinOp):
         left, right = _slope(node.left, slopes), _slope(node.right, slopes)
-        if isinstance(node.op, (ast.Add, ast.Sub)):
-            return left + right if isinstance(node.op, ast.Add) else left - right
+        if isinstance(node.op, ast.Add):
+            return left + right
+        if isinstance(node.op, ast.Sub):
+            return left - right
         return left * _sign(node.right) + right * _sign(node.left)
     called = getattr(node, 'func', getattr(node, 'value', None))
     if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:

@@ -163,7 +163,7 @@ def _why_not_zip(path):
 
 
 def _wanted_entries(archive, ignored, left_out):
-    """Returns path -> entry, for what is written. Links and duplicates are added to `left_out`."""
+    """Returns path -> entry to write. Links and duplicates are added to `left_out`."""
     wanted = {}
     for info in archive.infolist():
         info.filename = info.filename.replace('\\', '/')     # Windows may write backslashes

@@ -21,7 +21,7 @@ from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: Two candidates are alike if this number of their first fields is equal.
+#: Two candidates are alike if their first COMPARED_RANKS fields are equal.
 COMPARED_RANKS = 4
 #: Each relay script of catkin has this text. A relay starts a file on the student's machine.
 RELAY_TEXT = b'generated from catkin/cmake/template'
@@ -132,7 +132,7 @@ def _remarks_and_findings(found, names):
 
 
 def _is_doubtful(best, other, names):
-    """Is `other` like `best`, or does it have the usual name or the usual package instead?"""
+    """Could `other` be the node instead of `best`, by its signs, its name or its package?"""
     if other.text == best.text:
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
@@ -174,7 +174,7 @@ def _candidate(lab, path, package, text, packages, names):
 
 
 def _rank(name, usual_names):
-    """Returns the index of a name in the usual names, or the number of usual names."""
+    """Returns the index of `name` in `usual_names`, or len(usual_names) for another name."""
     return usual_names.index(name) if name in usual_names else len(usual_names)
 
 

@@ -1,4 +1,4 @@
-"""Finds the missing modules of a node, and of the modules of the submission that it imports.
+"""Finds the missing modules that a node imports itself, or by another module of its submission.
 
 The programs of the submission are only read. A module of the marking machine is imported, to see if
 it works without a screen. A module of the submission is not imported here. Python imports it in the
@@ -19,7 +19,7 @@ from tb3_labs.marking.intake.packages import MESSAGES, SERVICES, interface_files
 from tb3_labs.marking.names import is_name
 from tb3_labs.marking.source_analysis import nodes_of
 
-#: A program does something by these statements, if they have a call.
+#: If a statement of these kinds has a call, the program does something.
 ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
@@ -60,7 +60,7 @@ class Import(NamedTuple):
 
     @property
     def kinds(self) -> List[str]:
-        """The kinds of generated types that are imported: 'msg', 'srv'."""
+        """The kinds of generated types that it imports: 'msg', 'srv', both or none."""
         words = [*self.module.split('.')[1:], *self.names]
         return [kind for kind in COURSE_TYPES if kind in words]
 

@@ -51,9 +51,9 @@ def _system():
         elif os.path.isdir('/' + name):
             mounts.append((READ_ONLY, '/' + name, '/' + name))
     mounts += [(READ_ONLY_TRY, '/etc/' + name, '/etc/' + name) for name in ETC_PARTS]
-    size: Tuple[str, ...] = ()
+    size = []
     if can_limit_folder_size():
-        size = ('--size', str(OWN_FOLDER_BYTES))
+        size = ['--size', str(OWN_FOLDER_BYTES)]
     return mounts + [(*size, EMPTY, folder) for folder in OWN_FOLDERS]
 
 

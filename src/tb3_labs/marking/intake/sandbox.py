@@ -46,9 +46,9 @@ UNPROTECTED = "No sandboxes: a submission's program can read and delete your fil
 
 
 class Protection:
-    """Starts a submission's check and a submission's programs so that they cannot do harm. `words`
-    are the words of a command. This class has the weakest limits: no program can write a large
-    file, and the check ends with the process that starts it."""
+    """The commands that start a submission's check and a submission's programs with limits. `words`
+    are the words of a command without limits. This class has the weakest limits: a program cannot
+    write a large file, and the check ends with the process that starts it."""
 
     isolates = False
 

@@ -33,7 +33,7 @@ from tb3_labs.watch import PROBE, watched
 
 #: If a node's first line begins in this way, the line names the Python that runs the node.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: A node in this command of a CMakeLists.txt starts even without a first line.
+#: If a CMakeLists.txt installs a node by this command, the node starts even without a first line.
 INSTALLS_PROGRAMS = 'catkin_install_python'
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
@@ -81,12 +81,12 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         environment.get('ROS_PACKAGE_PATH')]))
     types = build(packages, node, made, environment, remarks, protection)
     for module in reading.unused:
-        package = made
+        place = made
         for part in module.split('.'):
-            package /= part
-            package.mkdir(exist_ok=True)
-            if not (package / '__init__.py').exists():      # the submission has no such module
-                (package / '__init__.py').write_text(EMPTY_MODULE)
+            place /= part
+            place.mkdir(exist_ok=True)
+            if not (place / '__init__.py').exists():    # the submission has no such module
+                (place / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
         remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
