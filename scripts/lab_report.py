@@ -9,7 +9,7 @@ into one spreadsheet.
 import sys
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, number_or_text, printable, reason
+from tb3_labs.command_line import Parser, failure_text, number_or_text, printable
 from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
@@ -56,7 +56,8 @@ def main(argv):
         return _fail(f'{problem}; install it: sudo apt install --no-install-recommends '
                      'python3-matplotlib')
     except OSError as problem:
-        return _fail(f'cannot write the report: {reason(problem)}; choose another folder with -o')
+        return _fail(f'cannot write the report: {failure_text(problem)}; '
+                     'choose another folder with -o')
     except ValueError as problem:
         return _fail(problem)
     except KeyboardInterrupt:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import rospkg
 
-from tb3_labs.command_line import Parser, reason
+from tb3_labs.command_line import Parser, failure_text
 from tb3_labs.skeletons import FOLDER, checked_target, package_files, write_package
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.terminal import run_tool
@@ -38,7 +38,7 @@ def main(argv):
                                 Path(node).stem)
         write_package(package_files(templates, package), target)
     except (OSError, RuntimeError, ValueError) as problem:      # RuntimeError: ~nobody has no home
-        why = reason(problem)
+        why = failure_text(problem)
         if isinstance(problem, FileExistsError):
             why = (f'{problem.filename} is already there, and stays as it is; --name gives another '
                    'name, or give another folder')

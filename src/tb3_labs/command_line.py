@@ -13,7 +13,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # a job that a script starts with `&` ignores SIGINT, but a tool must end by SIGINT
+        # a job of a script that was started with `&` ignores SIGINT, which must end a tool
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -55,7 +55,7 @@ def output_folder(path: Union[str, Path]) -> Path:
 def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
     """Write a whole file. ``OSError`` if the file cannot be written. A text is written as UTF-8.
 
-    The content goes into a new file, which is then renamed to `path`. So an interruption leaves the
+    The content goes into a new file, which is then renamed to `path`. So an interruption keeps the
     old file. If `path` is a link, the link is replaced, and its target stays the same.
     """
     path = Path(str(path))
@@ -70,11 +70,11 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
         part.unlink(missing_ok=True)    # the part exists only after a failure
 
 
-def reason(problem: BaseException) -> str:
+def failure_text(problem: BaseException) -> str:
     """Returns the reason for a failure in one line, with the name of the file if known."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
-    if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no name
+    if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no file name
         return 'the current folder was deleted: go to another one, such as cd ~'
     return ' '.join(str(problem).split())
 

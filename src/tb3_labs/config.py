@@ -45,8 +45,8 @@ def from_parameters(kind: Type[Kind], given: Mapping[str, Any]) -> Kind:
                    if given.get(item.name, NOT_GIVEN) != NOT_GIVEN})
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Returns a hint for a name that is not in `known`."""
+def hint_for(name: str, known: Iterable[str]) -> str:
+    """Returns a hint for a `name` that is not in `known`."""
     near = difflib.get_close_matches(name, list(known), 1)
     return f'is {near[0]} meant?' if near else 'known: ' + ', '.join(sorted(known))
 
@@ -77,7 +77,7 @@ def bounds_text(item: Field) -> str:
     kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
         type(item.default)]
     low, high = rule['low'], rule['high']
-    if high is not None:    # ten digits are enough for a whole number of 32 bits
+    if high is not None:    # a whole number of 32 bits has at most ten digits
         kind += f' of at most {high:.10g}' if low is None else f' from {low:.10g} to {high:.10g}'
     elif low is not None:
         kind += f' of at least {low:.10g}'

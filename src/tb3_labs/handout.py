@@ -1,7 +1,7 @@
 """The numbers, names and printed words of the two handouts.
 
 This module has no imports, so every other module may import it. The plain nodes in scripts/ and the
-skeletons are the handouts' own text. They repeat these values, and test_handout.py compares them.
+skeletons are the handouts' own text. They repeat these values, and test_handout.py compares both.
 """
 # -- the IMU exercise and the IMU lab
 
@@ -12,7 +12,7 @@ LEFT_KEY, RIGHT_KEY = 'l', 'r'
 K_HDG = 0.1               # the command for each degree of error [rad/s]
 MIN_ANG_Z = 0.5           # the slowest turn [rad/s]
 MAX_ANG_Z = 1.5           # the fastest turn [rad/s]
-MOUSE_DEAD_ZONE = 0.25    # up to here the command is zero; 1 is the edge of the screen
+MOUSE_DEAD_ZONE = 0.25    # up to this position the command is zero; 1 is the edge of the screen
 MOUSE_FULL = 0.5          # the command of the mouse at the edge of the screen [m/s], [rad/s]
 PRINTED_HEADING = 'Current heading is {} degrees'
 #: The last line that each node prints.
@@ -26,10 +26,10 @@ GOAL_X, GOAL_Y, GOAL_YAW_DEG = -0.61, 0.61, 0.0
 STATES = ROTATE_TO_GOAL, MOVE_FORWARD, ROTATE_TO_FINAL, GOAL_REACHED = (
     'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED')
 ANGLE_TOLERANCE = 0.05      # the largest error of both rotations at the end [rad]
-DISTANCE_TOLERANCE = 0.15   # the largest distance from the goal after the way forward [m]
+DISTANCE_TOLERANCE = 0.15   # the largest distance from the goal after MOVE_FORWARD [m]
 GAIN_TO_GOAL = 0.3          # the gain of the first rotation [1/s]
 GAIN_TO_FINAL = 0.5         # the gain of the last rotation [1/s]
-DRIVE_SPEED = 0.15          # the speed of the way forward [m/s]
+DRIVE_SPEED = 0.15          # the speed in MOVE_FORWARD [m/s]
 #: The limits in the robot's data sheet, which a full stick commands.
 MAX_LINEAR_SPEED = 0.22     # [m/s]
 MAX_ANGULAR_SPEED = 2.84    # [rad/s]
@@ -44,5 +44,6 @@ PRINTED_RESET = 'Pose reset successfully'
 
 # -- the relative names of topics, and of the service of both labs
 
-IMU_TOPIC, ODOM_TOPIC, JOY, MOUSE_INFO = 'imu', 'odom', 'joy', 'mouse_info'
-CTRL_RELINQ, CMD_VEL, SET_POSE = 'ctrl_relinq', 'cmd_vel', 'set_pose'
+IMU_TOPIC, ODOM_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC = 'imu', 'odom', 'joy', 'mouse_info'
+CTRL_RELINQ_TOPIC, CMD_VEL_TOPIC = 'ctrl_relinq', 'cmd_vel'
+SET_POSE_SERVICE = 'set_pose'

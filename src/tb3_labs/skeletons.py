@@ -2,7 +2,7 @@
 
 The folder doc/skeletons/LAB has the package's files as templates. In a template the text @PACKAGE@
 stands for the package's name. The name of a template may end in `.in`, so that ROS's tools do not
-use the template as a package or a launch file. The written file has the name without this ending.
+use the template as a package or a launch file. The file in the package has its name without `.in`.
 """
 import keyword
 import re
@@ -28,7 +28,8 @@ def package_files(templates: Path, package: str) -> Dict[str, str]:
     for path in sorted(templates.rglob('*')):
         name = path.relative_to(templates).as_posix()
         if path.is_file():
-            name = name[:-len(SUFFIX)] if name.endswith(SUFFIX) else name
+            if name.endswith(SUFFIX):
+                name = name[:-len(SUFFIX)]
             files[name] = path.read_text(encoding='utf-8').replace(PLACEHOLDER, package)
     return files
 
@@ -41,7 +42,7 @@ def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
     if not PACKAGE_NAME.fullmatch(package):
         raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '
                          'digits and underscores, a letter first, such as lab2')
-    # the folders of Python and of installed packages, without the folders of workspaces
+    # the folders of Python and of installed packages, but not of workspaces
     places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
     taken = [*other_modules, *sys.builtin_module_names, *keyword.kwlist]
     if package in taken or PathFinder.find_spec(package, places):
@@ -66,4 +67,4 @@ def write_package(files: Dict[str, str], target: Path) -> None:
         path.write_text(text, encoding='utf-8')
         if text.startswith('#!'):
             mode = path.stat().st_mode
-            path.chmod(mode | (mode & 0o444) >> 2)    # users who may read the file may execute it
+            path.chmod(mode | ((mode & 0o444) >> 2))    # readers of the file may execute it

@@ -11,7 +11,7 @@ from typing import Callable, List, Optional, Sequence, Union
 
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -67,7 +67,7 @@ def drive(goal: Pose2, robot_config: SimulatorConfig, drive_config: DriveConfig 
     """Let a robot that was declared to be at `declared` drive to `goal` (both in local)."""
     model = robot_model(robot_config.model)
     robot = Simulator(robot_config)
-    response = Response()
+    response = MotorResponse()
     navigator = MoveToGoalCore(DriveLaw(drive_config, model, response), True, response)
     _navigate(robot, navigator, 0.2)
     _reset(robot, navigator, declared)

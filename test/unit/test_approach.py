@@ -6,11 +6,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.control.approach import Approach, ApproachConfig
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.approach import Approach, ApproachConfig, braking_speed
+from tb3_labs.control.motor_response import MotorResponse
 
 TICK = 0.02
 NEAR = math.radians(0.5)
+
+
+@pytest.mark.parametrize('way, speed', [
+    (0.0, 0.0), (1 / 32, 1 / 8), (1 / 16, 1 / 4), (2 + 1 / 32, 2.0), (8 + 1 / 32, 4.0)])
+@pytest.mark.parametrize('side', [1, -1])
+def test_braking_on_numbers(way, speed, side):
+    """a = 1, gain 4: the line 4 d up to d = 1/16, then v^2 = 2 (d - 1/32)."""
+    assert braking_speed(side * way, 1.0, 4.0) == pytest.approx(side * speed)
+    assert math.isnan(braking_speed(math.nan, 1.0, 1.0))
 
 
 def make_approach(acceleration, response=None, **more):
@@ -19,7 +28,7 @@ def make_approach(acceleration, response=None, **more):
     settings.update(more)
     return Approach(ApproachConfig(period=TICK, acceleration=acceleration,
                                    braking=0.5 * acceleration, **settings),
-                    response or Response())
+                    response or MotorResponse())
 
 
 def moved(remaining, speed, command, lag=0.05):
@@ -65,7 +74,7 @@ def test_comes_to_rest_at_zero_from_either_side(size, sign, delay, prompt):
 @pytest.mark.parametrize('lag, lost', [(0.0, 5), (0.05, 10), (0.1, 0), (0.1, 10)])
 @pytest.mark.parametrize('prompt', [True, False])
 def test_comes_to_rest_in_time_although_it_knows_the_robot_badly(known, lag, lost, prompt):
-    left, _, time, _ = approach_to(1.57, 0.04, lag, learned=Response(*known), prompt=prompt, lost=lost)
+    left, _, time, _ = approach_to(1.57, 0.04, lag, learned=MotorResponse(*known), prompt=prompt, lost=lost)
     assert abs(left) <= 0.006
     assert time < 1.57 / 1.5 + lost * TICK + 1.45      # before the robot is treated as stalled
 
@@ -80,7 +89,7 @@ def test_acceleration_is_bounded_and_a_dt_of_zero_changes_nothing():
 def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, rests):
     """One command at 0 s, then stops. It is over two periods of 20 ms after a delay of 0.1 s, so a sample at 0.14 s or
     later shows a robot with the command to rest; now is 0.3 s."""
-    approach = make_approach(1e3, Response(delay=0.1, lag=0.0), backwards_from=10.0)
+    approach = make_approach(1e3, MotorResponse(delay=0.1, lag=0.0), backwards_from=10.0)
     assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0
     assert [approach.step(0.0, 0.0, 1.0, TICK) for _ in range(15)] == 15 * [0.0]
     assert approach.only_stops_obeyed(age) is rests
@@ -88,7 +97,7 @@ def test_a_robot_has_been_told_to_rest_only_when_its_last_command_is_over(age, r
 
 def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():
     """A robot that obeys at once, 5 cm from zero: by a gain of 20, then of 20 / 2, 20 / 2.5 and 0."""
-    approach = make_approach(1e4, Response(0.0, 0.0), nudge_time=1.5 * TICK)
+    approach = make_approach(1e4, MotorResponse(0.0, 0.0), nudge_time=1.5 * TICK)
     commands = [approach.step(remaining, 0.0, 9.0, TICK)
                 for remaining in (0.05, -0.05, -0.05, 0.0, -0.05, 0.0, 0.0)]
     assert commands == pytest.approx([1.0, -1.0, -0.5, 0.0, -0.4, -0.4, 0.0])
@@ -96,7 +105,7 @@ def test_reversals_and_nudges_lower_the_gain_and_a_nudge_is_held():
 
 def test_noisy_samples_have_a_mean_although_the_robot_moves():
     """The robot obeys at once, and all samples are exact: the estimate is exact, too."""
-    approach, remaining, speed = make_approach(1e3, Response(0.0, 0.0)), 3.0, 0.0
+    approach, remaining, speed = make_approach(1e3, MotorResponse(0.0, 0.0)), 3.0, 0.0
     for _ in range(20):
         remaining -= speed * TICK
         speed = approach.step(remaining, speed, 1.0, TICK, noise=0.3)
@@ -106,7 +115,7 @@ def test_noisy_samples_have_a_mean_although_the_robot_moves():
 
 def test_a_sample_that_is_used_twice_counts_once():
     """The first one is used again a period later; the third step has another, which is older."""
-    approach = make_approach(1e4, Response(0.0, 0.0))
+    approach = make_approach(1e4, MotorResponse(0.0, 0.0))
     uncertainties = []
     for age in (0.01, 0.01 + TICK, 0.045):
         approach.step(1.0, 0.0, 1.0, TICK, noise=0.1, age=age)
@@ -117,7 +126,7 @@ def test_a_sample_that_is_used_twice_counts_once():
 @pytest.mark.parametrize('speed, doubt', [(0.0, 0.004), (3.0, 0.012), (-3.0, 0.012)])
 def test_the_doubt_about_the_way_is_2_ms_of_the_command_or_of_a_faster_robot(speed, doubt):
     """The error is two standard deviations, after an exact sample that is used twice."""
-    approach = make_approach(1e4, Response(0.0, 0.0))
+    approach = make_approach(1e4, MotorResponse(0.0, 0.0))
     assert approach.step(1.0, 0.0, 1.0, TICK) == 1.0 and approach.way_after_stop.uncertainty == 0.0
     approach.step(1.0, speed, 1.0, TICK, age=TICK)
     assert approach.way_after_stop.uncertainty == pytest.approx(doubt)

@@ -1,21 +1,12 @@
-"""Commands: the braking speed, their times, the travel that is under way, and a number by noisy samples."""
+"""Commands: their times, the travel that is under way, and a number by noisy samples."""
 import math
 
 import pytest
 
 from tb3_labs.control.commands import (
-    CONTRADICTING_DEVIATIONS, CommandHistory, Estimate, Pace, braking_speed)
+    CONTRADICTING_DEVIATIONS, CommandHistory, Estimate, Pace)
 
 PERIOD = 0.02
-
-
-@pytest.mark.parametrize('way, speed', [
-    (0.0, 0.0), (1 / 32, 1 / 8), (1 / 16, 1 / 4), (2 + 1 / 32, 2.0), (8 + 1 / 32, 4.0)])
-@pytest.mark.parametrize('side', [1, -1])
-def test_braking_on_numbers(way, speed, side):
-    """a = 1, gain 4: the line 4 d up to d = 1/16, then v^2 = 2 (d - 1/32)."""
-    assert braking_speed(side * way, 1.0, 4.0) == pytest.approx(side * speed)
-    assert math.isnan(braking_speed(math.nan, 1.0, 1.0))
 
 
 def test_the_first_step_counts_as_one_period_also_after_a_pause():

@@ -137,12 +137,12 @@ def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sti
 
 def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     pad.controller.on_has_control(Event(False, pad.now))      # it had none
-    assert pad.holder is GAMEPAD and not pad.controller.messages.grants and pad.said() == []
+    assert pad.holder is GAMEPAD and not pad.controller.messages.must_renew and pad.said() == []
     assert not pad.controller.take('reset_requested')
     assert [line.text for line in pad.controller.take('news')] == [
         'The gamepad drives: press A to let move_to_goal drive']
     pad.press(A)
-    assert pad.holder is GOAL and pad.controller.messages.grants and pad.said() == [True]
+    assert pad.holder is GOAL and pad.controller.messages.must_renew and pad.said() == [True]
     assert set(pad.run(1.0, sticks=(1.0, 1.0))) == {None}
     pad.sticks = REST
     pad.press(B)
@@ -298,16 +298,16 @@ def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_bel
     pad.press(A)
     pad.run(after - 0.04)
     pad.controller.on_has_control(Event(False, pad.now))
-    assert pad.controller.messages.grants is not is_believed
+    assert pad.controller.messages.must_renew is not is_believed
     pad.controller.on_has_control(Event(True, pad.now))
     pad.controller.on_has_control(Event(False, pad.now))       # it had it, and lost it
-    assert not pad.controller.messages.grants
+    assert not pad.controller.messages.must_renew
 
 
 def test_what_somebody_else_gave_silences_the_sticks(pad):
     assert any(pad.run(0.3, sticks=PUSHED)) and pad.controller.tick(pad.now).command is None
     pad.controller.on_has_control(Event(True, pad.now))
-    assert pad.holder is GOAL and not pad.controller.messages.grants
+    assert pad.holder is GOAL and not pad.controller.messages.must_renew
     assert pad.controller.tick(pad.now).command == Twist2()    # without waiting for the pad
     assert set(pad.run(1.0)) == {None}
     pad.controller.on_has_control(Event(False, pad.now))
@@ -339,7 +339,7 @@ def test_a_pad_lost_while_move_to_goal_drives(by_hand, pad):
     pad.plugged = False
     for seconds in PAD_TIMEOUT + 0.05, 10.0:
         pad.run(seconds)
-        assert (pad.holder is GOAL) is by_hand and not pad.controller.messages.grants
+        assert (pad.holder is GOAL) is by_hand and not pad.controller.messages.must_renew
     assert pad.said() == [False] * (not by_hand)
 
 
@@ -377,7 +377,7 @@ def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, 
     pad.run(1.0, plugged=False)
     pad.said(), pad.controller.take('reset_requested')
     pad.run(1.0, plugged=True)
-    assert pad.holder is not GOAL and not pad.controller.messages.grants
+    assert pad.holder is not GOAL and not pad.controller.messages.must_renew
     assert True not in pad.said() and not pad.controller.take('reset_requested')
 
 

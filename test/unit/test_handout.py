@@ -19,7 +19,7 @@ OWN_TEXT = {
         'self.curr_yaw + {TURN_DEG:g}\n', 'self.curr_yaw - {TURN_DEG:g}\n', 'direction == "{LEFT_KEY}"',
         'direction == "{RIGHT_KEY}"', 'abs(mouse_info.yPos) > {MOUSE_DEAD_ZONE:g}', ' {MOUSE_FULL:g} * mouse_info.yPos',
         'abs(mouse_info.xPos) > {MOUSE_DEAD_ZONE:g}', '-{MOUSE_FULL:g} * mouse_info.xPos',
-        "'{IMU_TOPIC}'", "'{MOUSE_INFO}'", "'{CMD_VEL}'", '"{CONTROLLER_GOODBYE}"'],
+        "'{IMU_TOPIC}'", "'{MOUSE_INFO_TOPIC}'", "'{CMD_VEL_TOPIC}'", '"{CONTROLLER_GOODBYE}"'],
     'doc/skeletons/turn/src/turtlebot_controller.py.in': [
         '"Input {LEFT_KEY} or {RIGHT_KEY} to turn {TURN_DEG:g} deg"', 'abs(mouse_info.yPos) > {MOUSE_DEAD_ZONE:g}',
         ' {MOUSE_FULL:g} * mouse_info.yPos', '"{CONTROLLER_GOODBYE}"'],
@@ -28,8 +28,9 @@ OWN_TEXT = {
         "self.state == '{MOVE_FORWARD}'", "self.state == '{ROTATE_TO_FINAL}'", "self.state == '{GOAL_REACHED}'",
         'abs(yaw_error) > {ANGLE_TOLERANCE:g}:\n                cmd.angular.z = {GAIN_TO_GOAL:g} * yaw_error',
         'abs(yaw_error) > {ANGLE_TOLERANCE:g}:\n                cmd.angular.z = {GAIN_TO_FINAL:g} * yaw_error',
-        'distance > {DISTANCE_TOLERANCE:g}:\n                cmd.linear.x = {DRIVE_SPEED:g}\n', "'{CMD_VEL}'",
-        "'{ODOM_TOPIC}'", "'{SET_POSE}'", "'{CTRL_RELINQ}'", "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
+        'distance > {DISTANCE_TOLERANCE:g}:\n                cmd.linear.x = {DRIVE_SPEED:g}\n',
+        "'{CMD_VEL_TOPIC}'", "'{ODOM_TOPIC}'", "'{SET_POSE_SERVICE}'", "'{CTRL_RELINQ_TOPIC}'",
+        "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
     'doc/skeletons/move2goal/src/move2goal_tf.py': [
         'self.goal_x = {GOAL_X}\n', 'self.goal_y = {GOAL_Y}\n', "'{PRINTED_REACHED}!'", "{PRINTED_POSE_SET} to x="],
     'scripts/plain_gamepad.py': [
@@ -38,7 +39,7 @@ OWN_TEXT = {
         'if msg.buttons[{BUTTON_A}]:\n            self.has_control = False',
         'if msg.buttons[{BUTTON_B}]:\n            self.has_control = True',
         'if msg.buttons[{BUTTON_Y}]:\n            self.send_set_pose_request',
-        "'{JOY}'", "'{CTRL_RELINQ}'", "'{SET_POSE}'", "'{PRINTED_RESET}.'"],
+        "'{JOY_TOPIC}'", "'{CTRL_RELINQ_TOPIC}'", "'{SET_POSE_SERVICE}'", "'{PRINTED_RESET}.'"],
     'doc/skeletons/gamepad/src/gamepad.py': ["'{PRINTED_RESET}.'"]}
 
 
@@ -57,7 +58,7 @@ def test_the_line_of_a_heading_and_the_heading_at_the_goal():
 
 def test_the_labs_topics_are_those_of_the_handout():
     assert [LAB_NODES[lab].sensors for lab in (IMU, TURN, MOVE2GOAL, GAMEPAD)] == [
-        (handout.IMU_TOPIC,), (handout.IMU_TOPIC,), (handout.ODOM_TOPIC, handout.IMU_TOPIC), (handout.JOY,)]
+        (handout.IMU_TOPIC,), (handout.IMU_TOPIC,), (handout.ODOM_TOPIC, handout.IMU_TOPIC), (handout.JOY_TOPIC,)]
 
 
 def test_no_other_module_defines_the_goal_and_the_printed_words():

@@ -11,7 +11,7 @@ from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
-    LEAST_CRUISE_SHARE, LEAST_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, Response, identify_at_start)
+    LEAST_CRUISE_SHARE, LEAST_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, MotorResponse, identify_at_start)
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -34,9 +34,9 @@ def response_at(time, command, delay, lag):
 
 def identified(delay, lag, command=1.0, begin_speed=0.0, prompt=True, seconds=1.0,
                learned=None, gain=1.0, age=0.0):
-    """The Response after an approach that commands one speed from the start, by samples of this age.
+    """The MotorResponse after an approach that commands one speed from the start, by samples of this age.
     """
-    learned = learned or Response()
+    learned = learned or MotorResponse()
     identification, history = Identification(learned, prompt), CommandHistory(PERIOD)
     identification.begin(begin_speed)
     for tick in range(round(seconds / PERIOD)):
@@ -77,10 +77,10 @@ def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(
     assert estimate.delay == pytest.approx(delay, abs=0.002)
     assert estimate.lag == pytest.approx(lag, abs=0.002)
     assert abs(learned.gain - gain) < abs(1.0 - gain)
-    at_start, _ = identified(delay, lag, sign, gain=gain, learned=Response(gain=gain),
+    at_start, _ = identified(delay, lag, sign, gain=gain, learned=MotorResponse(gain=gain),
                              seconds=delay + 3.0 * PERIOD)
     assert (at_start.delay, at_start.lag) == pytest.approx((delay, lag), abs=1e-6)
-    assert identified(delay, lag, sign, gain=gain, prompt=False, learned=Response(0.0, lag))[
+    assert identified(delay, lag, sign, gain=gain, prompt=False, learned=MotorResponse(0.0, lag))[
         0].delay == pytest.approx(delay, abs=0.004)
 
 
@@ -88,7 +88,7 @@ def test_a_robot_that_is_faster_than_commanded_is_not_taken_for_a_prompt_one(
     (0.9 * SPEEDING_UP_SHARES[0], False), (1.1 * SPEEDING_UP_SHARES[0], True), (1.1 * SPEEDING_UP_SHARES[1], False),
     (1e307, False)])
 def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(share, tells):
-    history, identification = CommandHistory(PERIOD), Identification(Response(), True)
+    history, identification = CommandHistory(PERIOD), Identification(MotorResponse(), True)
     identification.begin(0.0)
     history.send(1.0)
     history.advance(0.1)
@@ -103,7 +103,7 @@ def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(
     {'seconds': 0.1}])                         # over before it was steady
 def test_what_tells_nothing_teaches_nothing(what):
     _, learned = identified(0.2, 0.1, **what)
-    assert (learned.delay, learned.lag) == (Response().delay, Response().lag)
+    assert (learned.delay, learned.lag) == (MotorResponse().delay, MotorResponse().lag)
 
 
 # The node's own turns show how late the samples of a robot are ------------------------------------
@@ -145,7 +145,7 @@ def reset_in_a_spin(robot_config, rate=1.0, after=None):
     """Angle by which the pose is off after a reset while another node spins the robot at `rate`.
     The navigator has driven to the goal `after` before this test."""
     rng = random.Random(robot_config.seed)
-    robot, model, response = Simulator(robot_config), robot_model(robot_config.model), Response()
+    robot, model, response = Simulator(robot_config), robot_model(robot_config.model), MotorResponse()
     navigator = MoveToGoalCore(DriveLaw(DriveConfig(), model, response), response=response)
     node, hear = OtherNode(navigator), navigation(robot, navigator)
 

@@ -154,7 +154,7 @@ class SleepingGamepad(SleepingCore):
 
     @property
     def is_driven(self):
-        return self.core.messages.grants
+        return self.core.messages.must_renew
 
 
 class SleepingPage(SleepingCore):
@@ -228,4 +228,4 @@ def test_each_input_of_a_core_is_tried_or_moves_nothing():
     text = Path(__file__).read_text(encoding='utf-8')
     inputs = {name for core in (MoveToGoalCore, ControllerCore, GamepadCore) for name in dir(core)
               if name.startswith('on_') and '.' + name + '(' not in text}
-    assert inputs == {'on_wheels', 'on_command', 'on_repetition', 'on_leave'}
+    assert inputs == {'on_wheels', 'on_command', 'on_leave'}

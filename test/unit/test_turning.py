@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from rollout import turns
 
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import SETTLING_TIME, PreciseTurn, Settling
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.localization.sample_timing import SampleTiming, YawNoise
@@ -86,7 +86,7 @@ def test_turns_by_a_noisy_imu_end_as_near_as_it_lets_know(noise, error):
 
 def resting_turn(steps, noise=0.0, dt=0.035, age=0.0, left=0.0):
     """A very small precise turn of a robot at rest; and at each step: was it finished?"""
-    turn = PreciseTurn(1.5, 45.0, 0.01, Response(0.0, 0.0))
+    turn = PreciseTurn(1.5, 45.0, 0.01, MotorResponse(0.0, 0.0))
     turn.start(0.0, left)
     return turn, [turn.step(0.0, 0.0, dt, age=age * k, noise=noise).finished for k in range(steps)]
 

@@ -1,25 +1,31 @@
 """An approach drives until the remaining way is zero, and stops there in spite of delays.
 
-The *way after a stop* is the way that would remain if the robot were commanded to stop now. Each
-sample predicts this way from the delay, lag and gain that `motor_response` identifies. An
-`Estimate` filters the noise of the predictions. Between two samples, only the command changes this
-way. A braking profile gives the speed for this way. *Nudges* are short commands after the first
-stop, which correct the last error.
+A controller that looks only at the measured position brakes too late, and overshoots. An approach
+is a Smith predictor: it looks at the *way after a stop*, which is the way that would remain if the
+robot were commanded to stop now,
+
+    remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
+
+The middle term is the way that a first-order motor coasts, since the integral of v exp(-t / lag) is
+v lag. Each sample predicts the way after a stop from the delay, lag and gain that `motor_response`
+identifies. An `Estimate` filters the noise of the predictions. Between two samples, only the
+command changes the way after a stop. A braking profile gives the speed for this way. *Nudges* are
+short commands after the first stop, which correct the last error.
 
 Units: radians or metres for ways, per second for speeds; seconds. Both directions are alike.
-Source: :func:`tb3_labs.control.commands.braking_speed` has the braking profile.
+Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
+(1957), 217-219.
 """
 import math
 from dataclasses import dataclass
 
-from tb3_labs.control.commands import (
-    CommandHistory, Estimate, braking_speed, first_order_response)
-from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, Response
+from tb3_labs.control.commands import CommandHistory, Estimate, first_order_response
+from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
 #: Two times that differ by less than this belong to the same sample, since times are rounded [s].
 SAME_SAMPLE_TIME = 1e-6
-#: A nudge may last two periods, so it has a smaller gain: this is added to the divisor of the gain.
+#: For nudges this is added to the divisor of the gain, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -29,41 +35,55 @@ class ApproachConfig:
 
     #: The robot obeys each command for this long [s].
     period: float
-    #: The command changes at most this fast [1/s^2].
+    #: Greatest rate of change of the command [1/s^2].
     acceleration: float
     #: Deceleration of the braking profile [1/s^2]. It is less than `acceleration`, so that the
     #: robot can follow the profile in spite of disturbances.
     braking: float
     #: Near zero the speed is this gain times the way after a stop [1/s].
     gain: float
-    #: The lowest speed of a motion. At a lower speed the last bit would take too long.
+    #: The lowest speed of a motion. At a lower speed the last part of the way would take too long.
     slowest: float
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: For nudges, the larger one of this and `close_enough` applies.
+    #: For nudges, the larger value of this and `close_enough` is used.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
-    #: A nudge is held for this long [s], so that a stop does not replace the nudge too early.
+    #: A nudge lasts at least this time [s], so that a stop does not replace the nudge too early.
     nudge_time: float = 0.0
     #: Is the measured speed the present speed, as from a gyro? The odometry sends the mean over the
     #: last control period, which is too high while the robot brakes.
     speed_is_prompt: bool = False
 
 
+def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
+    """Returns the fastest speed from which a robot can stop within the remaining way.
+
+    At a large distance d the speed is the braking profile sqrt(2 a d) of the `deceleration` a
+    [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
+    0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
+    """
+    distance = abs(remaining)
+    meeting = deceleration / gain ** 2
+    if distance <= meeting:
+        return math.copysign(gain * distance, remaining)
+    return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
+
+
 class Approach:
     """One axis (turning or driving) that comes to rest where `remaining` is zero."""
 
-    def __init__(self, config: ApproachConfig, response: Response) -> None:
+    def __init__(self, config: ApproachConfig, response: MotorResponse) -> None:
         """`response` has the values of the robot. This approach improves them."""
         self._config = config
         self._response = response
         self.start()
 
     def start(self) -> None:
-        """Start again with a robot at rest."""
-        self._now = 0.0                     # since the start [s]
+        """Start a new approach of a robot at rest."""
+        self._now = 0.0                     # time since the start [s]
         self._measured_at = -math.inf       # time of the latest sample [s]
         #: The way that would remain if the robot were commanded to stop now.
         self.way_after_stop = Estimate()
@@ -71,7 +91,7 @@ class Approach:
         self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # the first step calls this again, with its sample
+        self._begin(math.nan, 0.0)    # the first step begins again, with its sample
 
     def extend(self, by: float) -> None:
         """Add `by` to the remaining way, since the goal was moved."""
@@ -121,7 +141,7 @@ class Approach:
         self._motor_speed = speed
 
     def _advance(self, speed: float, dt: float) -> None:
-        """Let `dt` [s] pass. The travel commanded meanwhile reduces the way after a stop."""
+        """Let `dt` [s] pass. The travel commanded in this time reduces the way after a stop."""
         history = self._history
         before = history.commanded_travel(history.begin)
         history.advance(dt)

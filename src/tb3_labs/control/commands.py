@@ -1,23 +1,13 @@
-"""The commands of a law: the times of the commands, and the braking speed in spite of delays.
+"""The commands of a law: their times, and the commanded travel that the robot has not driven yet.
 
-*Times*. A step of a law reads the latest samples and gives one command. The robot takes one new
-command in each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and
-a `Pace` finds when the step is due.
-
-*Delays*. A command reaches the robot after the *delay*, and the motors follow with a first-order
-*lag*. A controller that looks only at the measured position brakes too late, and overshoots. A
-Smith predictor looks at the way that would remain if the robot were commanded to stop now,
-
-    remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
-
-The middle term is the way that a first-order motor coasts, since the integral of v exp(-t / lag) is
-v lag. An `Estimate` filters the noise of this way.
+A step of a law reads the latest samples and gives one command. The robot takes one new command in
+each control period (turtlebot3.CONTROL_RATE). So a law has one step in each period, and a `Pace`
+finds when the step is due. A command reaches the robot after the *delay*, and the motors follow
+with a first-order *lag*.
 
 Units: seconds; metres or radians for ways, per second for speeds. Both directions are alike.
 Edge cases of a Pace: A step is due if the clock went back. The first step after the start or a
 pause is treated as one period long.
-Source: O. J. M. Smith, Closer control of loops with dead time, Chemical Engineering Progress 53
-(1957), 217-219.
 """
 import math
 from collections import deque
@@ -26,14 +16,14 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: All steps after the first are due this much early [s], since a step's sample may come 5 ms late.
-#: Until a late command arrives, the robot obeys the previous command.
+#: Each step but the first is due before the end of a period by this time [s], since the sample of a
+#: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: A node that does not drive reads the next sample after this time, about one period [s].
 LONGEST_IDLE = 0.036
 #: In 95 of 100 cases the estimate is off by less than this [standard deviations].
 STANDARD_ERRORS = 2.0
-#: A sample that is this many standard deviations away contradicts the estimate.
+#: A sample that is off by more standard deviations than this contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
@@ -47,20 +37,6 @@ class LawStep(NamedTuple):
     command: Twist2
     remaining: float         # the remaining way [m or rad]
     finished: bool           # has the robot reached the goal of the law?
-
-
-def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
-    """Returns the fastest speed from which a robot can stop within the remaining way.
-
-    At a large distance d the speed is the braking profile sqrt(2 a d) of the `deceleration` a
-    [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
-    0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
-    """
-    distance = abs(remaining)
-    meeting = deceleration / gain ** 2
-    if distance <= meeting:
-        return math.copysign(gain * distance, remaining)
-    return math.copysign(math.sqrt(deceleration * (2.0 * distance - meeting)), remaining)
 
 
 class Pace:
@@ -95,7 +71,7 @@ class Pace:
         return max(0.0, now - last)
 
     def skip(self, now: float) -> None:
-        """Skip a step that was due. The next step is due a period later."""
+        """Skip a step that was due. The next step is due one period after this step."""
         self._next = clamp(self._next + self._period, now + 0.5 * self._period, now + self._period)
 
     def restart(self) -> None:
@@ -109,13 +85,11 @@ class CommandHistory:
     def __init__(self, period: float) -> None:
         """The robot obeys each command for one `period` [s]."""
         self._period = period
-        self._sent: Deque[Tuple[float, float]] = deque()   # (start of its period, command)
-        #: Time since the start [s].
-        self.now = 0.0
+        self._sent: Deque[Tuple[float, float]] = deque()   # (start of the period, command)
+        self.now = 0.0        # time since the start [s]
         #: Start of the period in which the robot obeys a command that is sent now [s].
         self.begin = 0.0
-        #: The latest command.
-        self.command = 0.0
+        self.command = 0.0    # the latest command
         self._same_since = 0.0
         self._earlier_travel = 0.0        # travel commanded before the latest period
 
@@ -130,7 +104,7 @@ class CommandHistory:
         return self.now - self._same_since
 
     def commanded_travel(self, until: float) -> float:
-        """Returns the travel commanded until `until` [s], a time after the latest command."""
+        """Returns the travel commanded until the time `until` [s], after the latest command."""
         latest = self._sent[-1][0] if self._sent else until
         return self._earlier_travel + self.command * (until - latest)
 
@@ -140,7 +114,7 @@ class CommandHistory:
         self.begin = round(self.now / self._period) * self._period
 
     def send(self, command: float) -> None:
-        """Give a command for the period that begins now."""
+        """Note the command for the period that begins now."""
         begin = self.begin
         self._earlier_travel = self.commanded_travel(begin)
         if command != self.command:
@@ -175,13 +149,13 @@ class CommandHistory:
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """Returns the speed of a motor that had `speed`, after `dt` [s] at a constant `command`."""
+    """Returns the speed of a motor `dt` [s] after it had `speed`, at a constant `command`."""
     return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
 
 
 class Estimate:
     """A Kalman filter of one number. The estimate of a number that does not change is the mean of
-    all samples. After a change of the number, later samples have more weight."""
+    all samples. After a change of the number, new samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate. It is 0 before the first sample.
@@ -206,8 +180,9 @@ class Estimate:
         spread = noise * noise
         largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)
         agrees = abs(sample - self.value) <= largest_surprise
+        have_noise = spread > 0.0 and math.isfinite(self._variance)
         share = 1.0    # the sample replaces the estimate
-        if agrees and spread > 0.0 and math.isfinite(self._variance):
+        if agrees and have_noise:
             share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)
         self._variance = share * spread

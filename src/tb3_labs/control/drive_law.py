@@ -8,7 +8,7 @@ from typing import Optional
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
 from tb3_labs.control.goal_state import DriveConfig, sum_of_turns
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -38,18 +38,18 @@ class DriveLaw:
     period = PreciseTurn.period
     #: The robot starts to drive when its heading is off the line by less than this [rad].
     FACING_ANGLE = 0.1
-    #: The drive ends when a stop would leave the robot this far before the goal [m].
+    #: The drive ends when a stop now would end at most this distance before the goal [m].
     STOP_AHEAD = 0.0005
-    #: The robot steers towards a point on the line this far ahead [m]. A larger distance makes the
-    #: steering calmer, a smaller distance keeps the robot nearer to the line.
+    #: The robot steers towards a point on the line, at this distance ahead [m]. A larger distance
+    #: makes the steering calmer, a smaller distance keeps the robot nearer to the line.
     LOOK_AHEAD = 0.20
     #: A moving robot overshoots if it would stop beyond the goal by more than this share of the
     #: tolerance.
     OVERSHOOT_SHARE = 0.3
 
     def __init__(self, config: DriveConfig, model: RobotModel,
-                 response: Optional[Response] = None) -> None:
-        response = response or Response()
+                 response: Optional[MotorResponse] = None) -> None:
+        response = response or MotorResponse()
         self.distance_tolerance = config.distance_tolerance
         self._config = config
         self._model = model
@@ -73,7 +73,7 @@ class DriveLaw:
         self._final_turn_begun = False
 
     def rotate_to_goal(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Turn until the robot nearly faces along the line."""
+        """Turn until the robot's heading is nearly along the line."""
         if self._is_at_goal:
             return LawStep(Twist2(), remaining=0.0, finished=True)
         turn = self._turn(motion, dt)
@@ -81,10 +81,10 @@ class DriveLaw:
                           finished=abs(turn.remaining) < self.FACING_ANGLE)
 
     def move_forward(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
-        """Drive along the line. The state is finished when a stop would end at the goal.
+        """Drive along the line. The state is finished when a stop now would end at the goal.
 
-        If a command is delayed, the robot may drive past the goal. Then it comes to rest, and backs
-        up straight if it is outside the tolerance.
+        If a command is delayed, the robot may drive past the goal. Then the robot comes to rest,
+        and backs up straight if it is outside the tolerance.
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
         ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
@@ -113,7 +113,7 @@ class DriveLaw:
                 f'{1000.0 * self.distance_tolerance:.0f} mm)')
 
     def _has_arrived(self, linear: float) -> bool:
-        """Would a stop now end at the goal?"""
+        """Would the robot come to rest at the goal if it were stopped now?"""
         way = self._driving.way_after_stop.value
         farthest = self._backup_distance
         if abs(linear) > REST_LINEAR:    # a moving robot may overshoot by more

@@ -20,7 +20,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensors_and_stalls import StallWatch
 
 #: A drive that ends outside its tolerance, for instance since the network stalled, starts again
-#: from there, at most this many times.
+#: from there. This is the greatest number of such starts.
 MORE_TRIES = 2
 
 
@@ -31,14 +31,10 @@ class GoalMachine:
         self.law = law
         self.goal: Optional[Pose2] = None
         self.state = GoalState.GOAL_REACHED
-        #: The reason why the drive was given up, or ''.
-        self.failure = ''
-        #: Did a person or program cancel the drive? Only a new goal starts another drive.
-        self.cancelled = False
-        #: Was a motion to this goal commanded?
-        self.begun = False
-        #: Number of the drive. Each goal and each restart begins a new drive.
-        self.attempt = 0
+        self.failure = ''         # the reason why the drive was given up, or ''
+        self.begun = False        # was a motion to this goal commanded?
+        self.cancelled = False    # did a person or program cancel the drive?
+        self.attempt = 0          # number of the drive; each goal and restart begins a new drive
         self._tries_left = 0
         self._interrupted = False
         self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)
@@ -86,12 +82,14 @@ class GoalMachine:
             for stall in self._stalls.values():
                 stall.resume()
         if self._interrupted or not self.begun:
-            self.begun, self._interrupted, self.state = True, False, GoalState.ROTATE_TO_GOAL
+            self.begun = True
+            self._interrupted = False
+            self.state = GoalState.ROTATE_TO_GOAL
             self.law.start(motion.pose, goal)
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        while self.active:    # after a finished state, the next state has its turn in the same step
+        while self.active:    # the state after a finished state gives the command of this step
             move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
                     GoalState.MOVE_FORWARD: self.law.move_forward,
                     GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]

@@ -1,4 +1,4 @@
-"""What a user sees of a drive to a goal: the settings, the states, and the texts on `goal_state`.
+"""All that a user sees of a drive to a goal: settings, states, and the texts on `goal_state`.
 
 The Transformation lab lists the states:
 

@@ -48,9 +48,9 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
-#: A sample delay is clipped to these [s]. The least is that of the firmware on a fast host.
+#: A sample delay is clipped to these limits [s]. The least is that of the firmware on a fast host.
 LEAST_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
-#: A measured delay and a measured lag are clipped to these [s].
+#: A measured delay and a measured lag are clipped to these limits [s].
 MAX_DELAY, MAX_LAG = 0.4, 0.15
 #: Standard deviations of the values with which an approach begins.
 FIRST_GAIN_DEVIATION = 0.03
@@ -66,7 +66,7 @@ LEARNING_WEIGHT = 0.1
 LEAST_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
-#: At steady speed the command was the same for more than this time [s].
+#: A speed is steady only if the command did not change for this time [s].
 CRUISE_TIME = 0.12
 #: Samples are used if the command has at least this share of the fastest speed.
 LEAST_CRUISE_SHARE = 0.5
@@ -82,17 +82,15 @@ SLOWEST_FIRST_COMMAND = 0.2
 PROMPT_SHARE = 0.98
 
 
-class Response:
+class MotorResponse:
     """Delay, lag and gain of one robot, shared by all of its approaches."""
 
     def __init__(self, delay: float = FIRST_DELAY, lag: float = FIRST_LAG,
                  gain: float = 1.0) -> None:
         #: Time from a command to the moment at which the motors begin to follow it [s].
         self.delay = delay
-        #: Time constant of the motors [s].
-        self.lag = lag
-        #: Steady speed as a share of the command.
-        self.gain = gain
+        self.lag = lag      # time constant of the motors [s]
+        self.gain = gain    # steady speed as a share of the command
         self._count = 0             # of measurements
         self._usual_delay = 0.0     # mean of the measured delays [s]
 
@@ -104,7 +102,7 @@ class Response:
             return LEAST_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
 
-    def learn(self, other: 'Response') -> None:
+    def learn(self, other: 'MotorResponse') -> None:
         """Take in one measurement of delay, lag and gain."""
         delay = clamp(other.delay, 0.0, MAX_DELAY)
         self._count += 1
@@ -118,7 +116,7 @@ class Response:
 def identify_at_start(time: float, steady_speed: float, travelled: float,
                       speed: float) -> Optional[Tuple[float, float]]:
     """Returns (delay, lag) [s] from one sample of a robot that speeds up; None if the sample does
-    not show both.
+    not show both values.
 
     The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
     The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
@@ -135,13 +133,13 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
 class Identification:
     """Identifies delay, lag and gain during one approach."""
 
-    def __init__(self, response: Response, speed_is_prompt: bool) -> None:
+    def __init__(self, response: MotorResponse, speed_is_prompt: bool) -> None:
         """`response` has the values of earlier approaches, and learns from this approach. An
         ApproachConfig has `speed_is_prompt`."""
         #: The estimate of this approach.
         self.estimate = copy(response)
         self._response = response
-        self._initial = copy(response)    # the equations are solved for the difference from this
+        self._initial = copy(response)    # the equations give the difference from these values
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # was the robot at rest at the start?
         self._start_observed = False     # did a sample show that the robot speeds up?
@@ -150,8 +148,8 @@ class Identification:
         self._normal_matrix, self._normal_vector = np.diag(deviations ** -2.0), np.zeros(3)
 
     def begin(self, speed: float) -> None:
-        """Start just before the first command, at this measured `speed`. Nothing is identified
-        unless the robot is at rest, since an earlier command may still move the robot."""
+        """Start just before the first command, at this measured `speed`. If the robot moves,
+        nothing is identified, since an earlier command may cause this motion."""
         self._from_rest = abs(speed) <= ONSET_SPEED
 
     def update(self, history: CommandHistory, travelled: float, speed: float,
@@ -161,7 +159,8 @@ class Identification:
             self._from_rest = False    # then commands may be delayed, too
         if not self._from_rest:
             return
-        if self._speed_is_prompt and not self._start_observed and abs(speed) > ONSET_SPEED:
+        starts = not self._start_observed and abs(speed) > ONSET_SPEED
+        if self._speed_is_prompt and starts:
             self._identify_at_start(history, travelled, speed, age)
         command = history.command
         if abs(command) < LEAST_CRUISE_SHARE * fastest or history.now > LEARNING_TIME:

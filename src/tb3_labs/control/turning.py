@@ -10,18 +10,18 @@ from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: Samples at rest must span this time, nearly one control period of the robot [s].
+#: From the first to the latest sample at rest this time must pass, nearly one control period [s].
 SETTLING_TIME = 0.03
 
 
 class Settling:
-    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? The
-    times of measurement count, since one sample may be read several times."""
+    """Do the samples of one motion show that the robot has been at rest for `SETTLING_TIME`? This
+    time is counted between measurements, since one sample may be read several times."""
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
@@ -61,13 +61,13 @@ class PreciseTurn:
 
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
-    #: If the IMU is noisy, a turn at rest waits for more samples, at most this long [s].
+    #: If the IMU is noisy, a turn at rest waits for more samples, at most for this time [s].
     LONGEST_WAIT_AT_REST = 0.6
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     KNOWN_WELL_SHARE = 0.35
 
     def __init__(self, fastest: float, acceleration: float, tolerance: float,
-                 response: Response) -> None:
+                 response: MotorResponse) -> None:
         """`fastest` [rad/s], `acceleration` [rad/s^2], `tolerance` [rad]. `response` has the known
         delay and lag of the robot."""
         self._fastest = fastest

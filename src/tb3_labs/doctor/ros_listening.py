@@ -19,7 +19,7 @@ from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.localization.odometry_jumps import EncoderWatch
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
-from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, model_called
+from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, robot_model
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
@@ -111,7 +111,7 @@ def read_samples(received):
 
 def gyro_watch_of(samples, reset_topic):
     """Returns a GyroWatch that has taken in the samples of :func:`read_samples`."""
-    watch = GyroWatch(model_called(NOT_GIVEN, os.environ), reset_topic)
+    watch = GyroWatch(robot_model(NOT_GIVEN, os.environ), reset_topic)
     timing = SampleTiming()
     for at, sample in samples:
         if isinstance(sample, ImuSample):

@@ -2,17 +2,17 @@
 
 A board that calibrates its gyro while the robot turns takes this rate of turn for zero. From then
 on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with the rates at
-which the wheels turned the robot a little earlier and later. The part of the turn that delay, slip
-and uneven wheels do not explain is added up. A robot that is carried also contradicts its wheels.
+which the wheels turned the robot a little earlier and later. Delay, slip and uneven wheels explain
+a part of the difference; the rest is added up. A robot that is carried also contradicts its wheels.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
 * Without stamps, or without samples of the wheels, a contradiction is not found.
 * After a silence the comparison starts again. A contradiction is over when gyro and resting wheels
   have agreed for `AGREEMENT_TIME`.
-* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. It waits again
-  after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its gyro.
-  If the samples of the wheels cannot be compared, the motion waits only for `AGREEMENT_TIME`.
+* A motion waits until gyro and wheels were compared at rest for `AGREEMENT_TIME`. The motion waits
+  again after a silence of more than timeouts.RESUME_TIME, since the board may have calibrated its
+  gyro. If the samples of the wheels cannot be compared, the motion waits only for `AGREEMENT_TIME`.
 * In motion, an error of the gyro is not found if slip (5.5 % of the turn) or uneven wheels
   (7.5 deg/s at full speed) may explain the error.
 
@@ -30,21 +30,21 @@ from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 
-#: A turn of the wheels may show in the gyro up to this much later [s].
+#: The gyro shows a turn of the wheels at most this time after the wheels [s].
 LONGEST_GYRO_LAG = 0.13
-#: A turn of the wheels may show in the gyro up to this much earlier [s].
+#: The gyro shows a turn of the wheels at most this time before the wheels [s].
 LONGEST_GYRO_LEAD = 0.04
-#: A sound gyro differs from slipping wheels by up to this share of the turn.
+#: A healthy gyro differs from slipping wheels by up to this share of the turn.
 SLIP_SHARE = 0.055
-#: A sound gyro differs from uneven wheels by up to this share of _WheelTurn.rate_of_one_wheel.
+#: A healthy gyro differs from uneven wheels by up to this share of _WheelTurn.rate_of_one_wheel.
 UNEVEN_SHARE = 0.033
-#: A sound gyro drifts by up to this [rad/s].
+#: A healthy gyro drifts by up to this [rad/s].
 GYRO_DRIFT = 0.02
-#: Once the gyro agreed with resting wheels, a slip up to this share is believed, as on a carpet.
+#: After the gyro agreed with resting wheels, a slip up to this share is possible, as on a carpet.
 WORST_SLIP_SHARE = 0.45
-#: Once the gyro agreed with resting wheels, wheels may be uneven by this share (worn wheels).
+#: After the gyro agreed with resting wheels, worn wheels may be uneven by up to this share.
 WORST_UNEVEN_SHARE = 0.1
-#: The slip of the wheels is known after steady turns of this total time [s].
+#: The slip of the wheels is known after steady turns for this time in total [s].
 SLIP_TIME = 0.1
 #: A steady turn is faster than this [rad/s].
 STEADY_TURN_RATE = 0.3
@@ -65,12 +65,12 @@ GYRO_LIES = ('the gyro contradicts the wheels (calibrated while the robot moved?
 #: The orientation is stuck if it stays the same while the gyro shows a turn of this size [rad].
 GYRO_TURNED = 0.1
 #: The noise of a stuck orientation is smaller than this [rad].
-STANDING_NOISE = 0.02
+STUCK_NOISE = 0.02
 #: A stuck orientation changes by less than this share of the gyro's turn.
-STANDING_SHARE = 0.25
+STUCK_SHARE = 0.25
 #: The problem in words, and its remedy.
-ORIENTATION_STANDS = ("the imu's orientation stands while its gyro turns: switch the robot off and "
-                      'on, or start its driver anew')
+STUCK_ORIENTATION = ("the imu's orientation stands while its gyro turns: switch the robot off and "
+                     'on, or start its driver anew')
 
 
 class OrientationWatch:
@@ -83,8 +83,7 @@ class OrientationWatch:
         self._farthest = 0.0                  # largest change of the yaw since then [rad]
         self._turned = 0.0                    # turn by the gyro since then [rad]
         self._rested_for = 0.0                # time for which the gyro rested [s]
-        #: Is the orientation stuck?
-        self.stands = False
+        self.is_stuck = False                 # does the orientation contradict the gyro?
 
     def on_imu(self, timed: TimedSample) -> None:
         (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
@@ -98,16 +97,16 @@ class OrientationWatch:
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
             if self._rested_for >= AGREEMENT_TIME:
-                self.stands = False
+                self.is_stuck = False
         elif 0.0 < seconds <= GYRO_GAP:
             self._turned += rate * seconds
             self._rested_for = 0.0
         self._farthest = max(self._farthest, abs(difference(yaw, self._first_yaw)))
-        if self._farthest > max(STANDING_NOISE, STANDING_SHARE * abs(self._turned)):
+        if self._farthest > max(STUCK_NOISE, STUCK_SHARE * abs(self._turned)):
             self._first_yaw, self._farthest, self._turned = yaw, 0.0, 0.0
-            self.stands = False
+            self.is_stuck = False
         elif abs(self._turned) > GYRO_TURNED:
-            self.stands = True
+            self.is_stuck = True
 
 
 class _WheelTurn(NamedTuple):
@@ -129,11 +128,11 @@ class _GyroRate(NamedTuple):
 
 
 class _Comparison:
-    """The comparison of gyro and wheels since the last silence, or since the clock was set."""
+    """The comparison of gyro and wheels since the last silence, or since a change of the clock."""
 
     def __init__(self) -> None:
         self.wheels: Optional[WheelSample] = None    # the latest sample
-        self.readings: Deque[_GyroRate] = deque()    # rates that wait for the wheels' turns
+        self.readings: Deque[_GyroRate] = deque()    # rates of the gyro that are not compared yet
         self.turns: Deque[_WheelTurn] = deque()
         self.is_calibrated = False  # did the gyro agree with resting wheels?
         self.turned_for = 0.0       # time of steady turns with a calibrated gyro [s]
@@ -154,8 +153,8 @@ class _Comparison:
 
     def plausible_rates(self, least: float, most: float,
                         one_wheel: float) -> Tuple[float, float, float]:
-        """Returns (lowest, highest, margin) [rad/s]. The rate of a sound gyro is between `lowest` -
-        `margin` and `highest` + `margin`. The arguments are the least and the largest
+        """Returns (lowest, highest, margin) [rad/s]. The rate of a healthy gyro is between `lowest`
+        - `margin` and `highest` + `margin`. The arguments are the least and the largest
         _WheelTurn.rate, and the largest _WheelTurn.rate_of_one_wheel."""
         margin = SLIP_SHARE * max(-least, most) + GYRO_DRIFT
         if not self.is_calibrated:
@@ -166,10 +165,11 @@ class _Comparison:
         return lowest, highest, margin + WORST_UNEVEN_SHARE * one_wheel
 
     def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
-        """Learn the share of a steady turn that the wheels lose, if the gyro is calibrated."""
-        is_steady_turn = (least * most > STEADY_TURN_RATE ** 2
-                          and most - least < STEADY_TURN_SPREAD * abs(most))
-        if self.is_calibrated and self.turned_for < SLIP_TIME and is_steady_turn:
+        """If the gyro is calibrated, learn the share of a steady turn that the wheels lose."""
+        needs_turn = self.is_calibrated and self.turned_for < SLIP_TIME
+        is_fast = least * most > STEADY_TURN_RATE ** 2
+        is_steady = most - least < STEADY_TURN_SPREAD * abs(most)
+        if needs_turn and is_fast and is_steady:
             seconds = reading.end - reading.begin
             self.turned_for += seconds
             slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP_SHARE)
@@ -182,8 +182,7 @@ class GyroWatch:
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
         self._model = model
         self._gyro_lies = GYRO_LIES.format(model.name, reset_topic)
-        #: Was any rate of the gyro compared with the wheels?
-        self.has_compared = False
+        self.has_compared = False    # was any rate of the gyro compared with the wheels?
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all comparisons at rest [s]
         self._uncompared_for = 0.0   # time of gyro samples since the last comparison [s]
@@ -217,14 +216,15 @@ class GyroWatch:
             self._comparison = _Comparison()
         elif last is not None and time > last.stamp:
             self._add_turn(last, sample)
-        self._comparison.wheels, readings = sample, self._comparison.readings
+        self._comparison.wheels = sample
+        readings = self._comparison.readings
         while readings and readings[0].end + LONGEST_GYRO_LEAD <= time:
             self._compare_with_wheels(readings.popleft())
 
     def problem(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
-        if self._orientation.stands:
-            return ORIENTATION_STANDS
+        if self._orientation.is_stuck:
+            return STUCK_ORIENTATION
         return self._gyro_lies if self._contradicts else ''
 
     @property
@@ -254,13 +254,14 @@ class GyroWatch:
         lowest, highest, margin = comparison.plausible_rates(
             least, most, max(turn.rate_of_one_wheel for turn in turns))
         nearest = clamp(reading.rate, lowest - margin, highest + margin)
-        stands = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
-        seconds, rests = reading.end - reading.begin, margin < RESTING_MARGIN
+        shows_rest = abs(reading.rate) < min(REST_ANGULAR, abs(nearest))
+        seconds = reading.end - reading.begin
+        rests = margin < RESTING_MARGIN
         if rests:
             self._rested_for += seconds
         if self._uncompared_for < AGREEMENT_TIME:
             self._uncompared_for = 0.0
-        if stands or reading.rate == nearest:
+        if shows_rest or reading.rate == nearest:
             self._agree(seconds, rests)
         elif not reading.is_repeated:
             self._disagree((reading.rate - nearest) * seconds)

@@ -2,10 +2,10 @@
 
 Samples of IMU and odometry arrive in any order, at different rates. A *fix* is the robot's pose at
 the stamp of an odometry message, with the IMU's yaw interpolated to this stamp. A *reset* waits for
-later samples of both sensors, and uses the values interpolated to the moment of the request. So a
-reset corrects any earlier error. If the odometry jumps and the robot did not move, ``local`` is
-shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may have moved
-unnoticed, the pose is lost. Then a local frame does not exist until a reset declares a new frame.
+samples of both sensors from after the request, and interpolates to the moment of the request. So a
+reset corrects any error of the old frame. If the odometry jumps and the robot did not move,
+``local`` is shifted in ``odom`` (:mod:`tb3_labs.localization.odometry_jumps`). If the robot may
+have moved unnoticed, the pose is lost. Then a local frame does not exist until the next reset.
 
 Units: metres, radians, seconds on the receiver's clock (`now`); the caller provides the time.
 """
@@ -25,7 +25,7 @@ from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
-#: The latest speed is assumed to last for two control periods at most [s].
+#: The robot is assumed to keep its latest speed for at most two control periods [s].
 MAX_EXTRAPOLATION = 2.0 / CONTROL_RATE
 
 
@@ -46,8 +46,8 @@ class Reset:
     requested_at: float = 0.0        # [s, receiver's clock]
     stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
-    sample_delay: float = 0.0        # samples are older than their stamps by this time [s]
-    before: Optional[Pose2] = None   # the pose at the request in the old frame, if known
+    sample_delay: float = 0.0        # samples are older by this time than their stamps show [s]
+    before: Optional[Pose2] = None   # the pose in the old frame at the request, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
     hint: str = ''                   # a text for the caller, added to the answer
@@ -81,18 +81,16 @@ class Localizer:
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
-        #: True from a loss of the pose to the next reset.
-        self.is_lost = False
+        self.is_lost = False    # True from a loss of the pose to the next reset
         #: Time of the last known command to move [s, receiver's clock].
         self.driven_at = -math.inf
         self._jump_finder = JumpFinder()
-        #: The jumps of both sensors.
-        self.jumps: Queue[Jump] = Queue()
+        self.jumps: Queue[Jump] = Queue()    # of both sensors
         self._buffer = SampleBuffer()
         self._yaw_noise = YawNoise()
         self._resets: List[Reset] = []    # in the order of the requests, until pop_resets()
         self._odometry: Optional[TimedSample] = None    # the latest message that was used
-        self._awaits_imu = True    # after a silence of both sensors: no IMU yet?
+        self._awaits_imu = True    # no sample of the IMU since a silence of both sensors?
 
     def on_imu(self, timed: TimedSample) -> None:
         jump = heading_jump(timed.before, timed.sample)
@@ -145,8 +143,8 @@ class Localizer:
         return over
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
-        """Declare that the robot is at `reset.requested` at `now`. Resets are carried out in order.
-        Samples are older than their stamps show, by `sample_delay` [s]."""
+        """Declare that the robot is at the pose `reset.requested` at the time `now`. Resets are
+        carried out in order. Samples are older by `sample_delay` [s] than their stamps show."""
         reset.requested_at, reset.sample_delay = now, sample_delay
         reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
@@ -177,7 +175,7 @@ class Localizer:
                       yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before the samples that it needs?"""
+        """Is `stamp` after the request of a waiting reset, but before the samples for it?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 
@@ -186,7 +184,9 @@ class Localizer:
         if jump.outcome == POSE_LOST:    # earlier samples are invalid
             for reset in self._waiting:
                 reset.problem = 'the robot started anew at that moment'
-            self.frame, self._buffer, self.is_lost = None, SampleBuffer(), True
+            self.frame = None
+            self._buffer = SampleBuffer()
+            self.is_lost = True
         elif self.frame is not None:
             self.frame = replace(
                 self.frame, imu_yaw_of_x=wrap(self.frame.imu_yaw_of_x + jump.imu_turn))
@@ -200,15 +200,16 @@ class Localizer:
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:
             if reset.stamp is None:
-                reset.stamp, reset.epoch = (
-                    self._clock.stamp_of(reset.requested_at), self._clock.epoch)
+                reset.stamp = self._clock.stamp_of(reset.requested_at)
+                reset.epoch = self._clock.epoch
             if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
-            readings = None if reset.stamp is None else self._buffer.at(
-                reset.stamp + reset.sample_delay)
+            if reset.stamp is None:
+                return    # the resets after this reset wait, too
+            readings = self._buffer.at(reset.stamp + reset.sample_delay)
             if readings is None:
-                return    # later resets wait for this one
+                return
             self._carry_out(reset, *readings)
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:

@@ -15,8 +15,8 @@ A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in 
 Each pose in ``odom`` must be multiplied by the shift.
 
 Units: metres, radians, seconds. Source: OpenCR firmware 1.2.6 (see
-:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s. Then the odometry's yaw starts at the
-turn of the IMU meanwhile. In a recording of a real Burger, a reversed displacement is 7.3 mm.
+:mod:`tb3_labs.simulation.firmware`). A `reset` takes 2.6 s, and the odometry's new yaw is the turn
+of the IMU meanwhile. In a recording of a real Burger, a reversed displacement is 7.3 mm.
 """
 import math
 from typing import NamedTuple, Optional, Tuple
@@ -36,11 +36,11 @@ TURN_BOUND = 4.0
 STEP_SLACK = 0.05
 #: If messages arrive unevenly, a true turn may exceed the bound by this [rad].
 TURN_SLACK = 0.3
-#: A higher rate of turn is the firmware's spike [rad/s].
+#: A rate of turn above this is the firmware's spike [rad/s].
 SPIKE_RATE = 10.0
 #: The odometry is at zero if x and y are exactly zero, and the yaw is below this [rad].
 ZERO_YAW = 0.01
-#: A step to zero from a place nearer than this does not show that the odometry was reset [m].
+#: A step to zero shows a reset of the odometry only from a place farther away than this [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
@@ -50,9 +50,9 @@ NEAR_ZERO_YAW = 0.1
 RESTING_TURN = 0.1
 #: If the IMU turns farther than this in a silence, it was calibrated [rad].
 CALIBRATION_TURN = 0.005
-#: A turning robot comes to rest within this time after its last message [s].
+#: A turning robot whose messages stop comes to rest within this time [s].
 STOPPING_TIME = 0.5
-#: The odometry contradicts the wheels if it moves this long while the wheels are at rest [s].
+#: The odometry contradicts the wheels if it moves for this time while the wheels rest [s].
 CONTRADICTION_TIME = 0.5
 #: The text about an odometry that contradicts the wheels.
 SERVOS_SILENT = ('the odometry runs on but the wheels stand: the servos do not answer (battery '
@@ -74,7 +74,7 @@ POSE_LOST = 'pose lost: reset_pose, or place the robot and reset'
 
 
 class _Gap:
-    """The time between two odometry messages, between which other messages may be skipped."""
+    """The time between two odometry messages. The messages between them may be skipped."""
 
     def __init__(self) -> None:
         self._by_stamps = self._by_arrival = 0.0
@@ -85,13 +85,13 @@ class _Gap:
 
     @property
     def longest(self) -> float:
-        """The longer time by stamps or arrivals, up to LONGEST_SILENCE [s]."""
+        """The time by stamps or by arrivals, whichever is longer, up to LONGEST_SILENCE [s]."""
         return min(max(self._by_stamps, self._by_arrival, 0.0), LONGEST_SILENCE)
 
     @property
     def shortest(self) -> float:
-        """The shorter time by stamps or arrivals [s]. Neither a delay nor the setting of a clock
-        makes this time longer."""
+        """The time by stamps or by arrivals, whichever is shorter [s]. Neither a delay nor a clock
+        that is set makes this time longer."""
         if self._by_stamps > 0.0:
             return min(self._by_stamps, self._by_arrival)
         return self._by_arrival
@@ -106,7 +106,7 @@ class _JumpSample(NamedTuple):
 
     @property
     def rests(self) -> bool:
-        """Do wheels and gyro rest?"""
+        """Do the wheels and the gyro show a robot at rest?"""
         return is_at_rest(self.sample.linear, self.imu.yaw_rate)
 
 
@@ -120,7 +120,8 @@ def _is_reset(before: _JumpSample, after: _JumpSample, gap: _Gap) -> bool:
     # after the reset of a board the IMU is near zero, too
     yaw_from_zero = min(abs(now.yaw), abs(difference(now.yaw, turned)))
     place_is_near = math.hypot(now.x, now.y) <= NEAR_ZERO_PLACE
-    if not is_zero and not (place_is_near and yaw_from_zero <= NEAR_ZERO_YAW):
+    is_near_zero = place_is_near and yaw_from_zero <= NEAR_ZERO_YAW
+    if not is_zero and not is_near_zero:
         return False
     has_moved = was.distance_to(now) > NEAR_ZERO_PLACE
     contradicts_imu = abs(difference(now.yaw - was.yaw, turned)) > NEAR_ZERO_YAW
@@ -170,7 +171,8 @@ class JumpFinder:
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
         is_short = self._since_received.longest < LONGEST_SILENCE
-        if stood and is_short and abs(turned) <= RESTING_TURN:
+        was_turned = abs(turned) > RESTING_TURN
+        if stood and is_short and not was_turned:
             return (_shift(before.sample.pose, after.sample.pose),
                     Jump(SET_TO_ZERO, POSE_KEPT, turned))
         return None, Jump(SET_TO_ZERO, POSE_LOST)
@@ -214,7 +216,7 @@ def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
 
 
 class _Interval:
-    """The time for which a condition has been true, by the stamps of the samples."""
+    """The time during which a condition was true, by the stamps of the samples."""
 
     def __init__(self) -> None:
         self.begin, self.end = math.inf, -math.inf
@@ -245,8 +247,8 @@ class EncoderWatch:
         self._stand, self._rolls = _Interval(), _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        stands = self._wheels is not None and self._wheels[1:] == sample[1:]
-        self._stand.update(stands, sample.stamp)
+        wheels_stand = self._wheels is not None and self._wheels[1:] == sample[1:]
+        self._stand.update(wheels_stand, sample.stamp)
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:

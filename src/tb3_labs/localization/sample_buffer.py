@@ -31,7 +31,7 @@ class Track:
         self._samples: Deque[Tuple[float, Any]] = deque()    # (time, value)
 
     def add(self, time: float, value: Any) -> None:
-        """Append a value. `time` is not before :attr:`newest`. A second value of the same time
+        """Append a value. `time` is not before :attr:`newest`. A second value for the same time
         replaces the first value."""
         if time == self.newest:
             self._samples.pop()
@@ -61,10 +61,10 @@ class Track:
 
     def at(self, time: float) -> Any:
         """Returns the value at `time`; None if `time` is too early, too late, or in a gap."""
-        around = self.around(time)
-        if around is None:
+        neighbours = self.around(time)
+        if neighbours is None:
             return None
-        (begin, start), (end, stop) = around
+        (begin, start), (end, stop) = neighbours
         if begin == end:
             return start
         if end - begin > INTERPOLATED_GAP:
@@ -107,26 +107,30 @@ class SampleBuffer:
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()
             yaw = self._imu_yaw_at(time)
-            pair = pair if yaw is None else (sample, yaw)
+            if yaw is not None:
+                pair = sample, yaw
         return pair
 
     def at(self, stamp: float) -> Optional[Tuple[Pose2, float]]:
         """Returns (odom_T_base, yaw of the IMU [rad]) at `stamp` [s]; None if either is unknown."""
         pose = self._odometry.at(stamp)
-        yaw = None if pose is None else self._imu_yaw_at(stamp)
-        return None if yaw is None else (pose, yaw)
+        yaw = self._imu_yaw_at(stamp)
+        if pose is None or yaw is None:
+            return None
+        return pose, yaw
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
-        """Returns the yaw of the IMU [rad]. In a long gap the odometry gives the turn."""
-        yaw, around = self._imu.at(time), self._imu.around(time)
-        if yaw is not None or around is None:
+        """Returns the yaw of the IMU [rad]. In a long gap the yaw turns as the odometry does."""
+        yaw, neighbours = self._imu.at(time), self._imu.around(time)
+        if yaw is not None or neighbours is None:
             return yaw
-        (begin, start), (end, stop) = around
+        (begin, start), (end, stop) = neighbours
         before, here, after = (self._odometry.at(moment) for moment in (begin, time, end))
-        if end - begin > BRIDGED_GAP or before is None or here is None:
+        is_bridged = end - begin <= BRIDGED_GAP
+        if not is_bridged or before is None or here is None:
             return None
         yaw = start + difference(here.yaw, before.yaw)
-        if after is not None:    # the odometry may not have reached the end of the gap yet
+        if after is not None:    # the odometry at the end of the gap may not have arrived yet
             drift = difference(stop - start, difference(after.yaw, before.yaw))
             yaw += drift * (time - begin) / (end - begin)
         return wrap(yaw)

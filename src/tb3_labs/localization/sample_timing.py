@@ -1,13 +1,13 @@
 """The timing of samples, and the noise of an IMU.
 
 SampleTiming measures the silence before each sample, and learns the sender's clock. It makes a
-TimedSample, which has all times that other files need. Other files do not measure times again.
+TimedSample with all times that other files need, so that no file measures a time again.
 
-Header stamps show intervals well, but come from the robot's clock, which may be a second off, step,
-or stand at zero. Arrivals are on the receiver's clock, but a network delays messages. So samples
-are ordered by their stamps. The *least delay* between stamp and arrival in the last seconds is that
-of the fastest message. It converts times from one clock to the other. If the stamps are not a
-clock, the arrivals replace the stamps of both sensors.
+Header stamps show intervals well. But they come from the robot's clock, which may be off by a
+second, may be set, or may always show zero. Arrivals are on the receiver's clock, but a network
+delays messages. So the stamps give the order of the samples. The *least delay* is the shortest time
+between stamp and arrival in the last seconds. This delay converts times from one clock to the
+other. If the stamps are not a clock, the arrivals replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
@@ -30,7 +30,7 @@ from tb3_labs.supervision.timeouts import (
 
 #: If a stamp is repeated this often, the stamps are not a clock.
 MAX_REPEATS = 3
-#: Least weight of a new sample in the variance of the noise.
+#: A new sample has at least this weight in the variance of the noise.
 NOISE_WEIGHT = 0.02
 #: A robot turns slowly if its rate is below this [rad/s].
 SLOW_TURN_RATE = 0.2
@@ -81,13 +81,15 @@ class SampleTiming:
 
     def _timed(self, source: str, last: Optional[TimedSample], sample: Sample,
                now: float) -> TimedSample:
-        silence, before = _silence(last, now), last.sample if last else None
+        silence = _silence(last, now)
+        before = last.sample if last else None
+        by_stamps = sample.stamp - before.stamp if before else 0.0
         all_silent = min(_silence(self.imu, now), _silence(self.odometry, now))
         time = self.clock.time_of(source, sample.stamp, now, silence, all_silent)
         return TimedSample(
             sample, before, arrival=now, time=time, epoch=self.clock.epoch,
             measured_at=self.clock.measured_at(time, now), silence=silence, all_silent=all_silent,
-            by_stamps=sample.stamp - before.stamp if before else 0.0)
+            by_stamps=by_stamps)
 
 
 def _silence(last: Optional[TimedSample], now: float) -> float:
@@ -100,7 +102,7 @@ class SenderClock:
     def __init__(self) -> None:
         #: Number of the epoch; the first is 0.
         self.epoch = -1
-        #: False once the stamps have shown that they are not a clock.
+        #: True until the stamps show that they are not a clock.
         self.uses_stamps = True
         self._repeats: Dict[str, int] = {}    # by source: messages that repeat the stamp
         self._last_arrival = math.nan    # before the first sample
@@ -115,9 +117,9 @@ class SenderClock:
             self._new_epoch()
         elif self._is_new_clock(source, stamp, arrival, silence, all_silent):
             self._new_epoch()
-        time = arrival
-        if self.uses_stamps:
-            time = max(stamp, self._last[source][0]) if source in self._last else stamp
+        time = stamp if self.uses_stamps else arrival
+        if self.uses_stamps and source in self._last:
+            time = max(stamp, self._last[source][0])
         self._last[source] = time, stamp
         self._last_arrival = arrival
         self._least.add(arrival, arrival - time)

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Sequence
 
-from tb3_labs.command_line import printable, reason
+from tb3_labs.command_line import failure_text, printable
 from tb3_labs.marking.intake.archives import NotJudged, is_zip
 from tb3_labs.marking.intake.read_submission import unpack_class
 from tb3_labs.marking.intake.sandbox import (
@@ -66,7 +66,7 @@ class MarkedClass:
         for task in tasks:
             problem = None if task.cancelled() else task.exception()
             if problem is not None:
-                print_problem(reason(problem))      # the marks cannot be written
+                print_problem(failure_text(problem))      # the marks cannot be written
                 self._failed = True
         if self._unchanged:
             print_line(f'{self._unchanged} of {len(submissions)} had been tried and have not '
@@ -152,7 +152,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
                     page, notes = pool.submit(
                         folder.write_overview, unprotected=not is_sandbox).result()
         except (OSError, ValueError, NotJudged) as problem:
-            print_problem(reason(problem))
+            print_problem(failure_text(problem))
             return 2
     if not is_sandbox:
         notes = notes[1:]       # the first note was printed before the trials

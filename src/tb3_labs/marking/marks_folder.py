@@ -18,11 +18,11 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 
 import rospkg
 
-from tb3_labs.command_line import output_folder, printable, reason, write_output
-from tb3_labs.marking.node_start import OWN_PACKAGE
+from tb3_labs.command_line import failure_text, output_folder, printable, write_output
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
 from tb3_labs.marking.marks_csv import POINTS, DECISION_COLUMNS, MarksTable, cells_of, overview
+from tb3_labs.marking.node_start import OWN_PACKAGE
 from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe
@@ -191,7 +191,7 @@ class MarksFolder:
                     raise ValueError(f'it is not in {bag} any more')
                 observation = read_trial(bag, handed_in.path_prefixes)
             except ValueError as problem:
-                handed_in.unjudged = f'Its trial cannot be judged: {reason(problem)}.'
+                handed_in.unjudged = f'Its trial cannot be judged: {failure_text(problem)}.'
         try:
             marks, page = self._marks_and_page(handed_in, observation)
         except Exception as problem:    # an error with one student must not end the run
@@ -215,7 +215,7 @@ class MarksFolder:
 
 def failure(problem: Exception) -> str:
     """Returns a sentence on an error in the code of the marking."""
-    return f'The marking of it failed: {reason(problem)} ({type(problem).__name__}).'
+    return f'The marking of it failed: {failure_text(problem)} ({type(problem).__name__}).'
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The demonstration: the criteria of a good drive, and the table of all drives."""
+"""The demonstration: when a drive is good, and the table of all drives."""
 import math
 from dataclasses import dataclass
 from typing import Sequence, Tuple
@@ -49,10 +49,11 @@ class DemoDrive:
 
     def row(self, number: int) -> str:
         distance, angle = self.true_error
+        verdict = 'ok' if self.is_good else 'NOT GOOD: ' + self.state
         return TABLE_ROW.format(
             'drive {}'.format(number), _short_pose(self.goal), _short_pose(self.believed),
             '{:.1f} mm {:.2f} deg'.format(1000.0 * distance, angle), '{:.2f} s'.format(self.time),
-            'ok' if self.is_good else 'NOT GOOD: ' + self.state)
+            verdict)
 
 
 def table(drives: Sequence[DemoDrive]) -> str:

@@ -1,4 +1,4 @@
 """Which robot is it, and what does it send? The numbers of the TurtleBot3s, and their samples.
 
-This room is right for real and simulated robots.
+It does not matter here whether a robot is real or simulated.
 """

@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference
 #: A robot turns at most this far between two samples of the IMU [rad], since a node that drives by
 #: the IMU stops the robot when the IMU is silent.
 FARTHEST_TURN = 1.0
-#: The place of the odometry is at most this far away, a day of driving [m].
+#: The place of the odometry is at most this far from zero, a day of driving [m].
 FARTHEST_PLACE = 2e4
 #: Largest speed of the odometry, if a person spins the wheels [m/s].
 FASTEST_DRIVE = 3.0
@@ -18,7 +18,7 @@ FASTEST_DRIVE = 3.0
 FASTEST_SPIKE = 7e3
 #: Largest rate that the board's gyro can measure, 2000 deg/s [rad/s].
 FASTEST_GYRO = 35.0
-#: A wheel turns at most this far [rad], since the encoder counts to 2^31.
+#: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.
 FARTHEST_WHEEL = 3.5e6
 #: The latest stamp that ROS can send, in the year 2106 [s].
 LAST_STAMP = 2.0 ** 32 - 2.0
@@ -60,7 +60,7 @@ class Motion(NamedTuple):
     linear: float               # [m/s], from the wheels
     angular: float              # [rad/s], from the gyro
     imu_age: float = 0.0        # time since the latest sample of the IMU was measured [s]
-    odometry_age: float = 0.0   # the same for the odometry [s]
+    odometry_age: float = 0.0   # time since the latest odometry was measured [s]
     yaw_noise: float = 0.0      # standard deviation of a sample's yaw [rad]
     extrapolated: float = 0.0   # part of the pose's yaw that was not measured [rad]
 

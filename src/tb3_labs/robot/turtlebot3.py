@@ -1,12 +1,12 @@
 """The numbers of the robots.
 
-Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and
-its motor driver), the Dynamixel XL430/XM430 manuals. The data sheets round the Burger's speeds up
-to 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts off 0.5 % more.
+Units: metres, radians, seconds. Sources: ROBOTIS OpenCR firmware 1.2.6 (`turtlebot3_core` and its
+motor driver), the Dynamixel XL430/XM430 manuals. The data sheets give the Burger's speeds rounded
+up, as 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` cuts off 0.5 % more.
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Mapping, NamedTuple
+from typing import Dict, Mapping, NamedTuple, Optional
 
 from tb3_labs.config import NOT_GIVEN
 
@@ -68,8 +68,8 @@ MODEL_VARIABLE = 'TURTLEBOT3_MODEL'
 def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotModel) -> Twist2:
     """Returns `twist`, limited by `max_linear` [m/s], `max_angular` [rad/s] and the robot itself.
 
-    First each speed is clipped alone. If a wheel is still too fast, both speeds are scaled by the
-    same factor, so that the robot drives the same curve more slowly.
+    First each speed is clipped to its own limit. If a wheel is still too fast, both speeds are
+    scaled by the same factor, so that the robot drives the same curve more slowly.
     """
     linear_limit = min(max_linear, model.max_linear)
     angular_limit = min(max_angular, model.max_angular)
@@ -82,19 +82,15 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     return Twist2(linear, angular)
 
 
-def robot_model(name: str, source: str = 'model') -> RobotModel:
-    """Returns the model called `name`. ``ValueError`` for an unknown name, which came from the
-    parameter or variable `source`."""
+def robot_model(name: str, environment: Optional[Mapping[str, str]] = None) -> RobotModel:
+    """Returns the model called `name`. ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
+    MODEL_VARIABLE in `environment` names the model. Without this variable the model is a Burger."""
+    source = 'model'
+    if name == NOT_GIVEN and environment is not None:
+        source = MODEL_VARIABLE
+        name = environment.get(MODEL_VARIABLE) or DEFAULT_MODEL
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # a parameter may be a list
         raise ValueError(
             f'{source} = {name!r} is not valid: one of {", ".join(MODELS)}') from None
-
-
-def model_called(name: str, environment: Mapping[str, str]) -> RobotModel:
-    """Returns the model called `name`. ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
-    MODEL_VARIABLE in `environment` names the model. Without this variable the model is a Burger."""
-    if name != NOT_GIVEN:
-        return robot_model(name)
-    return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

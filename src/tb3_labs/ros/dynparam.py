@@ -20,7 +20,7 @@ from dynamic_reconfigure.msg import Config as Values
 from dynamic_reconfigure.srv import Reconfigure
 
 from tb3_labs.command_line import number_or_text
-from tb3_labs.config import nearest
+from tb3_labs.config import hint_for
 from tb3_labs.ros.live_settings import decode, encode
 from tb3_labs.ros.topics import require_master
 from tb3_labs.terminal import run_tool
@@ -56,10 +56,10 @@ def change(node, name, text):
     known, node = nodes(), rospy.resolve_name(node)
     if node not in known:
         raise ValueError(
-            f'there is no node {node} whose settings can change; {nearest(node, known)}')
+            f'there is no node {node} whose settings can change; {hint_for(node, known)}')
     settings = call(node, Values())    # an empty request changes nothing
     if name not in settings:
-        raise ValueError(f'{name} is unknown; {nearest(name, settings)}')
+        raise ValueError(f'{name} is unknown; {hint_for(name, settings)}')
     # if the value does not have the type of the setting, the node refuses it
     value = {'true': True, 'false': False}.get(text.lower(), number_or_text(text))
     print(f'{name} is {call(node, encode({name: value}))[name]} now')

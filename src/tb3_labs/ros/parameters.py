@@ -5,8 +5,8 @@ from dataclasses import fields
 
 import rospy
 
-from tb3_labs.config import NOT_GIVEN, from_parameters, nearest
-from tb3_labs.robot.turtlebot3 import model_called
+from tb3_labs.config import NOT_GIVEN, from_parameters, hint_for
+from tb3_labs.robot.turtlebot3 import robot_model
 
 
 def read_config(*kinds, of=None, typed=()):
@@ -27,7 +27,7 @@ def read_config(*kinds, of=None, typed=()):
                                  f'_{name if has_value else "NAME"}:=VALUE (--help tells more)')
         for name in sorted(set(given) - known):
             raise ValueError(
-                f'parameter {rospy.get_name()}/{name} is unknown; {nearest(name, known)}')
+                f'parameter {rospy.get_name()}/{name} is unknown; {hint_for(name, known)}')
     try:
         configs = [from_parameters(kind, given) for kind in kinds]
     except ValueError as problem:
@@ -37,4 +37,4 @@ def read_config(*kinds, of=None, typed=()):
 
 def read_model():
     """Returns the RobotModel of the parameter ``~model``, else of TURTLEBOT3_MODEL."""
-    return model_called(rospy.get_param('~model', NOT_GIVEN), os.environ)
+    return robot_model(rospy.get_param('~model', NOT_GIVEN), os.environ)

@@ -8,7 +8,7 @@ import math
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 
-from tb3_labs.handout import SET_POSE
+from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.srv import ResetPose, SetInitialPose
 
 
@@ -25,7 +25,7 @@ def call_reset(x, y, yaw_deg):
 
 
 def _call_as_in_the_handout(x, y, yaw_deg):
-    service, half_yaw = rospy.resolve_name(SET_POSE), math.radians(yaw_deg) / 2.0
+    service, half_yaw = rospy.resolve_name(SET_POSE_SERVICE), math.radians(yaw_deg) / 2.0
     message = PoseWithCovarianceStamped()
     message.header.frame_id, message.header.stamp = 'map', rospy.Time.now()
     message.pose.covariance = 36 * [0.1]    # as in the handout

@@ -1,9 +1,10 @@
 """May the robot move, and who drives it? A stop stays a stop:
 
-1. *A stop is obeyed*, whoever sends it. Only a grant may be ignored (`permission`).
+1. *A stop is obeyed*, whoever sends it. Only a True may be ignored (`permission`).
 2. *Old messages give nothing*. A message is old if it is repeated, late or latched (`events`), or
-   if the node has just woken (`timeouts`). An old reset does not declare a frame, either.
-3. *A new grant* is a False, then a True, of one sender after any stop or timeout (`permission`).
+   if the node has just woken (`timeouts`). An old request of a reset is ignored, too.
+3. *A new grant* is needed after any stop or timeout: a False, then a True, of one sender
+   (`permission`).
 4. *It needs its robot*. Without fresh sensors a grant, a goal or a turn is void
    (`sensors_and_stalls`).
 5. *A stop reaches hands*. After a stop, a stick (`control_holder`) or mouse (nodes/controller) does

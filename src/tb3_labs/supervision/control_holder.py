@@ -19,10 +19,10 @@ class ControlHolder(Enum):
 
 
 class ControlEvent(Enum):
-    """An event that may change the holder. After LOST nobody may drive, since the person does not
-    have a stop button any more."""
+    """An event that may change the holder. After LOST nobody may drive, since the person has lost
+    the stop button."""
 
-    #: The pad's messages arrive, and its sticks rest, or its hold button was pressed again.
+    #: The pad's messages arrive, and either its sticks rest, or its hold button was pressed again.
     READY = 'pad ready'
     RELINQUISH = 'relinquish'    # the relinquish button was pressed
     REGAIN = 'regain'            # the regain button was pressed
@@ -53,17 +53,17 @@ class ControlMessages:
 
     def __init__(self) -> None:
         #: Must this pad renew a permission that it gave to move_to_goal?
-        self.grants = False
+        self.must_renew = False
         self.waiting: Queue[bool] = Queue()    # messages to publish
         #: Time of the last True that move_to_goal has not answered yet [s].
         self.granted_at = -math.inf
         self._sent_at = -math.inf       # time of the last message, or renewal
-        #: Time at which control was taken from move_to_goal, by anyone [s].
+        #: Time at which a person or a node took control from move_to_goal [s].
         self.stopped_at = -math.inf
 
     def pop_renewal(self, now: float) -> bool:
         """Is a renewal due? The caller must send it."""
-        is_due = self.grants and now - self._sent_at >= RENEWAL_PERIOD
+        is_due = self.must_renew and now - self._sent_at >= RENEWAL_PERIOD
         if is_due:
             self._sent_at = now
         return is_due
@@ -71,12 +71,12 @@ class ControlMessages:
     def grant(self, now: float, lateness: float) -> None:
         """Queue a True for a press that was delayed by `lateness` [s], and a renewal for each
         `RENEWAL_PERIOD` since the press. The number of renewals shows the delay."""
-        self.grants = True
+        self.must_renew = True
         self.granted_at = self._sent_at = now
         self.waiting += [True] * (1 + int(lateness / RENEWAL_PERIOD))
 
     def stop(self, caused_at: float) -> None:
         """Queue a False, since control was taken or the pad was lost at `caused_at` [s]."""
-        self.grants = False
+        self.must_renew = False
         self.stopped_at = max(self.stopped_at, caused_at)    # a press of B may come late
         self.waiting.append(False)

@@ -3,8 +3,8 @@
 A page is a pad in a browser. Several pages may be open. A DeadMan counts the stops: STOP on any
 page, a False on `ctrl_relinq`, a cancel, the loss of the page that drives. Each message of a page
 has the number of stops that the page knew when the person acted. A message is rejected if the robot
-was stopped later, or if this process slept. So a delayed message, or a page that comes back, does
-not move the robot or its frame. A stop is never rejected.
+was stopped after the person acted, or if this process slept meanwhile. So a delayed message, or a
+page that comes back, does not move the robot or its frame. A stop is never rejected.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 """
@@ -14,7 +14,7 @@ from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepWatch
 
 
 class DeadMan:
-    """Knows the page that drives. The caller chooses the objects that identify pages."""
+    """Remembers the page that drives. The caller has an object for each page."""
 
     def __init__(self) -> None:
         #: The page that drives, or None.
@@ -25,7 +25,7 @@ class DeadMan:
         self._sleep = SleepWatch()
 
     def begin(self, now: float) -> None:
-        """Start with the first page. From then on the caller must call :meth:`silence` often."""
+        """Begin with the first page. Then the caller must call :meth:`silence` often."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:

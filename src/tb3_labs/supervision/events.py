@@ -1,9 +1,9 @@
 """The Event that a core receives, and the Output that it returns.
 
-An Event is a message that a person may have caused, such as a True, a False, or a turn. It is
+An Event is a message that a person may have caused, such as a True, a False, or a turn. An Event is
 doubtful if it may be older than this node, or than its connection. Only the first message on a
-connection can be so old, and only if the sender existed before this node, or had another connection
-before. Such a message is always doubtful if latched, otherwise only for `REPEATS_WITHIN`.
+connection can be so old, if the sender existed before this node, or had an earlier connection. If
+such a message is not latched, it is doubtful only for the first `REPEATS_WITHIN` of the connection.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
 """
@@ -60,7 +60,7 @@ class SenderConnection(NamedTuple):
 
 
 class MessageAges:
-    """Finds the Age of each message of one topic from the message's connection."""
+    """Finds the Age of each message of one topic by the connection on which the message came."""
 
     def __init__(self, present: Iterable[str], now: float) -> None:
         """This node begins to listen at `now`. The senders `present` exist already."""
@@ -83,15 +83,15 @@ class MessageAges:
 
     def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
                       now: float) -> Age:
-        """Returns the Age of the first message on a connection. The sender had the connection
-        `before`, if any."""
+        """Returns the Age of the first message on a connection. The sender's previous connection is
+        `before`, or None."""
         if before is None and connection.sender not in self._present:
             return Age.NEW
         is_restarted = before is not None and before.process != connection.process
-        if is_restarted and connection.renews:    # it is silent until a person acts
+        if is_restarted and connection.renews:    # such a sender is silent until a person acts
             return Age.RESTARTED
         if connection.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
-            return Age.OLD    # a message that a person sends now would come later
+            return Age.OLD    # a new message of a person would not come so soon
         if connection.latches and not connection.renews:
             return Age.LATCHED
         if now - connection.since < REPEATS_WITHIN:
@@ -117,7 +117,7 @@ class Queue(List[Content]):
 
 
 class LogQueue(Queue[LogLine]):
-    """The lines that the node must log."""
+    """The lines of text that the node must log."""
 
     def add(self, text: str, warning: bool = False) -> None:
         self.append(LogLine(text, warning))

@@ -3,13 +3,14 @@
 Each goal replaces the previous goal, even that of another sender. A sender *repeats* a goal if it
 sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
 
-* A cancel ends the goal with the same name, or each goal up to the cancel's stamp, or every goal.
+* A cancel ends the goal that has the cancel's name, or each goal whose stamp is not after the
+  cancel's stamp, or every goal.
 * A repeated goal that was canceled or given up stays ended until the sender changes the goal, or
   pauses. A goal that was sent only once before the end is accepted again at once.
 * A repetition of the present goal changes nothing.
 
 Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this
-process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network counts as a pause.
+process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network looks like a pause.
 """
 from enum import Enum
 from typing import Any, Dict, NamedTuple, Optional
@@ -66,12 +67,12 @@ class Repetition:
         self.is_repeated = self.is_ended = self.was_logged = False
 
     def end(self) -> None:
-        """The goal was canceled or given up: end its repetitions."""
+        """End the repetitions of a goal that was canceled or given up."""
         if self.is_repeated:
             self.is_ended = True
 
     def refusal_line(self) -> str:
-        """Returns the log line for a goal that stays ended once, later ''."""
+        """Returns the log line for a goal that stays ended. All later calls return ''."""
         if self.was_logged:
             return ''
         self.was_logged = True
@@ -103,7 +104,7 @@ class GoalRequests:
         return repetition
 
     def repeats_present(self, repetition: Repetition) -> bool:
-        """Does a goal that was noted repeat the present goal?"""
+        """Does this Repetition of a noted goal belong to the present goal?"""
         return repetition.is_repeated and repetition is self._repetition_of(self.present)
 
     def accept(self, request: GoalRequest) -> None:
@@ -148,5 +149,5 @@ class GoalRequests:
 
     def _forget(self, now: float) -> None:
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
-        self._repetitions = {sender: each for sender, each in self._repetitions.items()
-                             if just_woke or each.source.is_fresh(now)}
+        self._repetitions = {sender: repetition for sender, repetition in self._repetitions.items()
+                             if just_woke or repetition.source.is_fresh(now)}

@@ -1,4 +1,4 @@
-"""May move_to_goal drive? A person gives the permission once. Renewals only keep it alive.
+"""May move_to_goal drive? A person gives the permission once. Renewals only prolong the permission.
 
 Several senders give and take the permission by True and False. The rules follow ISO 13850, by which
 a stop holds until a person releases the machine again.
@@ -9,15 +9,15 @@ a stop holds until a person releases the machine again.
 * A False of any sender ends the grants of all senders.
 * A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the grant.
   After a silence of `EXPIRE_AFTER` the grant has expired.
-* A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. If the sensors
-  never were fresh, the limit is `ROBOT_START`.
+* A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. Before the
+  sensors are fresh for the first time, this limit is `ROBOT_START`.
 * If this process sleeps for longer than `EXPIRE_AFTER`, all grants expire. A True that
   arrives while the process wakes is ignored, since the True may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
-* A True is ignored if it was sent more than `OLDEST_GRANT` ago, before another sender's False, or
-  before this node started or woke. A True was delayed if the renewals after it arrive faster than
-  one in each `RENEWAL_PERIOD`.
+* A True is ignored if it was sent more than `OLDEST_GRANT` ago, or before another sender's False,
+  or before this node started or woke. A True was delayed if the renewals after it arrive faster
+  than one in each `RENEWAL_PERIOD`.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 Edge case: A sender that renews must renew once before the robot may move. So the True of a sender
@@ -36,12 +36,9 @@ class _Grant:
     """The permission that one sender gave, and the renewals by this sender."""
 
     def __init__(self, now: float, renews: bool) -> None:
-        #: Time at which the True arrived [s].
-        self.granted_at = now
-        #: The True was sent at this time or earlier [s].
-        self.sent_before = now
-        #: Were the sensors fresh at any time since the grant?
-        self.had_sensors = False
+        self.granted_at = now       # time at which the True arrived [s]
+        self.sent_before = now      # the True was sent at this time or earlier [s]
+        self.had_sensors = False    # were the sensors fresh at any time since the grant?
         self._renews = renews
         self._received_for = 0.0
         self._source = Freshness('control', SUSPEND_AFTER)
@@ -55,7 +52,8 @@ class _Grant:
         self.sent_before = self.granted_at
         delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
         # checked for a few seconds only: later a sender's fast clock would look like a delay
-        if self._renews and delay > 0.0 and self._received_for < EXPIRE_AFTER:
+        is_checked = self._renews and self._received_for < EXPIRE_AFTER
+        if is_checked and delay > 0.0:
             self.sent_before -= delay
 
     def silent_for(self, now: float) -> float:
@@ -78,8 +76,9 @@ class Permission:
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time for which a grant waits for the sensors [s]
         # The grants by sender. The grant at the start has the sender ''.
-        self._grants: Dict[str, _Grant] = (
-            {'': _Grant(math.nan, renews=False)} if granted_at_start else {})
+        self._grants: Dict[str, _Grant] = {}
+        if granted_at_start:
+            self._grants[''] = _Grant(math.nan, renews=False)
         self._last_value: Dict[str, bool] = {}    # the last message, by sender
         self._stops: Dict[str, float] = {}        # time of the last False [s], by sender
         self._refused: Set[str] = set()    # senders of a True whose refusal was logged
@@ -99,7 +98,7 @@ class Permission:
         return bool(self._grants)
 
     def begin(self, now: float) -> None:
-        """Start to hear senders. The time before is not a sleep."""
+        """Start to hear senders. The time before this call is not a sleep."""
         self.sleep.start(now)
         if '' in self._grants:
             self._grants[''] = _Grant(now, renews=False)
@@ -121,7 +120,8 @@ class Permission:
         is_repeated = self._last_value.get(sender, False)
         self._last_value[sender] = is_grant
         given_by_senders = set(self._grants) - {''}
-        if not is_grant and message.age is Age.OLD and not given_by_senders:
+        is_old_stop = not is_grant and message.age is Age.OLD
+        if is_old_stop and not given_by_senders:
             return    # this False does not end the grant at the start
         if not is_grant:
             self._stops = {other: at for other, at in self._stops.items()
@@ -147,7 +147,7 @@ class Permission:
                                  'then True, gives control again')
 
     def _refuse(self, sender: str, text: str) -> None:
-        """Log that a sender's True is ignored. Log once, since True may be repeated for ever."""
+        """Log once that a sender's True is ignored, since the sender may repeat True for ever."""
         if sender not in self._refused:
             self._refused.add(sender)
             self._log.add(text, warning=True)

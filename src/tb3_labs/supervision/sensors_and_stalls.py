@@ -19,14 +19,14 @@ UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for 
 SURE_DRIVE_SPEED = 0.02
 #: If the command is to turn faster than this, the readings must show a motion [rad/s].
 SURE_TURN_RATE = 0.1
-#: The robot is stalled if commands to move bring it no nearer for this long [s].
+#: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
-#: The robot got nearer if the remaining way is shorter by at least this [m or rad].
+#: The robot got nearer to its goal if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
 #: One drive may command rest for at most this time in total [s].
 LONGEST_REST = 4.0
-#: The goal is missed if the remaining way grows again by more than this [m or rad]. A robot
-#: overshoots by less in a short stall of the network.
+#: The goal is missed if the remaining way grows again by more than this [m or rad]. In a short
+#: stall of the network a robot overshoots by less than this.
 AWAY_LIMIT = 0.8
 
 
@@ -44,8 +44,7 @@ class Sensor(Freshness):
 
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
-        #: Content of the last message, without the stamp.
-        self.reading: Any = None
+        self.reading: Any = None    # content of the last message, without the stamp
         #: Time for which the reading was repeated although it must change [s].
         self.repeated_for = 0.0
         #: The longest time between two messages since the last pause [s].
@@ -108,8 +107,8 @@ class SensorWatch:
         is_silent = self._silent_since <= now    # False for NaN
         silent_for = now - self._silent_since if is_silent else 0.0
         is_late = silent_for > self._longest_wait
-        become_fresh = are_fresh and not self._were_fresh
-        if become_fresh or (are_fresh and is_checked):    # otherwise the wait would start anew
+        became_fresh = are_fresh and not self._were_fresh
+        if became_fresh or (are_fresh and is_checked):    # otherwise the wait would start anew
             self._silent_since = now - max([source.age(now) for source in self._sources])
             self._longest_wait = RESUME_TIME
         else:
@@ -126,7 +125,7 @@ class SensorWatch:
         self.silent_for = silent_for
 
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
-        """Set the status when the sensors are fresh. They may have been silent until now."""
+        """Set the status when the sensors are fresh. The sensors may have been silent until now."""
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
         if is_late:
@@ -181,7 +180,7 @@ class StallWatch:
     def update(self, remaining: float, rests: bool, dt: float, must_move: bool = True) -> str:
         """Returns a text about the robot's problem, or ''. Takes the remaining way [m or rad] and
         the time since the last update [s]. `rests`: do the samples show a robot at rest?
-        `must_move`: is the command to move, not to rest?"""
+        `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt
             if self._rested_for <= LONGEST_REST:

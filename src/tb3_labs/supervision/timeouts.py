@@ -6,7 +6,7 @@ process sleeps when it is stopped, swapped out, or its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
 infinite age. If the clock goes back, the last message is treated as just received, since otherwise
-it would be fresh for too long.
+the message would be fresh for too long.
 """
 import math
 from collections import deque
@@ -18,7 +18,7 @@ from typing import Deque, Optional, Tuple
 SENSOR_TIMEOUT = 0.22
 #: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen.
 FROZEN_TIME = 0.6
-#: A motion continues by itself after a silence of the sensors of at most this length.
+#: A motion continues by itself if the sensors were silent for at most this time.
 RESUME_TIME = 2.0
 #: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
 ROBOT_START = 20.0
@@ -30,52 +30,52 @@ RESET_SILENCE = 1.0
 PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
-#: A longer silence allows the odometry a larger step, up to a silence of this length.
+#: The step that the odometry may make grows with the silence before it, up to this silence.
 LONGEST_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
 
-#: Between two gyro samples with a longer gap the rate is unknown.
+#: If the gap between two samples of the gyro is longer than this, the rate is unknown.
 GYRO_GAP = 0.15
-#: Between two wheel samples with a longer gap the motion is unknown.
+#: If the gap between two samples of the wheels is longer than this, the motion is unknown.
 WHEEL_GAP = 0.3
-#: Between two samples of moving wheels with a longer gap, only the mean rate is known.
+#: If the gap between samples of moving wheels is longer than this, only the mean rate is known.
 MEAN_ONLY_GAP = 0.08
-#: Between two samples of a sensor with a longer gap the values are not interpolated.
+#: If the gap between two samples is longer than this, the values are not interpolated.
 INTERPOLATED_GAP = 0.3
-#: The odometry bridges a gap of the IMU up to this length, less than the time of half a turn.
+#: The odometry bridges a gap of the IMU up to this length. Half a turn takes longer.
 BRIDGED_GAP = 1.0
-#: Two samples of an IMU with a longer gap do not show the noise.
+#: If the gap between two samples of an IMU is longer than this, they do not show the noise.
 NOISE_GAP = 0.1
 
 # -- the sender's clock
 
 #: A clock that goes back by less than this is being corrected. Otherwise the clock was set.
 SMALL_STEP = 0.1
-#: A stamp that is this far ahead of its arrival belongs to a new clock.
+#: A stamp that is ahead of its arrival by this time belongs to a new clock.
 CLOCK_STEP = 1.0
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
 #: Stamps are not a clock if they are off by CLOCK_STEP or more for longer than this.
 MAX_OFF_TIME = 1.0
-#: Stamps that went back are not a clock if they catch up later than this.
+#: Stamps that went back are not a clock if they need longer than this to catch up.
 MAX_BEHIND_TIME = 0.5
 
 # -- a message is late, or repeats an earlier one
 
 #: The least delay is searched among the messages of this time.
 DELAY_WINDOW = 5.0
-#: Each message adds at most this to the time for which the sender was heard.
+#: Each message adds at most this time to the time for which its sender was heard.
 MAX_RECEIVED_STEP = 0.1
 #: The usual delay of a pad is known this long after its first message.
 LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
 LONGEST_AGE = 0.1
-#: A sender that repeats a message does so within this time.
+#: A sender that repeats an old message to a new connection does so within this time.
 REPEATS_WITHIN = 2.0
 #: A message that was latched before a node began to listen arrives within this time.
 LATCHED_WITHIN = 0.3
-#: Messages of move_to_goal within this time after a press of A may be older than the press.
+#: A message of move_to_goal that comes this soon after a press of A may be older than the press.
 CROSSING_TIME = 0.3
 #: A pad that takes the robot back waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
@@ -84,8 +84,8 @@ HAND_BACK_TIME = 0.15
 
 #: Time from one renewal of a permission to the next.
 RENEWAL_PERIOD = 0.1
-#: A renewal confirms its grant if it comes later than this after the grant. An earlier renewal may
-#: have been delayed together with the grant.
+#: A renewal confirms its grant if it comes later than this after the grant. A renewal that comes
+#: sooner may have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
 #: A grant whose renewals stop is suspended after this silence.
 SUSPEND_AFTER = 0.5
@@ -156,7 +156,7 @@ class SleepWatch:
     def __init__(self) -> None:
         #: Length of the sleep that the last update found [s], or 0.
         self.slept_for = 0.0
-        #: May messages be older than a sleep? Then only a stop is obeyed.
+        #: May messages be from before the end of a sleep? Then only a stop is obeyed.
         self.is_waking = False
         #: The end of the last sleep [s].
         self.woke_at = -math.inf
@@ -171,7 +171,7 @@ class SleepWatch:
         self.is_waking = now - self.woke_at < WAKING_TIME
 
     def start(self, now: float) -> None:
-        """Treat the time until now as awake."""
+        """Treat the time until now as time without a sleep."""
         self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
         self._looks.received(now)
 
@@ -186,8 +186,8 @@ class SleepWatch:
 
 
 class Lateness:
-    """Finds by how much a message is later than usual. The usual delay of its sender is the least
-    delay in the last `DELAY_WINDOW` seconds, in which silences are not counted."""
+    """Finds the extra delay of a message, beyond the usual delay of its sender. The usual delay is
+    the least delay in the last `DELAY_WINDOW` seconds, without the silences of the sender."""
 
     def __init__(self) -> None:
         self._least = WindowMinimum()
@@ -212,7 +212,7 @@ class WindowMinimum:
         self.value: Optional[float] = None
 
     def add(self, time: float, value: float) -> None:
-        """Take in a value. If `time` goes back, earlier values stay for longer."""
+        """Take in a value. If `time` goes back, the values before it stay for longer."""
         candidates = self._candidates
         while candidates and candidates[-1][1] >= value:
             candidates.pop()

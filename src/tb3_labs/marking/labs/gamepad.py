@@ -8,7 +8,7 @@ import rospkg
 import yaml
 
 from tb3_labs.handout import (
-    CTRL_RELINQ, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE)
+    CTRL_RELINQ_TOPIC, MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_RESET, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, ANY_SPEED, BEYOND, IN_TIME, LINEAR, OTHER_SPEED, ROUNDING, STOPS_AT_ONCE, Bounds,
     Criterion, Reason, ends_cleanly, not_stopped, scaled, starts, steers, stops_robot,
@@ -85,7 +85,7 @@ def _publishes(observation: Observation, name: str, wanted: bool) -> Reason:
         return ''
     if published is not None:
         return f'after {name} it published {published} on ctrl_relinq'
-    instead = other_topics(scene.process, CTRL_RELINQ)
+    instead = other_topics(scene.process, CTRL_RELINQ_TOPIC)
     return f'after {name} nothing was published on ctrl_relinq' + (
         f': {instead}' if instead else '')
 
@@ -119,9 +119,9 @@ def _resets(observation: Observation) -> Reason:
             printed = last_line(scene.printed) + ': has its client one of these names?'
         return ('after Y no reset service was called (reset_pose, set_pose, reset, ... were '
                 f'there), and it printed {printed}')
-    if facts[SERVICE_NAME] != SET_POSE:
-        return (f'after Y it called {facts[SERVICE_NAME]}, not /{SET_POSE}, which move2goal_tf.py '
-                'offers')
+    if facts[SERVICE_NAME] != SET_POSE_SERVICE:
+        return (f'after Y it called {facts[SERVICE_NAME]}, not /{SET_POSE_SERVICE}, which '
+                'move2goal_tf.py offers')
     if not facts[IS_ORIGIN]:
         return 'after Y the reset was called with another pose than (0, 0, 0)'
     if not facts[IS_UNIT]:
@@ -194,7 +194,7 @@ CRITERIA = [
     Criterion('regains', BUTTONS, 'B publishes False on ctrl_relinq, and the sticks drive again',
               BY_THUMB, _regains,
               limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_TIME:g} s'),
-    Criterion('resets', BUTTONS, f'Y calls /{SET_POSE} with (0, 0, 0)', Y_STEP, _resets,
+    Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP, _resets,
               limits=within(RESET_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
               _says_success, limits=within(RESET_TIME)),

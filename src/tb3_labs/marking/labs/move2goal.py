@@ -10,8 +10,8 @@ import numpy as np
 from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import (
-    ANGLE_TOLERANCE, CTRL_RELINQ, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
-    MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE)
+    ANGLE_TOLERANCE, CTRL_RELINQ_TOPIC, DISTANCE_TOLERANCE, GOAL_X, GOAL_Y, GOAL_YAW_DEG,
+    MAX_ANGULAR_SPEED, MAX_LINEAR_SPEED, PRINTED_POSE_SET, PRINTED_REACHED, SET_POSE_SERVICE)
 from tb3_labs.marking.labs.criteria import (
     ANGULAR, BEYOND, IN_TIME, LINEAR, NO_ZERO, ROUNDING, STOPS_AT_ONCE, Criterion, Reason,
     ends_cleanly, not_stopped, starts, stops_robot, stops_when_lost, within)
@@ -88,8 +88,8 @@ def _scene_of_drive(observation: Observation, name: str) -> Scene:
     scene = observation.scene(name)
     if not scene.facts[MOVED]:
         listens = scene.process.listens
-        why = f'it does not listen to {CTRL_RELINQ}'
-        if '/' + CTRL_RELINQ in listens or not listens:
+        why = f'it does not listen to {CTRL_RELINQ_TOPIC}'
+        if '/' + CTRL_RELINQ_TOPIC in listens or not listens:
             why = why_idle(scene)
         raise NotObserved(f'it got control, but did not move the robot: {why}')
     return scene
@@ -144,7 +144,7 @@ def _resets(observation: Observation) -> Reason:
     name = observation.scene(RESET_TO_ORIGIN).facts[WRONG_NAME]
     reason = _accepts_reset(observation)
     if reason or name:
-        return reason or f'its reset is called {name}, not /{SET_POSE}'
+        return reason or f'its reset is called {name}, not /{SET_POSE_SERVICE}'
     scene = observation.scene(RESET_IN_DRIVE)
     if scene.facts[WAS_MOVING] and not scene.facts[DROVE_STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
@@ -219,8 +219,9 @@ CRITERIA = [
     Criterion('within_limits', DRIVE, f"keeps the robot's limits, {MAX_LINEAR_SPEED:g} m/s and "
               f'{MAX_ANGULAR_SPEED:g} rad/s', FOUR_STATES, _within_limits,
               limits=f'and {ROUNDING:g} for rounding'),
-    Criterion('resets', RESET, f'a service /{SET_POSE} resets the local frame, also in a drive',
-              THE_RESET, _resets, limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
+    Criterion('resets', RESET,
+              f'a service /{SET_POSE_SERVICE} resets the local frame, also in a drive', THE_RESET,
+              _resets, limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
               f'turns by {LEAST_TURN:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
               THE_RESET, _says_reset, limits=within(PRINT_TIME) + ' after the answer'),

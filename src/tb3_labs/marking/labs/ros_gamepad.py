@@ -14,7 +14,7 @@ from rospy.msg import AnyMsg
 from sensor_msgs.msg import Joy
 from std_msgs.msg import Bool, Empty
 
-from tb3_labs.handout import CTRL_RELINQ, JOY, PAD_AXES, PAD_BUTTONS, SET_POSE
+from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, PAD_AXES, PAD_BUTTONS, SET_POSE_SERVICE
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.gamepad import Y_STEP
 from tb3_labs.marking.labs.ros_move2goal import RESET_NAMES, fields_of
@@ -33,7 +33,7 @@ class HeldPad(Repeater):
 
     def __init__(self, numbers):
         """`numbers` has the number of each axis and button: name -> number."""
-        super().__init__(JOY, Joy)
+        super().__init__(JOY_TOPIC, Joy)
         self.numbers = SimpleNamespace(**numbers)
         self._buttons = [0] * PAD_BUTTONS
         self.sticks()
@@ -82,7 +82,8 @@ def buttons(trial):
         with HeldPad(trial.option) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
-                for names in ((SET_POSE,), RESET_NAMES):    # at first, only the right name is there
+                # at first, only the right name is there
+                for names in ((SET_POSE_SERVICE,), RESET_NAMES):
                     if calls:
                         break
                     services.offer(names)
@@ -112,12 +113,13 @@ def _start_driving(trial, pad):
 
 def _hand_over(trial, pad):
     received, received_late = [], []
-    listener = rospy.Subscriber(CTRL_RELINQ, Bool, lambda message: received.append(message.data))
+    listener = rospy.Subscriber(
+        CTRL_RELINQ_TOPIC, Bool, lambda message: received.append(message.data))
     with trial.stimulus(stimuli.HAND_OVER) as stimulus:
         pad.press(pad.numbers.relinquish_button)
         wait_until(lambda: True in received, stimuli.PUBLISH_TIME)
         time.sleep(DELIVERY_TIME)
-        late_listener = rospy.Subscriber(CTRL_RELINQ, Bool, received_late.append)
+        late_listener = rospy.Subscriber(CTRL_RELINQ_TOPIC, Bool, received_late.append)
         stimulus.facts[stimuli.LATCHED] = wait_until(lambda: received_late, stimuli.PUBLISH_TIME)
         stimulus.facts[stimuli.RELINQUISHED] = received[-1] if received else None
         late_listener.unregister()

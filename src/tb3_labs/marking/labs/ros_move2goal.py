@@ -11,7 +11,7 @@ import rospy
 from std_msgs.msg import Bool, Empty
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import CTRL_RELINQ, SET_POSE
+from tb3_labs.handout import CTRL_RELINQ_TOPIC, SET_POSE_SERVICE
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, LONGEST, WAS_MOVING
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
@@ -29,7 +29,7 @@ DECLARED_POSE = Pose2(0.2, 0.3, math.radians(90.0))
 OFFERS_NO_RESET = 'it offers no service whose name has "reset" or "pose" in it'
 
 #: The names of the reset service in the handouts, the likeliest name first.
-RESET_NAMES = ('reset_pose', 'reset', SET_POSE, 'reset_local_pose', 'set_local_pose')
+RESET_NAMES = ('reset_pose', 'reset', SET_POSE_SERVICE, 'reset_local_pose', 'set_local_pose')
 #: If no service has one of RESET_NAMES, a service with one of these words in its name is the reset.
 RESET_WORDS = ('reset', 'pose')
 
@@ -69,8 +69,8 @@ class ResetCaller:
         usual = [name for wanted in RESET_NAMES for name in likely if last_names[name] == wanted]
         #: The name of the reset service; '' if the node offers no reset service.
         self.name = (usual + likely + [''])[0]
-        #: The name of the reset service if it is wrong; '' if it is SET_POSE.
-        self.wrong_name = '' if rospy.resolve_name(SET_POSE) in last_names else self.name
+        #: The name of the reset service if it is wrong; '' if it is SET_POSE_SERVICE.
+        self.wrong_name = '' if rospy.resolve_name(SET_POSE_SERVICE) in last_names else self.name
         self._kind = graph.service(self.name) if self.name else None
         #: Does a request of the service have fields for a pose?
         self.takes_pose = self._kind is not None and fill_pose(self._kind._request_class(), Pose2())
@@ -110,7 +110,7 @@ class Control:
 
     def __init__(self, trial):
         self._trial = trial
-        self._control = rospy.Publisher(CTRL_RELINQ, Bool, queue_size=1, latch=True)
+        self._control = rospy.Publisher(CTRL_RELINQ_TOPIC, Bool, queue_size=1, latch=True)
         self.take()     # a node may ignore a True that comes first, since it may be old
 
     def give(self):

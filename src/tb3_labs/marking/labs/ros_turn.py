@@ -10,7 +10,7 @@ from std_msgs.msg import Bool as BoolMessage
 from std_msgs.msg import Header
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.handout import LEFT_KEY, MOUSE_INFO
+from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs import stimuli
 from tb3_labs.marking.labs.imu import headings
 from tb3_labs.marking.labs.turn import any_full_speed
@@ -73,12 +73,12 @@ class HeldMouse(Repeater):
         #: The sign of y in the upper half of the screen.
         self.up = 1
         self._recording, self._last_sent = recording, None
-        self._kind = graph.kind_of(MOUSE_INFO) or graph.types.message(MouseController._type)
+        self._kind = graph.kind_of(MOUSE_INFO_TOPIC) or graph.types.message(MouseController._type)
         #: The package of the type.
         self.package = self._kind._type.split('/')[0]
         #: `remarks` are sentences on fields whose names differ from the mouse lab's names.
         self._names, self.remarks = mouse_fields(self._kind.fields)
-        super().__init__(MOUSE_INFO, self._kind)
+        super().__init__(MOUSE_INFO_TOPIC, self._kind)
 
     def at(self, x, y, active=True, seconds=0.0):
         """Hold the mouse at (x, y) from now on, and wait for `seconds` [s]. x is positive to the
@@ -97,7 +97,7 @@ class HeldMouse(Repeater):
             if kind == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
-        self._recording.add(MOUSE_INFO, MouseController(Header(stamp=now), *self._last_sent))
+        self._recording.add(MOUSE_INFO_TOPIC, MouseController(Header(stamp=now), *self._last_sent))
 
 
 #: The names of the fields in the mouse lab, and the types of a flag and of a number.
@@ -136,7 +136,7 @@ def _similar_name(usual, names):
 def mouse_of(trial, names):
     """Returns a HeldMouse, inactive and in the middle. If the node does not listen to a mouse, the
     stimuli `names` are recorded as not offered, and ``NotOffered`` ends the part."""
-    if rospy.resolve_name(MOUSE_INFO) not in trial.node.graph.at_role(LISTENS):
+    if rospy.resolve_name(MOUSE_INFO_TOPIC) not in trial.node.graph.at_role(LISTENS):
         trial.not_offered(names, 'it does not listen to mouse_info')
     try:
         mouse = HeldMouse(trial.node.graph, trial.recording)

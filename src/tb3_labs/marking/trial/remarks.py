@@ -16,7 +16,7 @@ from typing import Dict, List
 
 import numpy as np
 
-from tb3_labs.handout import CMD_VEL
+from tb3_labs.handout import CMD_VEL_TOPIC
 from tb3_labs.marking.trial.observation import (
     CTRL_C, Ended, NotObserved, NotTried, Observation, NodeProcess, Scene)
 from tb3_labs.watch.broken_link import wrong_field
@@ -51,7 +51,7 @@ def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
         remarks.append(f'Note that {observation.unpublished_topic}.')
     remarks += tracebacks_before_the_end(observation, verdict_text)
     return remarks + [
-        f'{number} {what} came on {CMD_VEL}: they are not recorded, and not judged.'
+        f'{number} {what} came on {CMD_VEL_TOPIC}: they are not recorded, and not judged.'
         for what, number in sorted(observation.omitted.items())]
 
 
@@ -93,13 +93,13 @@ def why_idle(scene: Scene) -> str:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.not_finite), scene.not_finite[0])
     if len(scene.moving):
-        return f'its last command on {CMD_VEL} was zero'
+        return f'its last command on {CMD_VEL_TOPIC} was zero'
     if len(scene.commands):
         if other_fields(scene):
-            return f'{other_fields(scene)} in its commands on {CMD_VEL}'
+            return f'{other_fields(scene)} in its commands on {CMD_VEL_TOPIC}'
         if len(scene.commands) == 1:
-            return f'one command came on {CMD_VEL}, a zero'
-        return f'{len(scene.commands)} commands came on {CMD_VEL}, all of them zero'
+            return f'one command came on {CMD_VEL_TOPIC}, a zero'
+        return f'{len(scene.commands)} commands came on {CMD_VEL_TOPIC}, all of them zero'
     return _why_no_command(scene, process) + _printed_text(scene)
 
 
@@ -111,15 +111,15 @@ def other_fields(scene: Scene) -> str:
 
 
 def _why_no_command(scene, process):
-    kind = process.publishes.get('/' + CMD_VEL)
+    kind = process.publishes.get('/' + CMD_VEL_TOPIC)
     if kind not in (None, TWIST):
-        return f'it publishes {CMD_VEL} as {kind}, and the robot takes {TWIST} alone'
-    if other_topics(process, CMD_VEL):
-        return other_topics(process, CMD_VEL)
+        return f'it publishes {CMD_VEL_TOPIC} as {kind}, and the robot takes {TWIST} alone'
+    if other_topics(process, CMD_VEL_TOPIC):
+        return other_topics(process, CMD_VEL_TOPIC)
     times = scene.observation.recording.commands.arrival
     end = math.inf if process.end is None else process.end
     times = times[(times >= process.begin) & (times <= end)]
-    nothing = f'nothing came on {CMD_VEL}'
+    nothing = f'nothing came on {CMD_VEL_TOPIC}'
     if len(times) <= 2:      # the period of the commands is not known
         return nothing
     return (f'{nothing} for {scene.end - scene.begin:.1f} s (in this run a command every '

@@ -31,7 +31,7 @@ from std_msgs.msg import Bool, Header, String
 
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import CMD_VEL, CTRL_RELINQ, IMU_TOPIC, JOY, ODOM_TOPIC
+from tb3_labs.handout import CMD_VEL_TOPIC, CTRL_RELINQ_TOPIC, IMU_TOPIC, JOY_TOPIC, ODOM_TOPIC
 from tb3_labs.marking.trial.observation import LONGEST, NOT_FINITE
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
@@ -57,7 +57,7 @@ SAME_COMMAND = 0.04
 #: A bag of this size is full [bytes].
 FULL_SIZE = 3 * 10 ** 6
 #: Only these topics are recorded in a full bag.
-JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL}
+JUDGED_TOPICS = {'/' + TRUTH, '/' + EVENTS, '/' + PRINTED, '/' + CMD_VEL_TOPIC}
 #: The bag is written in parts of this size, before compression [bytes].
 CHUNK_SIZE = 2 ** 17
 #: A robot rests if it moved and turned less than this in the last REST_TIME.
@@ -148,13 +148,13 @@ class Recorder:
         threading.Thread(
             target=self._read_truth, args=(os.environ[TRUTH_PIPE],), daemon=True).start()
         note_connections()
-        rospy.Subscriber(CMD_VEL, Twist, guarded(self._on_command), tcp_nodelay=True)
+        rospy.Subscriber(CMD_VEL_TOPIC, Twist, guarded(self._on_command), tcp_nodelay=True)
         # rospy does not unpack an AnyMsg. All subscribers of a topic in a process must have one
         # class, and ros_gamepad.py needs a Bool.
         for topic, kind, received in (
                 (IMU_TOPIC, Imu, rospy.AnyMsg), (ODOM_TOPIC, Odometry, rospy.AnyMsg),
-                (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY, Joy, rospy.AnyMsg),
-                (CTRL_RELINQ, Bool, Bool)):
+                (VARIABLES, DiagnosticArray, rospy.AnyMsg), (JOY_TOPIC, Joy, rospy.AnyMsg),
+                (CTRL_RELINQ_TOPIC, Bool, Bool)):
             rospy.Subscriber(topic, received, self._on_message, (topic, kind), tcp_nodelay=True)
         rospy.Subscriber('/rosout', Log, guarded(self._on_log))
         if not wait_until(lambda: self._truth, 60.0):     # a busy computer needs long
@@ -193,7 +193,7 @@ class Recorder:
             if not self._is_within('commands', MOST_COMMANDS):
                 return
             self._commands.append([at, linear, angular])
-        self.recording.add(CMD_VEL, message, at)
+        self.recording.add(CMD_VEL_TOPIC, message, at)
 
     def _on_message(self, message, topic_and_class):
         (topic, kind), at, data = topic_and_class, self.now, BytesIO()

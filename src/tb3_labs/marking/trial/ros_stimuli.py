@@ -11,7 +11,7 @@ from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import Twist
 
 from tb3_labs.geometry.angles import clamp, difference
-from tb3_labs.handout import CMD_VEL
+from tb3_labs.handout import CMD_VEL_TOPIC
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_twist
@@ -36,7 +36,7 @@ class Robot:
 
     def __init__(self, recorder):
         self._recorder, self._settings = recorder, {}
-        self._wheels = rospy.Publisher(CMD_VEL, Twist, queue_size=1)
+        self._wheels = rospy.Publisher(CMD_VEL_TOPIC, Twist, queue_size=1)
         self._service = rospy.ServiceProxy(f'/{ROBOT_NODE}/set_parameters', Reconfigure)
         rospy.Subscriber(f'/{ROBOT_NODE}/parameter_updates', ConfigMessage,
                          guarded(self._on_settings))

@@ -14,7 +14,7 @@ import rosnode
 import rospy
 import rosservice
 
-from tb3_labs.handout import CTRL_RELINQ, JOY, MOUSE_INFO
+from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs.stimuli import START_TIME
 from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import NodeOutput, Program, ResourceWatch
@@ -198,7 +198,7 @@ class Graph:
         listens = self.at_role(LISTENS)
         published = {topic for registered in self.nodes().values()
                      for role, topic in registered if role == PUBLISHES}
-        offered = set(map(rospy.resolve_name, (MOUSE_INFO, JOY, CTRL_RELINQ)))
+        offered = set(map(rospy.resolve_name, (MOUSE_INFO_TOPIC, JOY_TOPIC, CTRL_RELINQ_TOPIC)))
         return [] if listens.issuperset(needed) else sorted(listens - published - offered)
 
     def topics(self):

@@ -21,7 +21,7 @@ from tb3_labs.supervision.events import Event, LogQueue, Output
 from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
 
-#: Least time between two log lines about refused turns [s].
+#: A refused turn is logged at most once in this time [s].
 REFUSAL_PERIOD = 1.0
 
 
@@ -29,7 +29,8 @@ class ControllerCore:
     """Turns one robot by its IMU, and drives the robot by the mouse."""
 
     def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
-        self._timing, self.imu = SampleTiming(), Sensor('imu')
+        self._timing = SampleTiming()
+        self.imu = Sensor('imu')
         self.driver = Driver.NOBODY
         self._last_driver = Driver.NOBODY        # at the last tick
         self._law = law
@@ -38,7 +39,7 @@ class ControllerCore:
         self._sensors = SensorWatch(self.imu)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
         self._sleep = SleepWatch()
-        self._turn: Optional[ActiveTurn] = None  # None after the result of the turn is logged
+        self._turn: Optional[ActiveTurn] = None  # None after its result was logged
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
         self._refused_at = -math.inf             # time of the last log line about a refused turn
@@ -63,7 +64,7 @@ class ControllerCore:
             self._log_result(self._turn, now)
 
     def on_wheels(self, sample: WheelSample) -> None:
-        """Take in a sample of the wheels. Only the check of the gyro uses it."""
+        """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
         self._gyro.on_wheels(sample)
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
@@ -76,8 +77,8 @@ class ControllerCore:
                               'scroll up to stop')
             self._mouse_is_due = True
             is_centred = self.mouse.twist == Twist2()
-            self._handle(DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED,
-                         'the mouse took over')
+            event = DriverEvent.MOUSE_CENTRED if is_centred else DriverEvent.MOUSE_MOVED
+            self._handle(event, 'the mouse took over')
         elif active and was_active:
             self._mouse_loss_logged = True
             self._release_mouse('messages of the mouse are late: move it to the middle of the '
@@ -91,7 +92,7 @@ class ControllerCore:
                           'use it')
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
-        """Turn by the angle [deg] that another node requests, unless it is a repetition, see
+        """Turn by the angle [deg] that another node requests. A repetition may be refused, see
         Repetitions."""
         self._check_sleep_and_mouse(turn.at)
         doubts = self._repetitions.doubts_after(turn, self._sleep.is_waking)
@@ -139,7 +140,8 @@ class ControllerCore:
             self._repetitions.stop()
             if self.driver is Driver.TURN:
                 self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
-        was_active, silence = self.mouse.active, self.mouse.silence(steady_now)
+        was_active = self.mouse.active
+        silence = self.mouse.silence(steady_now)
         if self._sleep.slept_for or silence:
             self.mouse.lose(steady_now)
         if was_active and not self.mouse.active:
@@ -160,8 +162,9 @@ class ControllerCore:
         """Look at both clocks, and decide."""
         self._check_sleep_and_mouse(steady_now)
         step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
+        turn_is_due = self.driver is Driver.TURN and step_is_due
         command = None
-        if self._mouse_is_due or (self.driver is Driver.TURN and step_is_due):
+        if self._mouse_is_due or turn_is_due:
             command = self._command(now)
         before, self._last_driver = self._last_driver, self.driver
         return Output(command, stops_first=self.driver is not before,
@@ -266,7 +269,7 @@ class ControllerCore:
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. A turn that ends for a `reason` is given up."""
+        """Change the driver. If a turn ends for a `reason`, it is given up."""
         before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
         if reason:
             self._repetitions.stop()

@@ -24,7 +24,7 @@ class MouseState(NamedTuple):
 
 
 def to_mouse(message) -> MouseState:
-    """Returns the state in a tb3_labs/MouseController. ``ValueError`` if it is not finite."""
+    """Returns the MouseState of a tb3_labs/MouseController. ``ValueError`` if it is not finite."""
     x, y = message.xPos, message.yPos
     if not (math.isfinite(x) and math.isfinite(y)):
         raise ValueError(f'mouse position ({x}, {y}) is not finite')
@@ -32,7 +32,7 @@ def to_mouse(message) -> MouseState:
 
 
 class _MouseSource:
-    """One mouse, by its messages."""
+    """The state of one mouse, by its messages."""
 
     def __init__(self) -> None:
         self.source = Freshness('mouse', MOUSE_TIMEOUT)
@@ -53,7 +53,7 @@ class _MouseSource:
         was_inactive = not is_first and not self.reported_active
         if was_inactive and now - self._silence_ended_at >= WAKING_TIME:
             self.is_lost = False
-        # an inactive mouse may be silent; before the first message its state is not known
+        # only an active mouse must send; before its first message its state is unknown
         must_be_heard = active if is_first else self.reported_active
         if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
             self._silence_ended_at = now
@@ -74,12 +74,13 @@ class _MouseSource:
 class Mouse:
     """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
-    A mouse is lost at the start, when it is active but silent, and when this process slept. A lost
-    mouse stays inactive until a message shows that the mouse is in the middle of the screen, or
-    deactivated. A message that is delayed, or comes soon after a silence, does not count.
+    A mouse is lost at the start, if it is silent while it is active, and after a sleep of this
+    process. A lost mouse stays inactive until a message shows that the mouse is in the middle of
+    the screen, or deactivated. A message that is delayed, or comes soon after a silence, does not
+    activate a mouse.
 
     Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
-    too, since a person may have activated them earlier. The mouse of the latest message drives.
+    too, since they may still be active from an earlier use. The mouse of the latest message drives.
     """
 
     def __init__(self) -> None:
@@ -94,14 +95,16 @@ class Mouse:
         return any(sender.active for sender in self._senders.values())
 
     def received(self, message: 'Event[MouseState]') -> bool:
-        """Take in a message of a mouse. Returns True if the message deactivates the mouse, which is
+        """Take in a message of a mouse. Returns True if the message deactivates the mouse. This is
         a stop, even if the mouse was lost."""
         active, x, y = message.content
         sender = self._senders[message.sender]
         twist = Twist2(linear=_speed(y), angular=_speed(-x))
-        was_active, deactivated = sender.active, sender.reported_active and not active
+        rests = not active or twist == Twist2()
+        was_active = sender.active
+        deactivated = sender.reported_active and not active
         self.source.received(message.at)
-        sender.received(message, rests=not active or twist == Twist2())
+        sender.received(message, rests)
         was_lost = was_active and not sender.active
         if deactivated or was_lost:
             self.lose(message.at, kept=sender)
@@ -117,7 +120,7 @@ class Mouse:
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
-        """Treat all mice but `kept` as lost, since a person may have activated them earlier."""
+        """Treat all mice but `kept` as lost, since they may be active from an earlier use."""
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)

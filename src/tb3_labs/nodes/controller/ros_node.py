@@ -9,7 +9,7 @@ import rospy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.handout import CONTROLLER_GOODBYE
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.msg import MouseController
@@ -32,7 +32,7 @@ class ControllerNode:
 
     def __init__(self):
         config, self._model = read_config(TurnConfig), read_model()
-        self._response = Response()    # of this robot, learned while it moves
+        self._response = MotorResponse()    # of this robot, learned while it moves
         self._core = core = ControllerCore(self._law(config), GyroWatch(
             self._model, rospy.resolve_name('reset')))
         self._robot_wait = time.monotonic() + ROBOT_WAIT
@@ -88,10 +88,11 @@ class ControllerNode:
 
     def _diagnose(self):
         core, now = self._core, ros_time()
+        mouse = 'active' if core.mouse.active else 'not active'
         return core.problem(now), dict(
             values_of('imu', core.imu, now),
             **values_of('mouse_info', core.mouse.source, steady_time()),
-            driver=core.driver.value, mouse='active' if core.mouse.active else 'not active')
+            driver=core.driver.value, mouse=mouse)
 
 
 class Keyboard:
@@ -104,8 +105,8 @@ class Keyboard:
     def __init__(self, on_line, on_end):
         self._on_line = guarded(on_line)
         self._on_end = guarded(on_end)
-        # A job in the background that reads its terminal is stopped by this signal. If the signal
-        # is ignored, the read fails.
+        # This signal stops a job in the background that reads its terminal. If the signal is
+        # ignored, the read fails.
         signal.signal(signal.SIGTTIN, signal.SIG_IGN)
         threading.Thread(target=self._run, name='keyboard', daemon=True).start()
 
@@ -113,7 +114,7 @@ class Keyboard:
         if sys.stdin is not None:      # without an input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
                 # A thread that reads sys.stdin holds the lock of its buffer, and Python would wait
-                # for this lock at its end. Therefore descriptor 0 is read without a buffer.
+                # for this lock when the node ends. Therefore descriptor 0 is read without a buffer.
                 for line in open(0, 'rb', buffering=0, closefd=False):
                     self._on_line(line.decode(errors='replace').strip())
         self._on_end()

@@ -1,8 +1,8 @@
-"""The settings, the request and the result of a turn, and the table of drivers (turn or mouse).
-The law of a turn is :class:`tb3_labs.control.turning.PreciseTurn`. It ends a settled turn.
+"""The settings, the request and the result of a turn, and the table of drivers (turn or mouse). The
+law of a turn, :class:`tb3_labs.control.turning.PreciseTurn`, ends a turn that has settled.
 
 Units: radians, counter-clockwise positive. A turn is requested as an angle, not as a heading. So
-180 and -180 are different turns, and 360 is a full turn. The handout's law has headings.
+180 and -180 are different turns, and 360 is a full turn. The handout's law has headings instead.
 """
 import math
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import Estimate
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
@@ -24,7 +24,7 @@ from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness
 #: Between two samples the yaw of a robot at rest drifts by at most this [rad].
 RESTING_YAW_DRIFT = math.radians(0.02)
 
-#: Turns by the keys of the keyboard [deg].
+#: The turn by each key of the keyboard [deg].
 TURN_KEYS = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG, 'b': 180.0}
 
 
@@ -52,10 +52,10 @@ class TurnConfig(Config):
 
 
 def make_turn(config: TurnConfig, model: RobotModel,
-              response: Optional[Response] = None) -> PreciseTurn:
+              response: Optional[MotorResponse] = None) -> PreciseTurn:
     """Returns the law of a turn. `response` has the known delay and lag of this robot."""
     return PreciseTurn(min(config.max_ang_z, model.max_angular), config.angular_acceleration,
-                       math.radians(config.tolerance_deg), response or Response())
+                       math.radians(config.tolerance_deg), response or MotorResponse())
 
 
 class Heading:
@@ -162,7 +162,7 @@ class Repetitions:
 
     def doubts_after(self, event: Event, is_waking: bool = False) -> int:
         """Take in a request. Returns 0 if the request is accepted, otherwise the number of doubtful
-        requests so far. While this process `is_waking`, a request may be older than the sleep."""
+        requests so far. While this process `is_waking`, a request may be from before the sleep."""
         last = self._requests.get(event.sender)
         if last is None or last.content != event.content or not last.source.is_fresh(event.at):
             last = self._requests[event.sender] = _TurnRequest(event.content)
@@ -173,12 +173,12 @@ class Repetitions:
             last.is_doubted = True
         if last.is_doubted:
             last.doubts += 1
-        if is_waking:    # this request itself is refused elsewhere
+        if is_waking:    # the core refuses this request itself
             last.is_doubted = True
         return last.doubts
 
     def stop(self) -> None:
-        """Make each repeated request doubtful, since a stop must end its repetitions, too."""
+        """Make each repeated request doubtful, since a stop must also end the repetitions."""
         for last in self._requests.values():
             if last.is_repeated:
                 last.is_doubted = True

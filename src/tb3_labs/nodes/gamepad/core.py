@@ -4,9 +4,9 @@ The package :mod:`tb3_labs.nodes` says how a core is used. No press of a button 
 several messages arrive together. B always sends False, whoever holds the robot. A sends True, and Y
 asks for a reset, unless the press may be old.
 
-A silent pad is lost while a stick is off its middle, and while move_to_goal drives by the pad's
-permission. Unless joy_node repeats its messages (autorepeat_rate), a stick that is held still looks
-like a lost pad.
+A silent pad is lost if a stick is off its middle, or if move_to_goal drives by the pad's
+permission. If joy_node does not repeat its messages (autorepeat_rate), a stick at a constant
+position looks like a lost pad.
 
 Units: seconds on a clock that never stands still and never goes back (`now`), m/s, rad/s.
 """
@@ -52,14 +52,14 @@ class GamepadCore:
         self._config = config
         self._model = model
         self._pad = PadListener()
-        self.joy = self._pad.source
+        self.joy = self._pad.freshness
         self.messages = ControlMessages()
         self._sleep = SleepWatch()
         self._zero_until = 0.0    # until this time the pad commands zero [s]
         self._command_is_due = False
-        self._reset_requested = False    # was a reset requested since the last tick?
+        self._reset_requested = False    # was Y pressed since the last tick?
         self._published_holder: Optional[ControlHolder] = None
-        self._stick_pushed_since = math.inf    # a pushed stick has not driven since [s]
+        self._stick_pushed_since = math.inf    # time since which a pushed stick does not drive [s]
         self._stick_logged = False             # was the pushed stick logged?
         self._log = LogQueue()
 
@@ -69,13 +69,14 @@ class GamepadCore:
         now, state = joy.at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME)
-        before, pushed_at = self._pad.before, now - self._pad.lateness
+        before, pushed_at = self._pad.state_before, now - self._pad.lateness
         self._command_is_due = True
+        relinquishes = state.relinquish and not before.relinquish
         if state.regain and not before.regain:
             self.messages.stop(pushed_at)
             self._handle(ControlEvent.REGAIN, now)
-        elif state.relinquish and not before.relinquish and not state.regain:
-            if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.grants:
+        elif relinquishes and not state.regain:
+            if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.must_renew:
                 self.messages.grant(now, self._pad.lateness)
                 self._handle(ControlEvent.RELINQUISH, now)
         is_held_anew = state.hold and not before.hold
@@ -83,34 +84,35 @@ class GamepadCore:
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
-            self._handle(ControlEvent.LOST, now)    # the loss was not noticed before
+            self._handle(ControlEvent.LOST, now)    # this message shows the loss
         elif self._drives() and pushed_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
-        if state.reset and not before.reset and self._is_accepted('Y', OLDEST_RESET, now):
+        asks_for_reset = state.reset and not before.reset
+        if asks_for_reset and self._is_accepted('Y', OLDEST_RESET, now):
             self._reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
         now = has_control.at
         if has_control.content:
-            self.messages.granted_at = -math.inf    # move_to_goal answers the last True
+            self.messages.granted_at = -math.inf    # this is the answer to the last True
             self._handle(ControlEvent.GRANTED, now)
         elif now - self.messages.granted_at >= CROSSING_TIME:
             self._handle(ControlEvent.TAKEN, now)
 
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
-        """Take in a True or False of another node. A False is a stop, also for this pad."""
+        """Take in a True or False of another node. A False also stops the driving by this pad."""
         if not message.content:
             self._on_control_taken(message.at)
 
     def on_leave(self, now: float) -> None:
         """Take back the control that this pad gave, since this node ends."""
-        if self.messages.grants:
+        if self.messages.must_renew:
             self._on_control_taken(now)
 
     def _on_control_taken(self, now: float) -> None:
         self.messages.stopped_at = now
-        if self.messages.grants:
+        if self.messages.must_renew:
             self._handle(ControlEvent.TAKEN, now)
         elif self._drives():
             self._handle(ControlEvent.STOPPED, now)
@@ -125,7 +127,7 @@ class GamepadCore:
         command = self._command(now) if self._command_is_due else None
         holder = None if self.holder is self._published_holder else self.holder
         waits_for_rest = self._pad.state is not None and self.holder is ControlHolder.NOBODY
-        watched = self.messages.grants or self._drives() or waits_for_rest
+        watched = self.messages.must_renew or self._drives() or waits_for_rest
         reset_requested, self._reset_requested = self._reset_requested, False
         self._published_holder = self.holder
         return PadOutput(
@@ -167,13 +169,14 @@ class GamepadCore:
         state = self._pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
-        return (state.hold or not self._config.has_hold) and not state.at_rest
+        is_held = state.hold or not self._config.has_hold
+        return is_held and not state.at_rest
 
     def _check_clock(self, now: float) -> None:
         """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the
         permission that the pad gave."""
         self._sleep.update(now)
-        if self.messages.grants and self._sleep.slept_for > EXPIRE_AFTER:
+        if self.messages.must_renew and self._sleep.slept_for > EXPIRE_AFTER:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
                           warning=True)
             self._on_control_taken(now)
@@ -184,7 +187,7 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? If it may be older than `longest` [s], it is not."""
+        """Is a press accepted? A press that may be older than `longest` [s] is rejected."""
         lateness, doubt = self._pad.lateness, self._sleep.doubt
         if not doubt and not self._pad.knows_lateness(now):
             doubt = 'it was pressed the moment the pad was first heard'
@@ -203,7 +206,7 @@ class GamepadCore:
         self._command_is_due = True
         if before is ControlHolder.MOVE_TO_GOAL:
             self._zero_until = now + HAND_BACK_TIME
-            if self.messages.grants:       # another node took control
+            if self.messages.must_renew:    # another node took control
                 self.messages.stop(now)
         if event is ControlEvent.TAKEN:
             self._log.add('Control was taken from move_to_goal: press A to give it again')
@@ -220,13 +223,13 @@ class GamepadCore:
         return action + ' to drive again'
 
     def _check_loss(self, now: float) -> None:
-        needs_pad = self._drives() or self.messages.grants
+        needs_pad = self._drives() or self.messages.must_renew
         if self.joy.is_fresh(now) or not needs_pad:
             return
         hint = ''
-        if self._pad.hangs:
+        if self._pad.driver_hangs:
             hint = '. joy_node repeats one message: start it again'
-        elif not self._pad.repeats:
+        elif not self._pad.has_repeated:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
         silence = self.joy.silence_with_age(now).capitalize()

@@ -62,45 +62,45 @@ class PadListener:
     """
 
     def __init__(self) -> None:
-        self.source = Freshness('joy', PAD_TIMEOUT)
+        self.freshness = Freshness('joy', PAD_TIMEOUT)
         #: The latest state. It is None before the first message, and after a loss.
         self.state: Optional[PadState] = None
-        self.repeats = False    # did the pad ever repeat an unchanged state?
-        self.hangs = False      # does the pad's driver hang, and repeat one message?
+        self.has_repeated = False    # did the pad ever repeat an unchanged state?
+        self.driver_hangs = False    # does the pad's driver hang, and repeat one message?
         self._lateness = Lateness()
-        self._received_since = math.inf    # the usual delay is learned from this time on [s]
+        self._received_since = math.inf    # time from which the usual delay is learned [s]
         self._last: Optional[PadState] = None
         self._newest_stamp = -math.inf
-        self.before = PadState()        # the state before the last message
+        self.state_before = PadState()  # the state before the last message
         self.lateness = 0.0             # delay of the last message [s]
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in a message. `stamp` is the time of sending, or 0. `hangs`: does the driver repeat
-        one message? Of the first message, only the stop button is treated as just pressed."""
+        one message? In the first message only the stop button is treated as just pressed."""
         if self._last is not None and state.sent == self._last.sent:
-            self.repeats = True
+            self.has_repeated = True
         self._last = state
         self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
-        self.hangs = hangs
+        self.driver_hangs = hangs
         # a driver that hangs may repeat several messages
         is_old = stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
         if not hangs and not is_old:
-            self.came_after_loss = self.repeats and not self.source.is_fresh(now)
-            self.source.received(now)
+            self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
+            self.freshness.received(now)
         if math.isinf(self._received_since) or (self.came_after_loss and stamp <= 0.0):
             self._received_since = now
         before, self.state = self.state, state
         if before is None or self.came_after_loss:
             before = state._replace(regain=False)
-        self.before = before
+        self.state_before = before
 
     def knows_lateness(self, now: float) -> bool:
-        """Is the usual delay known? Otherwise `lateness` may be wrong."""
-        if self.hangs and not self.source.is_fresh(now):    # two messages may have the same stamp
-            return False
+        """Is the usual delay known? If not, `lateness` may be wrong."""
+        if self.driver_hangs and not self.freshness.is_fresh(now):
+            return False    # two messages may have the same stamp
         return now - self._received_since >= LATENESS_KNOWN_AFTER
 
     def is_current(self, now: float) -> bool:

@@ -45,7 +45,8 @@ class GamepadNode:
     def _publish_output(self, output):
         """Publish a stop twice, since a node may treat a connection's first message as latched."""
         for granted in output.control_messages:
-            for _ in range(1 if granted else 2):
+            times = 1 if granted else 2
+            for _ in range(times):
                 self._control.publish(granted)
         if output.renews:
             self._control.publish(True)
@@ -58,8 +59,8 @@ class GamepadNode:
 
     def _diagnose(self):
         joy, holder = self._core.joy, self._core.holder.value
-        return ('' if joy.count else 'no joy yet',
-                dict(values_of('joy', joy, steady_time()), holder=holder))
+        problem = '' if joy.count else 'no joy yet'
+        return problem, dict(values_of('joy', joy, steady_time()), holder=holder)
 
 
 def _reset():

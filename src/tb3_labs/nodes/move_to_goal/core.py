@@ -15,7 +15,7 @@ from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import LONGEST_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroWatch
@@ -32,7 +32,7 @@ from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
 
-#: A warning names another node that commands motions for this long while this node drives [s].
+#: If another node commands motions for this time while this node drives, a warning names it [s].
 RIVAL_TIME = 0.3
 
 
@@ -58,11 +58,13 @@ class MoveToGoalCore:
     """Localizer, goal machine and permission of one robot."""
 
     def __init__(self, law: DriveLaw, has_control: bool = False,
-                 response: Optional[Response] = None,
+                 response: Optional[MotorResponse] = None,
                  gyro: Optional[GyroWatch] = None) -> None:
-        """`law` and this node improve the delays of this robot in `response`."""
-        self._response = response or Response()
-        self._timing, self.imu, self.odometry = SampleTiming(), Sensor('imu'), Sensor('odom')
+        """`response` has the delays of this robot, which `law` and this node improve."""
+        self._response = response or MotorResponse()
+        self._timing = SampleTiming()
+        self.imu = Sensor('imu')
+        self.odometry = Sensor('odom')
         self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
         self._log = LogQueue()
@@ -70,7 +72,7 @@ class MoveToGoalCore:
         self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
         #: May this node drive? The value at the last tick.
         self.has_control = has_control
-        self._grants = 0                   # number of grants at the last update
+        self._known_grant_count = 0        # number of grants at the last update
         self._pace = Pace(law.period)
         self._sensors = SensorWatch(self.imu, self.odometry)
         self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
@@ -103,7 +105,7 @@ class MoveToGoalCore:
         self._encoders.on_wheels(sample)
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Take in a command of another node, which may move the robot. If this node drives, too, a
+        """Take in a command of another node, which may move the robot. If both nodes drive, a
         warning names the other node after `RIVAL_TIME`."""
         if not (linear or angular):
             return
@@ -128,7 +130,7 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        repetition = self.on_repetition(request, steady_now)
+        repetition = self.note_goal(request, steady_now)
         requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
         if doubt:
             requests.refuse(request, doubt + ': send it again')
@@ -149,21 +151,21 @@ class MoveToGoalCore:
             self.set_goal(goal)
         requests.accept(request)
 
-    def on_repetition(self, request: GoalRequest, steady_now: float) -> Repetition:
-        """Take in a goal that was sent again with the same GoalID."""
-        self._update_control(steady_now)    # a goal may be older than a sleep
+    def note_goal(self, request: GoalRequest, steady_now: float) -> Repetition:
+        """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
+        self._update_control(steady_now)    # a goal may be from before a sleep
         self._check_end(steady_now)
         return self._requests.note(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
-        self._update_control(steady_now)    # a sleep is not a pause of a sender
+        self._update_control(steady_now)    # this finds a sleep, which is not a pause of a sender
         if self._requests.cancel(steady_now, name, stamp):
             self._machine.cancel()
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested` now. A request that may be older than a
+        """Declare that the robot is at `reset.requested` now. A request that may be from before a
         sleep is refused. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
@@ -186,7 +188,8 @@ class MoveToGoalCore:
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
         before, self.has_control = self.has_control, permission.granted
-        is_new_grant, self._grants = permission.count > self._grants, permission.count
+        is_new_grant = permission.count > self._known_grant_count
+        self._known_grant_count = permission.count
         if is_new_grant and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
@@ -202,7 +205,7 @@ class MoveToGoalCore:
     def tick(self, now: float, steady_now: float) -> DriveOutput:
         """Look at both clocks, and decide."""
         self._update_control(steady_now)
-        # a command is due at the rate of the law, and if a sensor is lost
+        # a command is due at the rate of the law, and also if a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end(steady_now)
@@ -242,7 +245,8 @@ class MoveToGoalCore:
     def _check_end(self, steady_now: float) -> None:
         """Answer the client of a drive that has ended, once."""
         machine = self._machine
-        if machine.goal is None or machine.active or machine.attempt == self._last_ended_attempt:
+        was_answered = machine.attempt == self._last_ended_attempt
+        if machine.goal is None or machine.active or was_answered:
             return
         self._last_ended_attempt = machine.attempt
         if machine.failure:
@@ -271,13 +275,13 @@ class MoveToGoalCore:
         return self._localizer.odom_T_local
 
     def status(self, now: float) -> DriveStatus:
-        machine, problem = self._machine, self._sensors.problem(now) or self._sensor_conflict()
+        machine = self._machine
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
             attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
             failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
-            sensor_problem=problem)
+            sensor_problem=self._sensors.problem(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
@@ -299,8 +303,8 @@ class MoveToGoalCore:
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
         elif sensors.status is SensorStatus.TIMED_OUT and may_drive:
-            self._machine.give_up(f'{sensors.hold_reason or "sensors were silent"} for '
-                                  f'{sensors.silent_for:.1f} s')
+            reason = sensors.hold_reason or 'sensors were silent'
+            self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 
     def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
@@ -309,7 +313,7 @@ class MoveToGoalCore:
         odometry = self._timing.odometry
         assert odometry is not None
         before, after = odometry.before, odometry.sample
-        # The odometry takes its yaw from the IMU. So both yaws must change together.
+        # The odometry takes its yaw from the IMU. So both must change their yaw together.
         turned = before is None or before.pose.yaw != after.pose.yaw
         self.imu.check_repetition(turns or (drives and turned), now)
         self.odometry.check_repetition(drives or turns, now)
@@ -323,7 +327,7 @@ class MoveToGoalCore:
         self._last_command = Twist2()
 
     def _restart(self) -> None:
-        """Start a motion that was requested, from rest."""
+        """Start a requested motion of a robot at rest."""
         self._pause()
         self._sensors.request_motion()
 
@@ -333,13 +337,15 @@ class MoveToGoalCore:
             if jump.outcome:
                 text = jump.text[0].upper() + jump.text[1:]
                 self._log.add(f'{text}: {jump.outcome}', warning=True)
+            has_begun = self._machine.begun and self._machine.active
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
-            elif self._permission.has_grant and self._machine.begun and self._machine.active:
+            elif self._permission.has_grant and has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_resets():
             if reset.done:
                 self._machine.restart()
                 self._restart()
-                reset.hint = '' if self._machine.active else '; no goal: send one'
+                if not self._machine.active:
+                    reset.hint = '; no goal: send one'
                 self._log.add(reset.answer)

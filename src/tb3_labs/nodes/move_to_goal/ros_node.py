@@ -12,7 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig, errors
-from tb3_labs.control.motor_response import Response
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroWatch
@@ -46,23 +46,23 @@ MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
-
 _permissions = [False]    # each value of _has_control:=; only the last value is used
 
 
 def pop_permission():
     """Remove `_has_control:=VALUE` from the arguments of this process, before init_node(). rospy
-    would set a parameter, which outlives the launch, and a later start would drive."""
+    would set a parameter, which would outlive the launch and let a later start drive."""
     values = {'true': True, 'false': False}
     for word in list(sys.argv):
         name, _, value = word.partition(':=')
         if name == '_has_control':
             sys.argv.remove(word)
-            _permissions.append(values.get(value.lower(), value))    # another text is refused later
+            # read_config() refuses another text
+            _permissions.append(values.get(value.lower(), value))
 
 
 def _permission():
-    """Returns the permission of this start. A node that roslaunch starts again has none."""
+    """Returns the permission of this start. A node that roslaunch restarts has none."""
     if 'has_control:=true' in sys.argv or rospy.has_param('~has_control'):
         rospy.logwarn('has_control without _, or on the parameter server, gives no control: a '
                       'launch file takes has_control:=true, the node _has_control:=true')
@@ -84,7 +84,7 @@ class MoveToGoalNode:
         typed = {'has_control': _permission()}
         start, drive = read_config(MoveToGoalConfig, DriveConfig, typed=typed)
         self._model = read_model()
-        self._response = Response()    # of this robot, learned while it moves
+        self._response = MotorResponse()    # of this robot, learned while it moves
         self._core = core = MoveToGoalCore(self._law(drive), start.has_control, self._response,
                                            GyroWatch(self._model, rospy.resolve_name('reset')))
         core.set_goal(start.goal)
@@ -103,8 +103,8 @@ class MoveToGoalNode:
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Every message is read, since any may have the displacement that the firmware reverses. The
-        # core decides at the next sample of the IMU, which is fresher.
+        # Every message is read, since any message may have the displacement that the firmware
+        # reverses. The core decides at the next sample of the IMU, which is fresher.
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
@@ -139,10 +139,10 @@ class MoveToGoalNode:
     def _diagnose(self):
         core, now = self._core, ros_time()
         status = core.status(now)
+        control = 'granted' if status.has_control else 'not granted'
         return status.failure or status.sensor_problem, dict(
             values_of('imu', core.imu, now), **values_of('odom', core.odometry, now),
-            state=status.text or 'about to begin',
-            control='granted' if status.has_control else 'not granted', goal=status.goal)
+            state=status.text or 'about to begin', control=control, goal=status.goal)
 
 
 class LocalPath:
@@ -158,7 +158,9 @@ class LocalPath:
     def show(self, fix):
         """Add a localizer.Fix. Publish the path once in PATH_PERIOD."""
         if fix.frame_number != self._frame_number:
-            self._frame_number, self._points, self._sent = fix.frame_number, [], -math.inf
+            self._frame_number = fix.frame_number
+            self._points = []
+            self._sent = -math.inf
         here = fix.local_T_base
         if not self._points or _is_farther(self._points[-1][0], here):
             self._points.append((here, to_pose_stamped(here, self._frame_id, fix.stamp)))
@@ -209,8 +211,8 @@ class Display:
         self._shown = fix.stamp, odom_T_local
         if self._tf.pub_tf.get_num_connections():
             self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
-        if self._goal is not None and (
-                self._distance.get_num_connections() or self._angle.get_num_connections()):
+        has_subscriber = self._distance.get_num_connections() or self._angle.get_num_connections()
+        if self._goal is not None and has_subscriber:
             distance, angle = errors(fix.local_T_base, self._goal)
             self._distance.publish(distance)
             self._angle.publish(math.degrees(angle))

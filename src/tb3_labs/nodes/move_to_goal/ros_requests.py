@@ -1,4 +1,4 @@
-"""Takes goals and resets for move_to_goal. A reset declares that the robot is at a pose now.
+"""Takes goals and resets for move_to_goal. A reset declares the present pose of the robot.
 
 Goals come by the `move2goal` action. A goal on `move_base_simple/goal` becomes a goal of this
 action, as in move_base. Resets come by the services `reset_pose` and `set_pose`, and by the topic
@@ -13,7 +13,7 @@ from move_base_msgs.msg import (
     MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
 
 from tb3_labs.geometry.se2 import RequestedPose, TypedPose
-from tb3_labs.handout import SET_POSE
+from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
 from tb3_labs.ros.conversions import frame, to_pose2, to_pose_stamped
@@ -31,10 +31,10 @@ ANSWER_WITHIN = 0.85
 ANSWER_POLL = 0.005
 #: Time between two messages of the action's status [s].
 STATUS_PERIOD = 0.5
-#: Frames of a goal or a reset that mean ``local``. The handout's client sends `map`.
+#: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
-#: A longer frame name of a sender is cut in the log [characters].
+#: A sender's frame name that is longer than this is cut in the log [characters].
 LONGEST_QUOTE = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal that ends: the method of actionlib that answers the client}
@@ -52,7 +52,7 @@ class GoalServer(ActionServer):
     not need the lock of the core.
 
     This class sees each message before actionlib (test/ros/stops.test). actionlib (1.14.0) treats a
-    goal with a known GoalID as a new goal after 5 s. It accepts a repeated latched goal as new. It
+    goal with a known GoalID as a new goal after 5 s, accepts a repeated latched goal as new, and
     does not cancel an ended goal, to which the robot may drive again after a reset.
     """
 
@@ -68,7 +68,7 @@ class GoalServer(ActionServer):
         """Take goals from now on."""
         subscribe('move_base_simple/goal', PoseStamped,
                   only_new('move_base_simple/goal', self._on_simple_goal))
-        # otherwise actionlib's status thread may publish while the topics are closed
+        # without this, actionlib's status thread may publish while the topics are closed
         rospy.on_shutdown(self.stop)
         self.start()
 
@@ -104,7 +104,7 @@ class GoalServer(ActionServer):
         self._goal_callback(goal)
 
     def internal_cancel_callback(self, goal_id):
-        """Obey a cancel, even an old cancel. actionlib's own subscriber calls this method."""
+        """Obey a cancel, however old it is. actionlib's own subscriber calls this method."""
         guarded(self._on_cancel)(goal_id)
 
     def _on_simple_goal(self, message):
@@ -129,8 +129,8 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            on_request = self._core.on_goal if handle else self._core.on_repetition
-            self._runner.handle(lambda: on_request(request, steady_time()))
+            take_in = self._core.on_goal if handle else self._core.note_goal
+            self._runner.handle(lambda: take_in(request, steady_time()))
 
     def _on_cancel(self, goal_id):
         with self.lock:
@@ -150,7 +150,7 @@ class Resets:
     def offer(self):
         """Take resets from now on."""
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
-        rospy.Service(SET_POSE, SetInitialPose, guarded(self._on_set_pose))
+        rospy.Service(SET_POSE_SERVICE, SetInitialPose, guarded(self._on_set_pose))
         subscribe('initialpose', PoseWithCovarianceStamped,
                   only_new('initialpose', self._on_initialpose))
 
@@ -221,11 +221,12 @@ def only_new(topic, callback):
 
 def to_requested_pose(header, pose):
     """Returns the RequestedPose of a geometry_msgs/Pose in the frame of `header`. The frame's name
-    may have this node's namespace or not. Raises ``ValueError`` for other frames."""
+    may begin with this node's namespace. Raises ``ValueError`` for other frames."""
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        name = name if len(name) <= LONGEST_QUOTE else name[:LONGEST_QUOTE] + '...'
+        if len(name) > LONGEST_QUOTE:
+            name = name[:LONGEST_QUOTE] + '...'
         raise ValueError(
             f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
     return RequestedPose(to_pose2(pose), in_odom)

@@ -14,14 +14,14 @@ from tb3_labs.supervision.goal_requests import GoalAnswer
 
 
 class DriveStatus(NamedTuple):
-    """The public status of a drive at one moment."""
+    """The status of a drive at one moment, for the user."""
 
     state: GoalState
     goal: Optional[Pose2]         # in local
     tolerance: float              # the goal is reached within this distance [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
     begun: bool                   # was a motion commanded in this drive?
-    active: bool                  # has the drive not ended yet?
+    active: bool                  # does the drive still go on?
     failure: str                  # the reason why the drive was given up, or ''
     hold_reason: str              # why the robot must wait during the drive, or ''
     has_control: bool             # may the node drive?
@@ -51,7 +51,7 @@ class DriveStatus(NamedTuple):
 class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
-    #: Was control given, and not taken back? The sender of the grant may be silent for a moment.
+    #: Was control given, and not taken back? This holds even if its sender is silent for a moment.
     has_grant: bool = False
     #: The answers to clients of goals, in order.
     answers: Sequence[GoalAnswer] = ()
