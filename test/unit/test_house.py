@@ -119,12 +119,6 @@ def test_every_room_states_its_question():
             if len(ast.get_docstring(tree_of(path)) or '') < 30] == []
 
 
-def test_the_page_and_the_room_have_the_rules_of_stops_in_one_order():
-    page, room = (re.findall(r'^\d\. \*(.*?)\*', path.read_text(encoding='utf-8'), re.MULTILINE) for path in (
-        ROOT / 'doc' / 'instructor' / 'failures.md', SOURCES / 'supervision' / '__init__.py'))
-    assert len(page) > 5 and page == room
-
-
 def test_a_constant_of_the_rooms_that_decide_has_one_value_in_the_whole_package():
     places, ours = defaultdict(set), set()
     for path in [*SOURCES.rglob('*.py'), *SCRIPTS]:
