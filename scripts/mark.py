@@ -43,12 +43,14 @@ def parse(argv):
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
                         help="the node's file, or its path as a line names it, if it is not found")
-    parser.add_argument('--parts', default='', help='these parts of the lab alone, with commas: '
-                        + '; '.join('{}: {}'.format(name, ', '.join(lab.parts))
-                                    for name, lab in sorted(LABS.items())))
-    for lab, option in ((lab, LABS[lab].option) for lab in sorted(LABS) if LABS[lab].option):
-        parser.add_argument('--' + option.name, metavar='NAME', help='for the lab {}: {}; default: '
-                            '{}'.format(lab, option.help, option.default))
+    parts = '; '.join(f"{name}: {', '.join(lab.parts)}" for name, lab in sorted(LABS.items()))
+    parser.add_argument('--parts', default='',
+                        help='these parts of the lab alone, with commas: ' + parts)
+    for name, lab in sorted(LABS.items()):
+        if lab.option is not None:
+            parser.add_argument(
+                '--' + lab.option.name, metavar='NAME',
+                help=f'for the lab {name}: {lab.option.help}; default: {lab.option.default}')
     parser.add_argument('--jobs', type=whole_number(16), default=1, metavar='N',
                         help='submissions at a time; each needs about one processor core')
     parser.add_argument('--container', action='store_true', help='use sandboxes if they work; else '
@@ -73,10 +75,10 @@ def main(argv):
 
 
 def interrupt(*_):
-    """Interrupt the marking. Later signals are ignored, since the marking must end its trials."""
-    for number in END_SIGNALS:      # another signal within set() would block for ever
+    """Interrupt the marking. Further signals are ignored, since the marking must end its trials."""
+    for number in END_SIGNALS:      # a signal during set() would block this process for ever
         signal.signal(number, lambda *_: None)
-    INTERRUPTED.set()       # Python ignores the exception in some places
+    INTERRUPTED.set()       # for the places where Python ignores KeyboardInterrupt
     raise KeyboardInterrupt
 
 

@@ -32,7 +32,7 @@ from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, read_points
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
-from tb3_labs.marking.intake.node_start import NodeStart
+from tb3_labs.marking.node_start import NodeStart
 from tb3_labs.ros.node import begin_shutdown, exit_process
 
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'

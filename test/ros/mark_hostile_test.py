@@ -18,7 +18,7 @@ import rospkg
 
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import sandbox
+from tb3_labs.marking.intake import mounts, sandbox
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
@@ -194,7 +194,7 @@ class HostileTest(unittest.TestCase):
         for words in ('seen: False [] []', 'secrets: []', 'laws: No module named'):
             self.assertIn(words, self.printed)
 
-    @unittest.skipUnless(sandbox.sized(), 'this bubblewrap cannot limit the size of a folder')
+    @unittest.skipUnless(mounts.can_limit_folder_size(), 'this bubblewrap cannot limit the size of a folder')
     def test_the_disk_is_not_filled(self):
         self.assertRegex(self.printed, r'disk: \d+ .*No space left on device')
 

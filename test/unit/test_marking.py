@@ -18,7 +18,8 @@ from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, stimuli, turn
 from tb3_labs.marking.trial import processes
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.intake import archives, node_start, sandbox, submissions
+from tb3_labs.marking import node_start
+from tb3_labs.marking.intake import archives, sandbox, submissions
 from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Verdict
 from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of

@@ -19,8 +19,8 @@ from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking import mark_class
-from tb3_labs.marking.intake.node_start import LARGEST_FILE
-from tb3_labs.marking.intake.sandbox import TASKS, USERS, OtherUser, protection_problem
+from tb3_labs.marking.node_start import LARGEST_FILE
+from tb3_labs.marking.intake.sandbox import MOST_TASKS, UNUSED_USER_IDS, OtherUser, protection_problem
 from tb3_labs.marking.names import LAB_NODES
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'
@@ -138,12 +138,13 @@ def test_a_program_of_root_is_another_user_without_a_sandbox(tmp_path):
     (tmp_path / 'marks').chmod(0o600)
     user = OtherUser()
     user.hand_over(tmp_path / 'ws')
-    said = subprocess.check_output(user.own_network(user.command([
+    said = subprocess.check_output(user.check_command(user.program_command([
         'sh', '-c', 'id -u; id -G; ulimit -f; ulimit -u 2>/dev/null || ulimit -p; touch ~/own && echo own; '
         'kill -0 $0 || echo kept; cat "$1" || echo hidden; touch "$1" || echo written not',
-        str(os.getpid()), str(tmp_path / 'marks')])), env=user.environment(dict(os.environ, TMPDIR=str(tmp_path))),
+        str(os.getpid()), str(tmp_path / 'marks')])),
+        env=user.program_environment(dict(os.environ, TMPDIR=str(tmp_path))),
         stderr=subprocess.DEVNULL, universal_newlines=True).split('\n')
-    assert int(said[0]) in USERS and said[:4] == [said[0], said[0], str(LARGEST_FILE // 512), str(TASKS)]
+    assert int(said[0]) in UNUSED_USER_IDS and said[:4] == [said[0], said[0], str(LARGEST_FILE // 512), str(MOST_TASKS)]
     assert said[4:] == ['own', 'kept', 'hidden', 'written not', '']
 
 

@@ -13,12 +13,13 @@ from sandboxes import MISSING
 
 from tb3_labs.marking import trial_runner
 from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import sandbox
+from tb3_labs.marking.intake import mounts, sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
-from tb3_labs.marking.intake.node_start import HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS
+from tb3_labs.marking.node_start import HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS
+from tb3_labs.marking.intake.mounts import OWN_FOLDER_BYTES
 from tb3_labs.marking.intake.sandbox import (
-    ADDRESS_SPACE, ROOM, TASKS, USERS, NoSandbox, Sandbox, protection_problem)
+    ADDRESS_SPACE, MOST_TASKS, UNUSED_USER_IDS, NoSandbox, Sandbox, protection_problem)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: This program prints what it sees. Its arguments are a folder of its own, and paths that it must not see.
@@ -154,12 +155,12 @@ def test_in_each_layout_a_program_has_messages_and_python_and_no_solution(
     for path in map(tmp_path.joinpath, here + gone):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
-    monkeypatch.setattr(sandbox.rospkg, 'RosPack', lambda: SimpleNamespace(
+    monkeypatch.setattr(mounts.rospkg, 'RosPack', lambda: SimpleNamespace(
         get_path=lambda name: str(tmp_path / package)))
-    monkeypatch.setattr(sandbox.sys, 'prefix', str(tmp_path / python))
+    monkeypatch.setattr(mounts.sys, 'prefix', str(tmp_path / python))
     for name, folders in (('CMAKE_PREFIX_PATH', prefixes), ('PYTHONPATH', modules)):
         monkeypatch.setenv(name, ':'.join(str(tmp_path / folder) for folder in folders))
-    seen = subprocess.check_output(Sandbox([]).command(
+    seen = subprocess.check_output(Sandbox([]).program_command(
         ['find', str(tmp_path), '-type', 'f']), timeout=600.0, universal_newlines=True)
     assert set(seen.split()) == {str(tmp_path / path) for path in here}
 
@@ -178,18 +179,18 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     box.hand_over(own)
     given = dict(os.environ, TOKEN='secret', **{IDENTITY: 'of a test'})
     seen = json.loads(subprocess.check_output(
-        box.own_network(box.command([
+        box.check_command(box.program_command([
             'python3', '-c', LOOKS, str(own), str(other), program, '/boot', '/etc/shadow'])),
-        env=box.environment(given), timeout=600.0))
+        env=box.program_environment(given), timeout=600.0))
     variables = seen.pop('variables')
     assert variables['HOME'] == HOME and variables['PATH'] == given['PATH']
     assert not {'TOKEN', IDENTITY} & set(variables)
     assert seen.pop('processes') < 5 and [name for _, name in seen.pop('network')] == ['lo']
-    assert (seen.pop('user') in USERS) is (os.geteuid() == 0)
-    assert 0 <= seen.pop('room') - ROOM < 1e6 or not sandbox.sized()
+    assert (seen.pop('user') in UNUSED_USER_IDS) is (os.geteuid() == 0)
+    assert 0 <= seen.pop('room') - OWN_FOLDER_BYTES < 1e6 or not mounts.can_limit_folder_size()
     limits = seen.pop('limits')
     assert limits[:3] == [LARGEST_FILE, ADDRESS_SPACE, 0]
-    assert limits[3] == TASKS or os.geteuid() != 0      # for others only a new Linux counts
+    assert limits[3] == MOST_TASKS or os.geteuid() != 0      # for others only a new Linux counts
     assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
 
@@ -197,15 +198,15 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
 @pytest.mark.parametrize('said, can', [
     ('bubblewrap 0.8.0', True), ('bubblewrap 0.10.0', True), ('bubblewrap 0.6.1', False)])
 def test_a_new_bubblewrap_limits_the_size_of_a_folder(monkeypatch, said, can):
-    monkeypatch.setattr(sandbox.subprocess, 'check_output', lambda *_, **__: said + '\n')
-    assert sandbox.sized.__wrapped__() is can
+    monkeypatch.setattr(mounts.subprocess, 'check_output', lambda *_, **__: said + '\n')
+    assert mounts.can_limit_folder_size.__wrapped__() is can
 
 
 def test_without_a_sandbox_a_program_keeps_all_but_large_files():
     given = {'PATH': os.environ['PATH'], 'TOKEN': 'x'}
     assert subprocess.check_output(
-        NoSandbox().command(['sh', '-c', 'echo $TOKEN $(ulimit -f)']), text=True,
-        env=NoSandbox().environment(given)) == 'x {}\n'.format(LARGEST_FILE // 512)
+        NoSandbox().program_command(['sh', '-c', 'echo $TOKEN $(ulimit -f)']), text=True,
+        env=NoSandbox().program_environment(given)) == 'x {}\n'.format(LARGEST_FILE // 512)
 
 
 @pytest.mark.parametrize('ends, words', [
@@ -219,5 +220,5 @@ def test_a_machine_without_sandboxes_says_why(monkeypatch, ends, words):
             raise ends
         return subprocess.CompletedProcess(command, ends[0], stderr=ends[1])
     monkeypatch.setattr(sandbox.subprocess, 'run', run)
-    monkeypatch.setattr(sandbox, 'sized', lambda: True)
+    monkeypatch.setattr(mounts, 'can_limit_folder_size', lambda: True)
     assert protection_problem(Sandbox([])) == words

@@ -28,7 +28,7 @@ from tb3_labs.marking.intake.read_submission import _read, read
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking import trial_runner
-from tb3_labs.marking.intake.sandbox import NoSandbox
+from tb3_labs.marking.intake.sandbox import Protection
 from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.msg import MouseController
 from tb3_labs.srv import ResetPoseRequest, SetInitialPose, SetInitialPoseRequest
@@ -474,8 +474,8 @@ def test_the_package_of_a_node_has_the_package_xml_above_it(tmp_path):
 # -- messages
 
 def test_messages_that_cannot_be_read_are_told(tmp_path):
-    class Fails(NoSandbox):
-        def command(self, command):
+    class Fails(Protection):
+        def program_command(self, words):
             return ['false']
     remarks = []
     folder = hand_in(tmp_path / 'lab1', {'msg/M.msg': 'int32 x\n'})

@@ -505,9 +505,9 @@ def test_full_marks_are_never_unfair():
     times = held_up.recording.ground_truth.arrival
     times[50:] += 0.5
     marks = marks_of('Ann', held_up)
-    assert marks.delayed
+    assert marks.delay_sentence
     marks.verdicts = [replace(each, outcome=criteria.Outcome.MET) for each in marks.verdicts]
-    assert marks.is_full and not marks.delayed
+    assert marks.is_full and not marks.delay_sentence
 
 
 def test_two_marks_of_one_folder_are_refused(tmp_path):

@@ -36,7 +36,8 @@ class MarkedClass:
 
     def __init__(self, runner: TrialRunner, retry: bool) -> None:
         """If `retry`, unchanged submissions are tried again, too."""
-        self._runner, self._folder, self._retry = runner, runner.folder, retry
+        self._runner = runner
+        self._retry = retry
         #: Is there a submission without points?
         self._failed = False
         #: How many submissions have not changed since their trial?
@@ -98,7 +99,7 @@ class MarkedClass:
                 tried = self._runner.try_out(submission, reading, Path(work))
             tried.seconds = time.monotonic() - begun
             marks = self._write(tried, reading.digest)
-            if not marks.delayed:
+            if not marks.delay_sentence:
                 break
             if is_first:
                 print_line(f'{name}: the machine held the robot up for '
@@ -108,7 +109,7 @@ class MarkedClass:
     def _is_kept(self, submission, digest, name):
         """If the marks of an earlier trial can be kept, print the points and return True."""
         with self._writing:
-            marks = self._folder.marks_if_unchanged(submission.student, digest)
+            marks = self._runner.folder.marks_if_unchanged(submission.student, digest)
             if marks is None:
                 return False
             self._unchanged += 1
@@ -119,7 +120,7 @@ class MarkedClass:
     def _write(self, tried, digest):
         """Record a tried submission, and write its page. Returns the Marks with points."""
         with self._writing:
-            marks = self._folder.write(tried, digest)
+            marks = self._runner.folder.write(tried, digest)
             self._failed = self._failed or not marks.is_known
         return marks
 
@@ -127,11 +128,9 @@ class MarkedClass:
 # -- the command
 
 def mark_class(arguments, interrupted: threading.Event) -> int:
-    """Mark a class by the arguments of mark.py. Returns the exit status.
-
-    If the event `interrupted` is set, all trials end. This function replaces the environment of the
-    process by the environment of a separate ROS.
-    """
+    """Mark a class by the arguments of mark.py. Returns the exit status. If the event `interrupted`
+    is set, all trials end. This function replaces the environment of the process by the environment
+    of a separate ROS."""
     with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
         environment = marking_environment(Path(work) / 'ros', os.environ)
         os.environ.clear()
@@ -156,7 +155,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
             print_problem(failure_text(problem))
             return 2
     if not is_sandbox:
-        notes = notes[1:]       # the first note was printed before
+        notes = notes[1:]       # the first note was printed before the trials
     for note in notes:
         print_line(note)
     if page is not None:
@@ -192,8 +191,9 @@ def _submissions(arguments, work):
             print_problem(remark)
         source = without_wrapping(work / 'all')
     submissions = submissions_in(source, print_problem)
-    check_names(arguments.only, [each.student for each in submissions])
-    return [each for each in submissions if not arguments.only or each.student in arguments.only]
+    check_names(arguments.only, [submission.student for submission in submissions])
+    return [submission for submission in submissions
+            if not arguments.only or submission.student in arguments.only]
 
 
 def _choose_protection(arguments, work):

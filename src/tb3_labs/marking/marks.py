@@ -107,14 +107,14 @@ class Marks:
     link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken link, if points are lost
 
     @property
-    def decided(self) -> Optional[float]:
+    def decided_points(self) -> Optional[float]:
         """The points that a person gave; None if the marker's points stay."""
         return self.decision.points if self.decision else None
 
     @property
     def is_known(self) -> bool:
         """Are the points known? A submission that was not judged has unknown points."""
-        return not self.unjudged or self.decided is not None
+        return not self.unjudged or self.decided_points is not None
 
     @property
     def is_full(self) -> bool:
@@ -123,7 +123,7 @@ class Marks:
             verdict.outcome is Outcome.MET for verdict in self.graded)
 
     @property
-    def delayed(self) -> str:
+    def delay_sentence(self) -> str:
         """A sentence on a machine that was too busy for a fair trial. It is '' after a fair trial,
         or if the node lost no points."""
         gap = self.observation.longest_gap if self.observation else 0.0
@@ -134,7 +134,7 @@ class Marks:
 
     @property
     def mistake(self) -> str:
-        """A sentence on the first broken link, with lines of the node's file; '' without a link."""
+        """A sentence on the first broken link, with line numbers; '' without a link."""
         if not (self.link and self.observation):
             return ''
         return sentence(self.link[1], self.observation.assigned)
@@ -146,7 +146,7 @@ class Marks:
 
     @property
     def sentences(self) -> List[str]:
-        """The remarks. The reason why a submission was not judged comes first."""
+        """The remarks. If the submission was not judged, the reason comes before the remarks."""
         return [self.unjudged, *self.remarks] if self.unjudged else self.remarks
 
     @property
@@ -154,8 +154,9 @@ class Marks:
         """One sentence on a person's decision; [] without a decision."""
         if self.decision is None:
             return []
-        gave = '' if self.decided is None else (
-            f'A person gave these points; the marker gave {self.earned:g}.')
+        gave = ''
+        if self.decided_points is not None:
+            gave = f'A person gave these points; the marker gave {self.earned:g}.'
         return [f'{gave} {self.decision.reason}'.strip()]
 
     @property
@@ -167,8 +168,8 @@ class Marks:
 
     @property
     def points(self) -> float:
-        """The points that a person gave. If no person gave points, the marker's points."""
-        return self.earned if self.decided is None else self.decided
+        """The points that a person gave, or else the marker's points."""
+        return self.earned if self.decided_points is None else self.decided_points
 
     @property
     def points_text(self) -> str:
@@ -182,7 +183,7 @@ class Marks:
 
     @property
     def worth(self) -> float:
-        """Full marks, which are the points of all criteria of the handout."""
+        """Full marks: the sum of the points for the handout's criteria."""
         return sum(verdict.worth for verdict in self.graded)
 
     @property
@@ -209,7 +210,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
-    verdict_text = ' '.join(each.reason for each in marks.verdicts)
+    verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
                      *LABS[lab].remarks(observation, parts)]
     marks.findings = list(marks.findings)
@@ -222,9 +223,9 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')
     marks.findings += observation.findings
-    if marks.delayed:
-        marks.remarks.append(marks.delayed)
-        marks.findings.append(f'{marks.delayed} Type the same command again.')
+    if marks.delay_sentence:
+        marks.remarks.append(marks.delay_sentence)
+        marks.findings.append(f'{marks.delay_sentence} Type the same command again.')
     if marks.unjudged:
         marks.findings.append('Not judged: ' + marks.unjudged)
     marks.remarks, marks.findings = _limited(marks.remarks), _limited(marks.findings)
@@ -233,12 +234,11 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
 
 def _broken_link(observation: Observation,
                  verdicts: Sequence[Verdict]) -> Optional[Tuple[Link, BrokenLink]]:
-    """Returns the first broken link in the parts of the lab that lost points. Returns None if no
-    link is broken.
+    """Returns the first broken link in the parts of the lab that lost points. A part of the lab is
+    left out if all its criteria are beyond the handout.
 
-    Returns None also if the mistake is known already. Known mistakes are an exception, a sensor's
-    topic that nobody publishes, and a command that is not finite. A part of the lab is left out if
-    all its criteria are beyond the handout.
+    Returns None if no link is broken, or if the observation already has the mistake: an exception,
+    a sensor's topic that nobody publishes, or a command that is not finite.
     """
     is_mistake_known = (observation.unpublished_topic or observation.not_finite
                         or tracebacks_before_the_end(observation))
@@ -248,8 +248,9 @@ def _broken_link(observation: Observation,
               if verdict.outcome is not Outcome.MET}
     parts_of_handout = {part for verdict in verdicts
                         for part in (verdict.criterion.part, verdict.criterion.second_part)}
-    recording, begins = observation.recording, [begin for _, begin in observation.parts]
-    for (part, begin), end in zip(observation.parts, begins[1:] + [math.inf]):
+    recording = observation.recording
+    ends = [begin for _, begin in observation.parts[1:]] + [math.inf]
+    for (part, begin), end in zip(observation.parts, ends):
         if part not in parts_of_handout:
             time = recording.variables.arrival
             variables = recording.variables.take((time < begin) | (time >= end))
@@ -258,7 +259,7 @@ def _broken_link(observation: Observation,
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
-    """Returns the first sentences, cut and printable, since a sentence may quote a submission."""
+    """Returns the first sentences, cut and printable, since they may quote a submission."""
     return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
 
 
@@ -266,11 +267,8 @@ def _limited(sentences: Sequence[str]) -> List[str]:
 
 def points_of(lab: str, table: Any) -> Dict[str, float]:
     """Returns the points of each criterion: name -> points. `table` is the content of a file of
-    points.
-
-    Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing or
-    unknown, or if points are not finite or below 0.
-    """
+    points. Raises ``ValueError`` if the table has no section for the lab, if a criterion is missing
+    or unknown, or if points are not finite or below 0."""
     if not isinstance(table, dict) or not isinstance(table.get(lab), dict):
         raise ValueError(f'the points have no section "{lab}"')
     graded = dict(table[lab])
@@ -284,9 +282,9 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
             if name not in names:
                 raise ValueError(f'{lab}: no criterion is called "{name}"; these are: '
                                  + ', '.join(names))
-            points = section.get(name)
-            if isinstance(points, bool) or not isinstance(points, (int, float)) or not (
-                    math.isfinite(points) and points >= 0):
+            points: Any = section.get(name)
+            is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
+            if not (is_number and 0 <= points < math.inf):
                 raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number of at least 0')
             worth[name] = points
     return worth

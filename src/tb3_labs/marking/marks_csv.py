@@ -1,12 +1,12 @@
 """The table of a class, marks.csv, and the page with the same content, overview.html.
 
-The table has the columns student, points, of (full marks), one for each criterion, node, remarks,
-id (of the student on the learning platform), late, decided, reason, and columns that a person
-added.
+The table has the columns `student`, `points`, `of` (full marks), a column for each criterion,
+`node`, `remarks`, `id` (the student's number on the learning platform), `late`, `decided`,
+`reason`, and columns that a person added.
 
-The name of a criterion beyond the handout begins with 'extra_'. If it is worth no points, its cells
-have 'yes' or 'no'. A submission that was not judged has empty cells. A text from a submission is
-never written as a formula.
+A criterion beyond the handout has a column whose name begins with 'extra_'. If the criterion is
+worth no points, the cells have 'yes' or 'no'. A submission that was not judged has empty cells. A
+text from a submission is never written as a formula.
 
 A person may write points into the column `decided`, and a sentence into `reason`. If a person edits
 the marker's points, the edited cell is the decision. An edited remark is the reason.
@@ -26,8 +26,8 @@ from tb3_labs.report.page.document import Markup, document, safe, table
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
-#: A person may write a decision in these columns. The next run compares the cells with the cells
-#: that the marker wrote, and so finds the decision.
+#: A person may write a decision in these columns. To find the decision, the next run compares these
+#: cells with the cells that the marker wrote.
 DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
 #: A spreadsheet's cell has at most this many characters.
 LONGEST_CELL = 32767
@@ -64,18 +64,21 @@ class MarksTable:
         decisions: Dict[str, Decision] = {}
         for row in self._rows:
             student = row[self._student]
-            cells, before = dict(zip(self._heads, row)), written.get(student, {})
+            cells = dict(zip(self._heads, row))
+            before = written.get(student, {})
             edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            column = POINTS if POINTS in edited and DECIDED not in edited else DECIDED
-            reason = REMARKS if REMARKS in edited and REASON not in edited else REASON
+            has_new_points = POINTS in edited and DECIDED not in edited
+            column = POINTS if has_new_points else DECIDED
+            has_new_remarks = REMARKS in edited and REASON not in edited
+            reason = REMARKS if has_new_remarks else REASON
             if (cells.get(column) or cells.get(reason)) and student not in decisions:
-                points = _decided_points(student, column, cells.get(column, ''))
+                points = _points_in_cell(student, column, cells.get(column, ''))
                 decisions[student] = Decision(points, cells.get(reason, ''))
         return decisions
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added stay. The
-        rows of students without new marks stay, too, even if several rows have one name."""
+        rows of students without new marks stay, too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
         columns = [self._heads.index(head) if head in self._heads else None for head in heads]
         added = [column for column in range(len(self._heads)) if column not in columns]
@@ -98,8 +101,8 @@ class MarksTable:
 
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the marker's cells in the row of a student: column -> text."""
-    cells = {STUDENT: safe(marks.student), POINTS: f'{marks.points:g}' if marks.is_known else '',
-             OF: f'{marks.worth:g}'}
+    points = f'{marks.points:g}' if marks.is_known else ''
+    cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.worth:g}'}
     for verdict in marks.graded + marks.extra:
         text = f'{verdict.points:g}'
         if marks.unjudged:
@@ -107,24 +110,24 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         elif verdict.criterion.extra and not verdict.worth:
             text = 'yes' if verdict.outcome is Outcome.MET else 'no'
         cells[verdict.criterion.label] = text
-    decision = marks.decision
+    late = 'late' if marks.late else ''
+    decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
+    reason = safe(marks.decision.reason) if marks.decision else ''
     cells.update({
         'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:LONGEST_CELL - 10]),
-        'id': safe(marks.number), 'late': 'late' if marks.late else '',
-        DECIDED: f'{decision.points:g}' if decision and decision.points is not None else '',
-        REASON: safe(decision.reason) if decision else ''})
+        'id': safe(marks.number), 'late': late, DECIDED: decided, REASON: reason})
     return cells
 
 
 def _is_same(cell: str, written: str) -> bool:
-    """Does a cell still have the written value? A spreadsheet may write 14 as 14.0 or 14,0."""
+    """Does a cell still have the marker's value? A spreadsheet may write 14 as 14.0 or 14,0."""
     try:
         return float(cell.replace(',', '.')) == float(written)
     except ValueError:
         return not cell or cell.strip().lstrip("'") == written.strip().lstrip("'")
 
 
-def _decided_points(student: str, column: str, cell: str) -> Optional[float]:
+def _points_in_cell(student: str, column: str, cell: str) -> Optional[float]:
     """Returns the points in a cell; None for an empty cell. ``ValueError`` for invalid points."""
     if not cell:
         return None
@@ -132,7 +135,7 @@ def _decided_points(student: str, column: str, cell: str) -> Optional[float]:
         number = float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
         number = math.nan
-    if not (math.isfinite(number) and number >= 0.0):
+    if not 0.0 <= number < math.inf:
         raise ValueError(f'{student}: {column} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
     return number
@@ -173,7 +176,8 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     if own:
         own.insert(0, '<h2>For the instructor alone</h2>')
     totals = sorted(marks.points for marks in all_marks if marks.is_known)
-    summary = f'{len(all_marks)} submission' + ('' if len(all_marks) == 1 else 's')
+    noun = 'submission' if len(all_marks) == 1 else 'submissions'
+    summary = f'{len(all_marks)} {noun}'
     if len(totals) < len(all_marks):
         summary += f', {len(all_marks) - len(totals)} {NOT_JUDGED}'
     if totals:
@@ -184,5 +188,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
 
 
 def _folded(sentences):
+    if not sentences:
+        return ''
     return Markup(f'<details><summary>{len(sentences)}</summary>{escape(" ".join(sentences))}'
-                  '</details>') if sentences else ''
+                  '</details>')

@@ -19,10 +19,10 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 import rospkg
 
 from tb3_labs.command_line import failure_text, output_folder, printable, write_output
-from tb3_labs.marking.intake.node_start import OWN_PACKAGE
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
 from tb3_labs.marking.marks_csv import POINTS, DECISION_COLUMNS, MarksTable, cells_of, overview
+from tb3_labs.marking.node_start import OWN_PACKAGE
 from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe
@@ -56,13 +56,12 @@ class MarksFolder:
     def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
                  options: Options = Options(), rescores: bool = True) -> None:
         """Make the folder `path` if it is missing. `worth` has the points of each criterion. If
-        `rescores`, marks in the folder may get other points than before.
-
-        Raises ``ValueError`` if the folder has marks of another lab or of other parts, or a table
-        that cannot be read, or if marks would get other points without `rescores`.
-        """
-        self._path, self.lab, self.parts, self.worth = output_folder(path), lab, parts, worth
-        self.logs, self.options = output_folder(self._path / 'logs'), options
+        `rescores`, marks in the folder may get other points than before. Raises ``ValueError`` if
+        the folder has marks of another lab or of other parts, or a table that cannot be read, or if
+        marks would get other points without `rescores`."""
+        self._path = output_folder(path)
+        self.logs = output_folder(self._path / 'logs')
+        self.lab, self.parts, self.worth, self.options = lab, parts, worth, options
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
                      'version': trial_key(lab)}
         #: student -> the content of STUDENT.marks.json
@@ -90,7 +89,8 @@ class MarksFolder:
         record = self._records.get(student)
         if record is None:
             return None
-        options, chosen = self.options, record['key']['options'].get('name', '')
+        options = self.options
+        chosen = record['key']['options'].get('name', '')
         if '/' in chosen and not options.name:      # a person chose this student's node
             options = options._replace(name=chosen)
         if record['key'] != dict(self._key, submission=submission, options=options._asdict()):
@@ -100,28 +100,23 @@ class MarksFolder:
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
         """Record a tried submission, and write the student's page and results. Returns the Marks
-        with points.
-
-        `submission` is the digest of the submission. If the machine delayed the trial, the digest
-        is not recorded, so that the next run tries the submission again.
-        """
+        with points. `submission` is the digest of the submission. If the machine delayed the trial,
+        the digest is not recorded, so that the next run tries the submission again."""
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},
             'worth': self.worth, 'bag': self._digest(handed_in.student),
             'cells': self._records.get(handed_in.student, {}).get('cells', {})}
         marks = self._write_page(record)
-        if marks.delayed:
+        if marks.delay_sentence:
             record['key']['submission'] = ''
         self._write_record(record)
         return marks
 
     def write_overview(self, unprotected: bool = False) -> Tuple[Optional[Path], List[str]]:
         """Write the table and the page of all students. `unprotected` is True if the programs of
-        the submissions ran without sandboxes.
-
-        Returns (path of the page, lines for the instructor). Without marks this is (None, []).
-        """
+        the submissions ran without sandboxes. Returns (path of the page, lines for the instructor),
+        or (None, []) if there are no marks."""
         if not self._records:
             return None, []
         renewed, all_marks = [], []
@@ -173,19 +168,22 @@ class MarksFolder:
     def _read_table(self):
         path = self._path / TABLE
         try:
-            table = MarksTable(path.read_text(encoding='utf-8') if path.exists() else '')
+            text = path.read_text(encoding='utf-8') if path.exists() else ''
+            table = MarksTable(text)
             self._decisions = table.decisions(
                 {safe(student): record['cells'] for student, record in self._records.items()})
             return table
         except ValueError as problem:
-            why = 'a spreadsheet must save it as "CSV UTF-8"' if isinstance(
-                problem, UnicodeDecodeError) else problem
+            why = str(problem)
+            if isinstance(problem, UnicodeDecodeError):
+                why = 'a spreadsheet must save it as "CSV UTF-8"'
             raise ValueError(
                 f'{path} cannot be read, and may hold what a person wrote: {why}') from None
 
     def _write_page(self, record):
         """Write a student's page and results from a record and the bag. Returns the Marks."""
-        handed_in, observation = Marks(**record['handed_in']), None
+        handed_in = Marks(**record['handed_in'])
+        observation = None
         bag = self.bag(handed_in.student)
         if not handed_in.unjudged:
             try:
@@ -222,8 +220,8 @@ def failure(problem: Exception) -> str:
 
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
-    """Keep other runs of mark.py out of the folder during a ``with`` block. ``ValueError`` if
-    another mark.py is in its own block."""
+    """Keep other runs of mark.py out of the folder during a ``with`` block. Raises ``ValueError``
+    if another run of mark.py already uses the folder."""
     with open(str(output_folder(output_folder(path) / 'logs') / '.lock'), 'a') as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

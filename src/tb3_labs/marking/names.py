@@ -4,7 +4,7 @@ import re
 from typing import NamedTuple, Tuple
 
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
-#: The names that ROS allows. They have fewer letters than `\\w`.
+#: The names that ROS allows. `\\w` would also allow other letters.
 NAME = re.compile(r'[A-Za-z][A-Za-z0-9_]*')
 
 
@@ -15,8 +15,8 @@ class NodeNames(NamedTuple):
     files: Tuple[str, ...]      # usual names of the node's file; this package uses the first name
     class_name: str             # the handout's name of the class
     node_name: str              # the handout's name of the node
-    sensors: Tuple[str, ...]    # needed topics; a node that listens to the first topic is ready
-    uses: Tuple[str, ...]       # other topics of a complete node, and its call for the reset
+    sensors: Tuple[str, ...]    # needed topics; a node is ready if it listens to the first topic
+    uses: Tuple[str, ...]       # other topics that a complete node has, and its call of the reset
 
 
 LAB_NODES = {

@@ -4,8 +4,8 @@
 * a function that assigns an angle to an orientation instead of a quaternion,
 * the lines that assign each variable.
 
-This module is also a program, since the text is a stranger's. :func:`text_of` starts the program
-with limits, and the program prints the result of :func:`analyse`.
+The text comes from a stranger, so a process with limits reads it: :func:`text_of` starts this
+module as a program, and the program prints the result of :func:`analyse`.
 """
 import ast
 import json
@@ -22,7 +22,7 @@ PROCESS_LIMITS = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0']
 LARGEST_TEXT = 200000
 #: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
-#: The result has at most this many variables, and lines of a variable.
+#: The result has at most MOST_NAMES variables, and at most MOST_LINES lines for each variable.
 MOST_NAMES, MOST_LINES = 200, 6
 #: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
@@ -41,11 +41,11 @@ Slopes = Dict[str, float]
 
 
 def text_of(paths: Iterable[str]) -> Dict[str, Any]:
-    """Returns the findings in the programs `paths`, and in the programs below the folders `paths`.
+    """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
     `up` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction is
     unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
-    variable, see `assigned`.
+    variable; see the function `assigned`.
     """
     done = subprocess.run(
         [*PROCESS_LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], cwd='/',
@@ -64,7 +64,8 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
         lines.update(assigned(nodes))
-    return {'up': -signs.pop() if len(signs) == 1 else 0, 'remarks': remarks, 'assigned': lines}
+    up = -signs.pop() if len(signs) == 1 else 0
+    return {'up': up, 'remarks': remarks, 'assigned': lines}
 
 
 def nodes_of(text: Union[str, bytes]) -> List[Any]:
@@ -77,8 +78,8 @@ def nodes_of(text: Union[str, bytes]) -> List[Any]:
 
 
 def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
-    """Returns name -> the lines that assign this variable or field. A field of a field also appears
-    as FIELD.NAME."""
+    """Returns name -> the lines that assign this variable or field. A field of a field has two
+    names, NAME and FIELD.NAME."""
     lines: Dict[str, List[int]] = {}
     for node in nodes:
         if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
@@ -93,7 +94,7 @@ def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
-    """Does a function assign an angle, its last argument, to a field of an orientation? An argument
+    """Does a function assign its last argument, an angle, to a field of an orientation? An argument
     with the name of a quaternion's component, such as z or q_w, is not an angle."""
     angle = function.args.args[-1].arg if function.args.args else 'x'
     return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
@@ -105,7 +106,8 @@ def _gives_angle(function: ast.FunctionDef) -> bool:
 def _dotted_name(node: Any) -> str:
     """Returns a variable's name, such as `a.b`, without `.data`. Returns '' for an expression."""
     if isinstance(node, ast.Attribute):
-        return _dotted_name(node.value) + ('' if node.attr == 'data' else '.' + node.attr)
+        owner = _dotted_name(node.value)
+        return owner if node.attr == 'data' else f'{owner}.{node.attr}'
     return node.id if isinstance(node, ast.Name) else ''
 
 
@@ -118,10 +120,11 @@ def _last_name(node: Any) -> str:
 def _publishes_mouse(nodes: List[Any]) -> bool:
     calls = [node for node in nodes
              if isinstance(node, ast.Call) and _last_name(node.func) == 'Publisher']
-    arguments = [each for call in calls
-                 for each in (*call.args, *(word.value for word in call.keywords))]
-    return any(isinstance(each, ast.Constant) and each.value in ('mouse_info', '/mouse_info')
-               for each in arguments)
+    arguments = []
+    for call in calls:
+        arguments += [*call.args, *(keyword.value for keyword in call.keywords)]
+    return any(isinstance(argument, ast.Constant)
+               and argument.value in ('mouse_info', '/mouse_info') for argument in arguments)
 
 
 def _slopes_sent(nodes: List[Any]) -> List[float]:
@@ -130,7 +133,7 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
     # in Python 3.8 a keyword has no line number
     steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
     slopes: Slopes = {}
-    for step in steps + steps:      # twice, since the last function may be the mouse's callback
+    for step in steps + steps:      # all steps twice, since the callback may be the last step
         for name, slope in _assigned_slopes(step, slopes):
             # a later constant, such as a reset to 0, does not change a known slope
             if slope or not slopes.get(name):
@@ -138,7 +141,7 @@ def _slopes_sent(nodes: List[Any]) -> List[float]:
     sent = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
     read = {_dotted_name(node) for node in nodes
             if isinstance(getattr(node, 'ctx', None), ast.Load)}
-    unread = sent - read       # a client does not read the fields of its message
+    unread = sent - read       # a client writes the fields of its message, and does not read them
     return [slopes[name] for name in unread or sent if abs(slopes[name]) > 0.0]
 
 
@@ -176,8 +179,10 @@ def _slope(node: Any, slopes: Slopes) -> float:
         return _sign(node) * _slope(node.operand, slopes)
     if isinstance(node, ast.BinOp):
         left, right = _slope(node.left, slopes), _slope(node.right, slopes)
-        if isinstance(node.op, (ast.Add, ast.Sub)):
-            return left + right if isinstance(node.op, ast.Add) else left - right
+        if isinstance(node.op, ast.Add):
+            return left + right
+        if isinstance(node.op, ast.Sub):
+            return left - right
         return left * _sign(node.right) + right * _sign(node.left)
     called = getattr(node, 'func', getattr(node, 'value', None))
     if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:

@@ -22,7 +22,7 @@ from tb3_labs.report.page.timeline import mark, section, timeline
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
-#: A page shows this many lines of the output of each process, the last lines.
+#: A page shows the last lines of each process's output, at most this many.
 SHOWN_LINES = 15
 #: A shown line is cut after this many characters.
 LINE_LENGTH = 300
@@ -44,7 +44,8 @@ pre { font-size: 8pt; background: #f3f3f3; padding: 4px; white-space: pre-wrap;
 
 def student_page(marks: Marks, lab: str) -> str:
     """Returns a student's page, HTML. `lab` is the title of the lab."""
-    parts, observation = _points_and_remarks(marks), marks.observation
+    parts = _points_and_remarks(marks)
+    observation = marks.observation
     has_timeline = observation is not None and len(observation.truth) > 0
     if not marks.unjudged:
         parts.append(_verdicts(marks.graded, has_timeline))
@@ -69,8 +70,10 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
     """Returns the timeline of a recording, with the stimuli and the moments of the criteria that
     were not met."""
     observation = marks.observation or Observation('', '')
-    moments = [mark('drive' if GOAL_POSE in stimulus.facts else 'hand', stimulus.begin,
-                    stimulus.name, stimulus.end) for stimulus in observation.stimuli]
+    moments = []
+    for stimulus in observation.stimuli:
+        kind = 'drive' if GOAL_POSE in stimulus.facts else 'hand'
+        moments.append(mark(kind, stimulus.begin, stimulus.name, stimulus.end))
     moments += [mark('hand', begin, "the check's own movement of the robot", end)
                 for begin, end in observation.own_moves]
     moments += [mark('start', process.begin, 'the node is started')
@@ -102,7 +105,8 @@ def recording_for_timeline(observation: Observation) -> RunData:
 
 
 def _verdicts(verdicts, has_timeline):
-    rows, shown_reasons = [], set()
+    rows = []
+    shown_reasons = set()
     for v in verdicts:
         shown = replace(v, reason='the same') if v.reason in shown_reasons else v
         sentence = shown.sentence
@@ -129,17 +133,18 @@ def _last_lines(observation):
     for number, process in enumerate(observation.processes, 1):
         lines = [line for line in process.printed.splitlines() if line.strip()]
         text = escape('\n'.join(line[:LINE_LENGTH] for line in lines[-SHOWN_LINES:]))
-        parts.append(f'<p>Start {number} of {len(observation.processes)}'
-                     + ('' if process.ready is not None else ', never ready')
-                     + f'</p><pre>{text or "(nothing)"}</pre>')
+        start = f'Start {number} of {len(observation.processes)}'
+        if process.ready is None:
+            start += ', never ready'
+        parts.append(f'<p>{start}</p><pre>{text or "(nothing)"}</pre>')
     return parts
 
 
 # -- Gradescope
 
 def results(marks: Marks) -> Dict[str, Any]:
-    """Returns the content of results.json. It has a test for each criterion. Its `output` has the
-    rest of the page."""
+    """Returns the content of results.json. It has a test for each criterion. The field `output` has
+    the rest of the page."""
     parts = _points_and_remarks(marks) + [hints(marks.link, marks.mistake, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
@@ -157,12 +162,14 @@ def results(marks: Marks) -> Dict[str, Any]:
 
 
 def _test(number, verdict):
-    is_extra, meaning = verdict.criterion.extra, verdict.criterion.meaning
+    name, max_score = verdict.criterion.meaning, verdict.worth
+    if verdict.criterion.extra:
+        name, max_score = f'Beyond the handout: {name}', 0.0
     return {
-        'name': f'Beyond the handout: {meaning}' if is_extra else meaning,
+        'name': name,
         'number': str(number),
         'score': verdict.points,
-        'max_score': 0.0 if is_extra else verdict.worth,
+        'max_score': max_score,
         'status': 'passed' if verdict.outcome is Outcome.MET else 'failed',
         'output': verdict.sentence,
         'visibility': VISIBILITY,

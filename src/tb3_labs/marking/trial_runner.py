@@ -20,14 +20,15 @@ import rospkg
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.archives import NotJudged
+from tb3_labs.marking.intake.mounts import CMAKE_PREFIX_PATH, PYTHONPATH
 from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
-from tb3_labs.marking.intake.node_start import IDENTITY, OWN_PACKAGE
-from tb3_labs.marking.intake.sandbox import MODULES, PREFIXES, NoSandbox, OtherUser, Sandbox
+from tb3_labs.marking.intake.sandbox import NoSandbox, OtherUser, Sandbox
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import LAB_NODES
+from tb3_labs.marking.node_start import IDENTITY, OWN_PACKAGE
 from tb3_labs.marking.trial.from_bag import read_trial
 
 #: The marking takes over the environment variables with these names from the caller's terminal.
@@ -36,7 +37,7 @@ INHERITED_VARIABLES = re.compile(
     'PYTHON(NOUSERSITE|DONTWRITEBYTECODE)|OPENBLAS_NUM_THREADS|SETUPTOOLS_USE_DISTUTILS')
 PYTHON_FOLDER = 'lib/python3/dist-packages'
 #: environment variable -> the folder that the variable lists for each prefix
-PREFIX_FOLDERS = {PREFIXES: '', MODULES: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
+PREFIX_FOLDERS = {CMAKE_PREFIX_PATH: '', PYTHONPATH: PYTHON_FOLDER, 'ROS_PACKAGE_PATH': 'share',
                   'LD_LIBRARY_PATH': 'lib', 'PATH': 'bin'}
 SYSTEM_PATH = '/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin'
 #: rospy's configuration of logging. Log lines go to the terminal, but not into files.
@@ -63,6 +64,7 @@ class TrialRunner:
         """`folder` has the lab and its options, and gets the bags and the logs. If the event
         `interrupted` is set, each trial ends, and :meth:`try_out` raises MarkingInterrupted."""
         self.folder, self.interrupted = folder, interrupted
+        self._option = LABS[folder.lab].option
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into the existing folder `work`, and read the copy."""
@@ -72,7 +74,8 @@ class TrialRunner:
     def try_out(self, submission: Submission, reading: ParsedSubmission, work: Path) -> Marks:
         """Record the trial of a submission that `read` has copied into `work`. Returns the Marks
         without verdicts."""
-        marks, identity = new_marks(submission), uuid.uuid4().hex
+        identity = uuid.uuid4().hex
+        marks = new_marks(submission)
         marks.remarks, marks.findings = reading.remarks, reading.findings
         with suppress(FileNotFoundError):
             self.folder.bag(marks.student).unlink()
@@ -87,26 +90,26 @@ class TrialRunner:
     def _record_trial(self, marks, reading, work, identity):
         """Record the trial of a submission. The Marks get the node's name and remarks."""
         workspace, bag = work / 'ws', work / 'trial.bag'
-        marks.path_prefixes = [f'{workspace}/{folder}' for folder in (
-            f'{COPY}/{reading.package}/', COPY + '/', '')]
+        marks.path_prefixes = [f'{workspace}/{COPY}/{reading.package}/', f'{workspace}/{COPY}/',
+                               f'{workspace}/']
+        protection = NoSandbox()
         if self.folder.options.sandbox:
-            sandbox = Sandbox([workspace, work / 'etc'])
-        else:
-            sandbox = NoSandbox() if os.geteuid() else OtherUser()
+            protection = Sandbox([workspace, work / 'etc'])
+        elif os.geteuid() == 0:
+            protection = OtherUser()
         environment = trial_environment(work, dict(os.environ, **{IDENTITY: identity}))
-        launch = prepare(reading, workspace, environment, sandbox)
+        launch = prepare(reading, workspace, environment, protection)
         marks.node = launch.name
-        option = LABS[self.folder.lab].option
-        if option is not None:
-            marks.remarks.append(option.as_text(self.folder.options.option))
-        sandbox.hand_over(workspace)
+        if self._option is not None:
+            marks.remarks.append(self._option.as_text(self.folder.options.option))
+        protection.hand_over(workspace)
         # The node's environment is in a file. If the check had this environment itself, the check
         # would import modules of the submission.
         environment.update(launch.write(work / 'launch.json'))
         log = self.folder.logs / (marks.student + '.log')
         write_output(log, '')       # a new file, even if the log was a link
         with open(str(log), 'w') as file:
-            command = sandbox.own_network(self._rostest(marks.node, work))
+            command = protection.check_command(self._rostest(marks.node, work))
             in_time = self._check(command, environment, file)
         if not in_time:
             marks.remarks.append(f'It was stopped after {TIME_LIMIT:g} s, the limit.')
@@ -124,20 +127,20 @@ class TrialRunner:
 
     def _rostest(self, node, work):
         """Returns the command that tries `node`, package/file, and records the bag."""
-        (package, executable), lab = node.split('/'), self.folder.lab
-        command = ['rostest', OWN_PACKAGE, f'check_{lab}.test', f'pkg:={package}',
+        package, executable = node.split('/')
+        command = ['rostest', OWN_PACKAGE, f'check_{self.folder.lab}.test', f'pkg:={package}',
                    f'type:={executable}', 'parts:=' + ','.join(self.folder.parts),
                    f"record:={work / 'trial.bag'}", f"truth:={work / 'truth'}"]
-        if LABS[lab].option:
-            command.append(f'{LABS[lab].option.name}:={self.folder.options.option}')
+        if self._option is not None:
+            command.append(f'{self._option.name}:={self.folder.options.option}')
         return command
 
     def _check(self, command, environment, output):
         """Run a check until it ends, the marking is interrupted, or the time limit is reached.
         Returns False if the check exceeded the limit."""
         check = subprocess.Popen(
-            command, env=environment, cwd=environment['ROS_HOME'], stdin=subprocess.DEVNULL,
-            stdout=output, stderr=output, start_new_session=True)
+            command, cwd=environment['ROS_HOME'], env=environment, start_new_session=True,
+            stdin=subprocess.DEVNULL, stdout=output, stderr=output)
         deadline = time.monotonic() + TIME_LIMIT
         while time.monotonic() < deadline:
             if check.poll() is not None or self.interrupted.wait(POLL_PERIOD):
@@ -204,8 +207,7 @@ def _has_in_environment(pid, mark):
 # -- the environment
 
 def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, str]:
-    """Returns the environment of a separate ROS that writes only below the existing folder `work`.
-    """
+    """Returns the environment of a separate ROS, which writes only into the folder `work`."""
     settings, home = work / 'etc', work / 'ros'
     settings.mkdir(exist_ok=True)
     home.mkdir(exist_ok=True)
@@ -216,8 +218,7 @@ def trial_environment(work: Path, environment: Mapping[str, str]) -> Dict[str, s
     return dict(environment, TMPDIR=str(work), ROS_HOSTNAME='localhost', ROS_HOME=str(home),
                 ROS_LOG_DIR=str(work / 'log'), ROS_ETC_DIR=str(settings),
                 ROS_PYTHON_LOG_CONFIG_FILE=str(logging),
-                # a path below ROS_HOME, since rostest cuts a path at a blank
-                ROS_TEST_RESULTS_DIR='results')
+                ROS_TEST_RESULTS_DIR='results')     # below ROS_HOME: rostest cuts paths at blanks
 
 
 def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, str]:
@@ -227,7 +228,8 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     The workspaces of the `caller` are left out. In such a workspace an instructor's nodes and
     messages may lie beside this package, and must not replace a submission's nodes and messages.
     """
-    prefixes, modules = (caller.get(name, '').split(':') for name in (PREFIXES, MODULES))
+    prefixes = caller.get(CMAKE_PREFIX_PATH, '').split(':')
+    modules = caller.get(PYTHONPATH, '').split(':')
     for place, folders in (('share', [rospkg.RosPack().get_path(OWN_PACKAGE)]),
                            ('lib', [folder + '/lib/' + OWN_PACKAGE for folder in prefixes]),
                            (PYTHON_FOLDER, [folder + '/' + OWN_PACKAGE for folder in modules])):
@@ -243,6 +245,6 @@ def marking_environment(prefix: Path, caller: Mapping[str, str]) -> Dict[str, st
     ros = [folder for folder in prefixes if os.path.isdir(folder + '/share/rospy')][-1:]
     made = {name: value for name, value in caller.items() if INHERITED_VARIABLES.fullmatch(name)}
     for name, folder in PREFIX_FOLDERS.items():
-        made[name] = ':'.join(f'{each}/{folder}'.rstrip('/') for each in [str(prefix), *ros])
+        made[name] = ':'.join(f'{root}/{folder}'.rstrip('/') for root in [str(prefix), *ros])
     made['PATH'] = ':'.join([os.path.dirname(sys.executable), made['PATH'], SYSTEM_PATH])
     return made

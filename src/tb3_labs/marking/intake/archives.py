@@ -19,9 +19,9 @@ from typing import IO, Dict, Iterable, List, Pattern, Sequence, Tuple
 from tb3_labs.command_line import printable
 
 ZIP = '.zip'
-#: A submission, unpacked, has at most MOST_FILES files and MOST_BYTES bytes.
+#: An unpacked submission has at most MOST_FILES files and MOST_BYTES bytes.
 MOST_FILES, MOST_BYTES = 5000, 200000000
-#: A class's zip file may have this many times the files and bytes of a submission.
+#: The limits of a class's zip file are the limits of one submission, multiplied by this number.
 SUBMISSIONS_PER_CLASS_ZIP = 50
 #: Deeper folders are neither read nor unpacked.
 DEEPEST = 50
@@ -29,13 +29,13 @@ DEEPEST = 50
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
     r'[^/]*\.bag)(/|$)', re.IGNORECASE)
-#: Programs make folders with these names. They are read only if the node is in no other folder.
+#: Programs make folders with these names. Such folders are read if no other folder has the node.
 GENERATED_FOLDERS = re.compile(r'(^|/)(build|devel|install|logs|\.?venv)(/|$)', re.IGNORECASE)
 #: Files with these endings are a package's own files. They are written first.
 OWN_ENDINGS = '.py', '.xml', '.msg', '.srv', '.action', ''
 #: A damaged entry of a zip file raises one of these errors. The other entries can still be read.
 ENTRY_ERRORS = zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, zlib.error
-#: These errors do not depend on the name of a file.
+#: These errors come from the disk, and not from the name of a file.
 DISK_ERRORS = errno.ENOSPC, errno.EDQUOT, errno.EIO
 #: The reasons why an entry is left out.
 DUPLICATE, LINK = 'the zip file has it twice, and the last one counts', 'each is a link'
@@ -46,7 +46,7 @@ LONGEST_SHOWN_PATH = 200
 
 
 class NotJudged(Exception):
-    """A submission or an archive cannot be judged. The text is a sentence, the reason."""
+    """A submission or an archive cannot be judged. The text is the reason, a sentence."""
 
 
 def is_zip(name: str) -> bool:
@@ -94,10 +94,11 @@ def submitted_files(folder: Path, ignored: Pattern[str] = GENERATED_FOLDERS
                     status[here / name] = (here / name).lstat()
                 except OSError:         # the folder cannot be entered
                     refused.append(here / name)
-    # a file that has more names than were found here has a name outside of `folder`
-    names_here = Counter((each.st_dev, each.st_ino) for each in status.values())
-    files = [path for path, each in status.items() if stat.S_ISREG(each.st_mode)
-             and each.st_nlink <= names_here[each.st_dev, each.st_ino]
+    # if a file has more names (hard links) than were found here, one name is outside of `folder`
+    names_here = Counter((found.st_dev, found.st_ino) for found in status.values())
+    regular = {path: found for path, found in status.items() if stat.S_ISREG(found.st_mode)}
+    files = [path for path, found in regular.items()
+             if found.st_nlink <= names_here[found.st_dev, found.st_ino]
              and os.access(str(path), os.R_OK)]
     return files, refused + sorted(set(status) - set(files))
 
@@ -118,7 +119,8 @@ class UnpackLimits:
         elif self._bytes < size:
             most = f'{self._submissions * MOST_BYTES / 1e6:g} MB'
         else:
-            self._files, self._bytes = self._files - 1, self._bytes - size
+            self._files -= 1
+            self._bytes -= size
             return True
         self.exceeded = f'More than {most}: not all of it was unpacked.'
         return False
@@ -161,11 +163,11 @@ def _why_not_zip(path):
 
 
 def _wanted_entries(archive, ignored, left_out):
-    """Returns path -> entry, for the files and folders to write. A folder's path ends in /. Links
-    and duplicates are added to `left_out`."""
+    """Returns path -> entry to write. Links and duplicates are added to `left_out`."""
     wanted = {}
     for info in archive.infolist():
-        entry_path = _safe_path(info)
+        info.filename = info.filename.replace('\\', '/')     # Windows may write backslashes
+        entry_path = _safe_path(info.filename)
         if entry_path == '/' or IGNORED_PATHS.search(entry_path) or ignored.search(entry_path):
             continue
         if stat.S_ISLNK(info.external_attr >> 16):
@@ -185,7 +187,7 @@ def _write_entries(archive, entries, folder, limits, left_out):
             continue
         target = folder / entry_path
         if entry_path.endswith('/'):
-            with suppress(OSError):     # each of its files gets a remark
+            with suppress(OSError):     # each file in this folder gets a remark
                 target.mkdir(parents=True, exist_ok=True)
             continue
         is_executable = bool(info.external_attr >> 16 & 0o100)
@@ -199,21 +201,19 @@ def _write_entries(archive, entries, folder, limits, left_out):
                 target.unlink()     # an incomplete file
 
 
-def _safe_path(info):
-    """Returns the path of an entry in its zip file. The path of a folder ends in /.
-
-    Raises ``NotJudged`` if the path leads out of that folder, or is too deep.
-    """
-    # a program of Windows may write backslashes
-    path = info.filename = info.filename.replace('\\', '/')
-    parts = [part for part in path.split('/') if part not in ('', '.')]
+def _safe_path(name):
+    """Returns an entry's path in the unpacked folder. The path of a folder ends in /. Raises
+    ``NotJudged`` if the path leads out of the unpacked folder, or is too deep."""
+    parts = [part for part in name.split('/') if part not in ('', '.')]
     if len(parts) > DEEPEST + 1:
         raise NotJudged(f'The zip file was not unpacked: its folders are deeper than {DEEPEST}.')
     # some services begin their zip files with the folder /
-    is_absolute = (path.startswith('/') and parts) or re.match('[A-Za-z]:/', path)
-    if is_absolute or '..' in parts:
-        raise NotJudged(f'The zip file was not unpacked: its path {path[:80]!r} leads out of it.')
-    return '/'.join(parts) + ('/' if path.endswith('/') else '')
+    is_absolute = name.startswith('/') and bool(parts)
+    has_drive = re.match('[A-Za-z]:/', name) is not None
+    if is_absolute or has_drive or '..' in parts:
+        raise NotJudged(f'The zip file was not unpacked: its path {name[:80]!r} leads out of it.')
+    path = '/'.join(parts)
+    return path + '/' if name.endswith('/') else path
 
 
 def write_file(source: IO[bytes], target: Path, is_executable: bool) -> bool:
@@ -245,6 +245,6 @@ def shortened(names: Sequence[str], most: int = 6) -> str:
 
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
-    """Returns one remark that these paths are left out, as a list; [] without paths."""
+    """Returns a list with one remark, that these paths are left out; [] if there are no paths."""
     shown = [printable(path[:LONGEST_SHOWN_PATH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

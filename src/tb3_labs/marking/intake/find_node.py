@@ -1,7 +1,8 @@
 """Finds the file of a submission that is the node of a lab.
 
 A repository of a whole course may have several files with the same name. A file is chosen by its
-package, by its signs of the node, and by its name. A file in a folder of old files is chosen last.
+package, by the signs that it is the node, and by its name. A file in a folder of old files is
+chosen last.
 If the chosen file only defines a class, the file that starts the class is the node.
 
 The files are only read.
@@ -13,14 +14,14 @@ from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
 from tb3_labs.marking.intake.archives import NotJudged, files_in, shortened
-from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, programs_of, starts
+from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, is_main_program, programs_of
 from tb3_labs.marking.intake.packages import (
     FOLDERS, MANIFEST, is_aside, name_in, package_folder, source_of)
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
-#: Two candidates are alike if their first ranks are equal. This is the number of these ranks.
+#: Two candidates are alike if their first COMPARED_RANKS fields are equal.
 COMPARED_RANKS = 4
 #: Each relay script of catkin has this text. A relay starts a file on the student's machine.
 RELAY_TEXT = b'generated from catkin/cmake/template'
@@ -38,10 +39,10 @@ class _Candidate(NamedTuple):
     """A file that may be the node. The smallest candidate, compared as a tuple, is chosen."""
 
     aside: bool             # is the file in a folder of old or copied files?
-    package: int            # 0 for the usual package; see _package_rank
-    signs: int              # the number of signs of the node that are missing
-    name: int               # index in the usual names; len(names) for another name
-    folder: int             # index in FOLDERS; len(FOLDERS) for another folder
+    package_rank: int       # 0 for the usual package; see _package_rank
+    missing_signs: int      # how many signs of the node are missing? See _signs
+    name_rank: int          # index in the usual names; len(names) for another name
+    folder_rank: int        # index in FOLDERS; len(FOLDERS) for another folder
     depth: int
     path: str
     found_signs: Tuple[bool, ...]       # see _signs
@@ -62,70 +63,93 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     names = (os.path.basename(name),) if name else lab.files
     handed_in = files_in(folder)
     package_of = {path: package_folder(path, folder) for path in handed_in if _is_program(path)}
-    own_names = {found: _own_names(found, folder) for found in set(package_of.values())}
+    own_names = {above: _own_names(above, folder) for above in set(package_of.values())}
     programs = sorted(
-        _candidate(lab, str(path.relative_to(folder)), own_names[found],
+        _candidate(lab, str(path.relative_to(folder)), own_names[above],
                    path.read_bytes().decode(errors='replace'), packages, names)
-        for path, found in package_of.items())
-    found = [each for each in programs
-             if (not package or each.package == 0) and _can_be_the_node(each, names, name)
-             and ('/' not in name or each.path == os.path.normpath(name))]
+        for path, above in package_of.items())
+    found = [program for program in programs if _can_be_the_node(program, names, name)]
+    if package:
+        found = [program for program in found if program.package_rank == 0]
+    if '/' in name:
+        found = [program for program in found if program.path == os.path.normpath(name)]
     if not found:
-        paths = sorted(each.path for each in programs)
-        raise NotJudged('There is no {}{}, and no other file does what it should. {}'.format(
-            name or ' or '.join(names), f' in a package {package}' if package else '',
-            f'Python files that were found (--type chooses one of them): {shortened(paths)}.'
-            if paths else 'No Python file was found. Handed in: {}.'.format(
-                shortened([str(path.relative_to(folder)) for path in handed_in]) or 'nothing')))
+        wanted = name if name else ' or '.join(names)
+        if package:
+            wanted += f' in a package {package}'
+        raise NotJudged(f'There is no {wanted}, and no other file does what it should. '
+                        + _files_in_words(programs, handed_in, folder))
     start = None if name else _starting_program(found[0], programs, folder)
     if start is None:
         return Choice(found[0].path, *_remarks_and_findings(found, names))
-    found = [each for each in found if each.path != start.path]
+    found = [program for program in found if program.path != start.path]
     _, findings = _remarks_and_findings(found, names)
     return Choice(start.path, [f'Judged was {start.path}, which starts {found[0].path}.'], findings)
 
 
+def _files_in_words(programs, handed_in, folder):
+    """Returns a sentence on the files among which the node was not found."""
+    if programs:
+        paths = sorted(program.path for program in programs)
+        return f'Python files that were found (--type chooses one of them): {shortened(paths)}.'
+    listing = 'nothing'
+    if handed_in:
+        listing = shortened([str(path.relative_to(folder)) for path in handed_in])
+    return f'No Python file was found. Handed in: {listing}.'
+
+
 def _starting_program(module, programs, folder):
-    """Returns the first program in the package of `module` that imports and starts it, or None.
-    Returns None also if `module` is itself a program that starts."""
-    if starts(module.text):
+    """Returns the first program that imports and starts `module`, and is in the same package.
+    Returns None if there is no such program, or if `module` itself starts."""
+    if is_main_program(module.text):
         return None
     path = folder / module.path
     package = source_of(path, folder)
-    for each in programs:
-        script = folder / each.path
-        if (each.aside <= module.aside and package in script.parents and starts(each.text)
-                and path in programs_of(script, package)):
-            return each
+    for program in programs:
+        script = folder / program.path
+        is_in_package = package in script.parents and program.aside <= module.aside
+        can_start = is_in_package and is_main_program(program.text)
+        if can_start and path in programs_of(script, package):
+            return program
     return None
 
 
 def _remarks_and_findings(found, names):
-    """Returns two lists, each with at most one sentence on the choice of the first candidate."""
+    """Returns (remarks, findings) on the choice of the first candidate, at most one of each."""
     best, *others = found
     if not others:
-        return [] if best.name < len(names) else [
-            f"There is no {' or '.join(names)}; judged was {best.path}."], []
+        if best.name_rank < len(names):
+            return [], []
+        return [f"There is no {' or '.join(names)}; judged was {best.path}."], []
     remark = '{} files can be the node; judged was {}. The others: {}.'.format(
-        len(found), best.path, shortened([each.path for each in others]))
-    # another file may be the node if it is as likely, or has the usual name or the usual package
-    doubtful = [each for each in others if each.text != best.text and (
-        each[:COMPARED_RANKS] == best[:COMPARED_RANKS]
-        or each[:2] == best[:2] and each.name < best.name == len(names)
-        or each.package < 2 <= best.package)]
+        len(found), best.path, shortened([other.path for other in others]))
+    doubtful = [other.path for other in others if _is_doubtful(best, other, names)]
     if not doubtful:
         return [remark], []
-    other = doubtful[-1].path if '/' in doubtful[-1].path else './' + doubtful[-1].path
-    return [remark], [f'{remark} --type {shlex.quote(other)} chooses another one, with --only and '
+    path = doubtful[-1] if '/' in doubtful[-1] else './' + doubtful[-1]
+    return [remark], [f'{remark} --type {shlex.quote(path)} chooses another one, with --only and '
                       "the student's name."]
+
+
+def _is_doubtful(best, other, names):
+    """Could `other` be the node instead of `best`, by its signs, its name or its package?"""
+    if other.text == best.text:
+        return False
+    is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
+    has_usual_name = other.name_rank < len(names) == best.name_rank and other[:2] == best[:2]
+    has_usual_package = other.package_rank < 2 <= best.package_rank
+    return is_alike or has_usual_name or has_usual_package
 
 
 def _is_program(path):
     if path.stat().st_size > LARGEST_PROGRAM:
         return False
     begin = path.read_bytes()[:300]
-    return RELAY_TEXT not in begin and (
-        path.suffix.lower() == '.py' or not path.suffix and b'python' in begin[:80])
+    if RELAY_TEXT in begin:
+        return False
+    if path.suffix:
+        return path.suffix.lower() == '.py'
+    return b'python' in begin[:80]
 
 
 def _own_names(package, folder):
@@ -140,15 +164,18 @@ def _own_names(package, folder):
 def _candidate(lab, path, package, text, packages, names):
     *folders, name = path.lower().split('/')
     package_names, depth = package
-    own_names, outer_names = package_names + folders[depth:], folders[:depth]
+    own_names = package_names + folders[depth:]
     found_signs = _signs(lab, text)
-    lower = [usual.lower() for usual in names]
     return _Candidate(
-        is_aside(path), min(_package_rank(usual, own_names, outer_names) for usual in packages),
-        found_signs.count(False),
-        lower.index(name) if name in lower else len(names),
-        FOLDERS.index(folders[-1]) if folders and folders[-1] in FOLDERS else len(FOLDERS),
-        len(folders), path, found_signs, text)
+        is_aside(path),
+        min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
+        found_signs.count(False), _rank(name, [usual.lower() for usual in names]),
+        _rank(''.join(folders[-1:]), FOLDERS), len(folders), path, found_signs, text)
+
+
+def _rank(name, usual_names):
+    """Returns the index of `name` in `usual_names`, or len(usual_names) for another name."""
+    return usual_names.index(name) if name in usual_names else len(usual_names)
 
 
 def _package_rank(usual, own_names, outer_names):
@@ -165,26 +192,33 @@ def _package_rank(usual, own_names, outer_names):
 
 
 def _normalized(name):
-    """Returns a name in small letters. A number in it follows its word directly, as in lab2."""
+    """Returns a name in small letters without a gap before a number: Lab_02 becomes lab2."""
     return re.sub(r'(?<=[a-z])[ _.-]*0*(?=\d)', '', name.lower())
 
 
 def _signs(lab, text):
-    """Returns whether a program listens to the lab's topic, has the handout's class, has the
-    handout's name of the node, and has each of the lab's `uses`."""
+    """Returns a bool for each sign that a program is the node of a lab. The program listens to the
+    lab's topic, has the handout's class, has the handout's name of the node, and has each of the
+    lab's `uses`."""
     code = '\n'.join(line for line in text.splitlines() if not line.lstrip().startswith('#'))
     topic = r'[\'"]/?(\w+/)*{}[\'"]'
-    return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in (
-        r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.sensors[0]),
-        rf'^[ \t]*class\s+{lab.class_name}\b',
-        r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name),
-        *(RESET_CALL.format(use[:-1]) if use.endswith('(') else topic.format(use)
-          for use in lab.uses)))
+    patterns = [r'Subscriber\(\s*(name\s*=\s*)?' + topic.format(lab.sensors[0]),
+                rf'^[ \t]*class\s+{lab.class_name}\b',
+                r'init_node\(\s*(name\s*=\s*)?[\'"]{}[\'"]'.format(lab.node_name)]
+    for use in lab.uses:
+        if use.endswith('('):
+            patterns.append(RESET_CALL.format(use[:-1]))
+        else:
+            patterns.append(topic.format(use))
+    return tuple(bool(re.search(pattern, code, re.MULTILINE)) for pattern in patterns)
 
 
 def _can_be_the_node(candidate, names, name):
+    if candidate.name_rank < len(names):
+        return True
+    if name:
+        return False
     listens, has_class, has_node_name, *_ = candidate.found_signs
     # a node of another lab may listen to the same topic
     is_other = any(os.path.basename(candidate.path) in other.files for other in LAB_NODES.values())
-    return candidate.name < len(names) or not name and (
-        listens + has_class + has_node_name >= 2 or listens and not is_other)
+    return listens + has_class + has_node_name >= 2 or (listens and not is_other)

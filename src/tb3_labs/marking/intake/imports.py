@@ -1,8 +1,8 @@
-"""Finds the missing modules of a node, also those that its own modules import.
+"""Finds the missing modules that a node imports itself, or by another module of its submission.
 
 The programs of the submission are only read. A module of the marking machine is imported, to see if
-it works without a screen. A module of the submission is left to the trial: there Python looks for
-it, and says what is missing.
+it works without a screen. A module of the submission is not imported here. Python imports it in the
+trial, and then says what is missing.
 """
 import ast
 import json
@@ -19,6 +19,8 @@ from tb3_labs.marking.intake.packages import MESSAGES, SERVICES, interface_files
 from tb3_labs.marking.names import is_name
 from tb3_labs.marking.source_analysis import nodes_of
 
+#: If a statement of these kinds has a call, the program does something.
+ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
 CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath', 'realpath'
 #: The types that the course gives to the students. tb3_labs has a file of each type.
@@ -47,7 +49,7 @@ class Import(NamedTuple):
 
     module: str                 # with dots, as it is written; '' in `from . import name`
     names: Tuple[str, ...]      # the names imported from it; () if the module itself is imported
-    bound: Tuple[str, ...]      # the program's own words for the names, or for the module
+    bound: Tuple[str, ...]      # the names that the program gives to `names`, or to the module
     is_relative: bool           # does it begin with a dot, as in `from .laws import name`?
     may_fail: bool              # is it in a `try`?
 
@@ -58,7 +60,7 @@ class Import(NamedTuple):
 
     @property
     def kinds(self) -> List[str]:
-        """'msg' or 'srv' if it imports generated types."""
+        """The kinds of generated types that it imports: 'msg', 'srv', both or none."""
         words = [*self.module.split('.')[1:], *self.names]
         return [kind for kind in COURSE_TYPES if kind in words]
 
@@ -86,21 +88,22 @@ def _read_program(path):
              for statement in node.body for inner in ast.walk(statement)}
     imports = []
     for node in nodes:
+        may_fail = id(node) in tried
         if isinstance(node, ast.Import):
-            imports += [Import(alias.name, (), (alias.asname or alias.name.split('.')[0],), False,
-                               id(node) in tried) for alias in node.names]
+            for alias in node.names:
+                bound = alias.asname or alias.name.split('.')[0]
+                imports.append(Import(alias.name, (), (bound,), False, may_fail))
         elif isinstance(node, ast.ImportFrom):
-            imports.append(Import(
-                node.module or '', tuple(alias.name for alias in node.names),
-                tuple(alias.asname or alias.name for alias in node.names), node.level > 0,
-                id(node) in tried))
+            names = tuple(alias.name for alias in node.names)
+            bound = tuple(alias.asname or alias.name for alias in node.names)
+            imports.append(Import(node.module or '', names, bound, node.level > 0, may_fail))
     return Program(data.decode(errors='replace'), list(dict.fromkeys(imports)),
                    {node.id for node in nodes if isinstance(node, ast.Name)})
 
 
 def programs_of(node: Path, package: Path) -> Dict[Path, Program]:
-    """Returns file -> Program: the node, and the modules in the folder `package` whose names are in
-    an import of the node, or of another one of these modules."""
+    """Returns file -> Program, for the node and its modules in the folder `package`. A file is one
+    of these modules if its name is in an import of the node, or in an import of such a module."""
     modules: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= LARGEST_PROGRAM:
@@ -117,27 +120,26 @@ def programs_of(node: Path, package: Path) -> Dict[Path, Program]:
     return programs
 
 
-def starts(text: str) -> bool:
-    """Does a program do more than define names? A text that is not valid Python may."""
+def is_main_program(text: str) -> bool:
+    """Does a program do more than define names? Returns True if a text is not valid Python."""
     nodes = nodes_of(text)
     if not nodes:
         return True
-    actions = [each for each in nodes[0].body if isinstance(
-        each, (ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try))]
-    calls = [inner for each in actions for inner in ast.walk(each) if isinstance(inner, ast.Call)]
+    actions = [statement for statement in nodes[0].body if isinstance(statement, ACTING_STATEMENTS)]
+    calls = [part for action in actions for part in ast.walk(action) if isinstance(part, ast.Call)]
     return any(getattr(call.func, 'attr', '') not in CHANGES_PATH for call in calls)
 
 
 def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Path]
                  ) -> MissingModules:
-    """Returns the MissingModules of a node. `package` is the folder of its package, `folder` of the
-    submission. `packages` has name -> folder of the submission's packages. Other names by which
-    programs import messages are added to `packages`."""
+    """Returns the MissingModules of a node. `package` is the folder of the node's package. `folder`
+    is the folder of the submission. `packages` has name -> folder of the submission's packages.
+    Other names by which programs import messages are added to `packages`."""
     programs = programs_of(node, package).values()
     used_names = {'*'}.union(*(program.used for program in programs))
     own_modules = {name for path in files_in(folder) if path.suffix == '.py'
                    for name in (path.stem, path.parent.name)}
-    # with the text of its program
+    # each import with the text of its program
     imports = [(item, program.text) for program in programs for item in program.imports
                if not (item.is_relative or item.may_fail)
                and not _is_handed_in(item, own_modules, packages)]
@@ -160,7 +162,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
 
 
 def _is_handed_in(item, own_modules, packages):
-    """Does the submission have the imported types, or the imported module?"""
+    """Does the submission itself contain the types, or the module, that a program imports?"""
     if item.package in packages and any(interface_files(packages[item.package]).values()):
         return True
     return item.package in own_modules and not item.kinds
@@ -171,32 +173,35 @@ def _add_second_name(item, packages):
     with these names, give this package the unknown name as a second name."""
     if item.package in packages:
         return
-    imports_all = not item.names or set(item.names) & {'*', *item.kinds}
-    having = set()
+    imports_all = not item.names or bool(set(item.names) & {'*', *item.kinds})
+    possible = set()
     for package in packages.values():
         files = [file for kind in item.kinds for file in interface_files(package)[kind]]
         types = {file.partition('.')[0] for file in files}
-        if types & set(item.names) or types and imports_all and not own_name(package):
-            having.add(package)
-    if len(having) == 1:
-        packages[item.package] = having.pop()
+        has_imported_type = bool(types & set(item.names))
+        may_have_all = imports_all and bool(types) and not own_name(package)
+        if has_imported_type or may_have_all:
+            possible.add(package)
+    if len(possible) == 1:
+        packages[item.package] = possible.pop()
 
 
 def _course_files(item, text):
-    """Returns the files of the COURSE_TYPES that the import of a missing package needs. If it does
-    not name the types, the `text` of the program does."""
+    """Returns the files of the COURSE_TYPES that the import of a missing package needs. If the
+    import does not name its types, the names in the `text` of the program are used."""
     if not is_name(item.package):
         return []
-    names_types = item.names and not set(item.names) & {'*', *item.kinds}
+    names_types = bool(item.names) and not set(item.names) & {'*', *item.kinds}
     words = ' '.join(item.names) if names_types else text
     return [f'{kind}/{name}.{kind}' for kind in item.kinds for name in COURSE_TYPES[kind]
             if name in words]
 
 
 def _import_errors(modules):
-    """Returns {module: error} of the modules that cannot be imported without a screen. The modules
-    of Python itself can."""
-    errors, installed = {}, []
+    """Returns {module: error} of the modules that cannot be imported without a screen. Python's own
+    modules are not tried, since they can be imported."""
+    errors = {}
+    installed = []
     for name in modules:
         spec = PathFinder.find_spec(name)
         if spec is None and name not in sys.builtin_module_names:

@@ -2,9 +2,9 @@
 sandbox, since genpy pastes a submission's names into code, and Noetic's genmsg evaluates constants.
 
 It reads a JSON object. `search` has the system's packages and the folders of their messages.
-`definitions` has package, 'msg' or 'srv', name and text of each definition.
+`definitions` has [package, 'msg' or 'srv', name, text] for each definition.
 
-It prints a JSON object. "modules" has package, 'msg' or 'srv', name of the file and text of each
+It prints a JSON object. "modules" has [package, 'msg' or 'srv', name of the file, text] for each
 module. "problems" has file -> the reason why the file cannot be built. "msg" and "srv" have type ->
 example, see `example_of`.
 """
@@ -24,13 +24,14 @@ from genpy.generator import MsgGenerator, SrvGenerator
 #: A larger example is left out [bytes].
 LONGEST_EXAMPLE = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
-#: type of a field that the check fills in -> format for struct. Only a header's stamp is filled in.
+#: The types of the fields that the check fills in, and their formats for struct. In a header the
+#: check fills in the stamp alone.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
 
 def describe(search, definitions):
-    """Make the modules in the current folder. Returns the object that is printed."""
+    """Make the modules in the current folder. Returns the object that this program prints."""
     result = {'problems': {}, 'msg': {}, 'srv': {}, 'modules': []}
     paths = [os.path.join('in', package, kind, f'{name}.{kind}')
              for package, kind, name, _ in definitions]
@@ -76,9 +77,9 @@ def example_of(kind):
     """
     if not hasattr(kind, '_request_class'):
         data = _bytes_of(kind())
-        return {'sum': kind._md5sum, 'data': data.hex(), 'fields': [
-            [name, of, _first_byte(kind(), name, of, data) if of in FIELD_FORMATS else None]
-            for name, of in zip(kind.__slots__, kind._slot_types)]}
+        fields = [[name, of, _first_byte(kind(), name, of, data)]
+                  for name, of in zip(kind.__slots__, kind._slot_types)]
+        return {'sum': kind._md5sum, 'data': data.hex(), 'fields': fields}
     request, response = kind._request_class(), kind._response_class()
     _turn_upright(request)
     for name, value in (('success', True), ('message', 'reset')):
@@ -97,8 +98,10 @@ def _bytes_of(message):
 
 
 def _first_byte(message, name, of, before):
-    """Returns the index of the first byte that changes if all bytes of the field become 1. `before`
-    are the bytes before that change."""
+    """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
+    None if FIELD_FORMATS lacks the type. `before` has the message's bytes before this change."""
+    if of not in FIELD_FORMATS:
+        return None
     form = FIELD_FORMATS[of]
     ones = struct.unpack(form, b'\1' * struct.calcsize(form))
     if of == 'std_msgs/Header':
@@ -107,11 +110,11 @@ def _first_byte(message, name, of, before):
         getattr(message, name).data = ones[0]
     else:
         setattr(message, name, ones[0])
-    return [one == other for one, other in zip(before, _bytes_of(message))].index(False)
+    return [old == new for old, new in zip(before, _bytes_of(message))].index(False)
 
 
 def _turn_upright(message):
-    """Set each quaternion in a new message, all zeros, to no rotation."""
+    """Set each quaternion in a new message to no rotation; it has only zeros before."""
     for name, of in zip(message.__slots__, message._slot_types):
         if of == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0

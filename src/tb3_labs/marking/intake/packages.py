@@ -16,11 +16,11 @@ from tb3_labs.marking.names import NAME, is_name
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml or a CMakeLists.txt is read [bytes].
 LARGEST_MANIFEST = 100000
-#: The folders of a package's messages, services and actions. The endings of the files are the same.
+#: The folders of a package's messages, services and actions, and the endings of these files.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
-#: A file is put aside if a part of its path is hidden, or has one of these words in its name.
+#: A file was put aside if a part of its path is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
 #: A comment of CMake. It ends at its closing bracket, or at the end of the line.
@@ -28,7 +28,8 @@ CMAKE_COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
-    """Returns the nearest folder above `path`, up to `folder`, with a package.xml, or None."""
+    """Returns the nearest folder above `path` that has a package.xml. Returns None if no folder up
+    to `folder` has a package.xml."""
     for parent in path.parents:
         if (parent / MANIFEST).is_file():
             return parent
@@ -43,7 +44,7 @@ def name_in(manifest: Path) -> Tuple[str, str]:
         return '', 'The package has no package.xml.'
     try:
         text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
-        if '<!ENTITY' in text:      # an entity may expand to millions of others
+        if '<!ENTITY' in text:      # an entity may expand to millions of entities
             raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
     except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
@@ -67,11 +68,11 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     nearest to `node` is returned. A package without a name gets the name of its folder.
     """
     files = files_in(folder)
-    found = {path.parent for path in files if path.name == MANIFEST} | {
-        path.parent.parent for path in files
-        if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
+    found = {path.parent for path in files if path.name == MANIFEST}
+    found |= {path.parent.parent for path in files
+              if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
     packages = {}
-    # the nearest package comes last, and replaces the others
+    # the nearest package comes last, and replaces packages with the same name
     for package in sorted(found, key=lambda path: distance(path, node, folder), reverse=True):
         name = own_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
         if is_name(name):
@@ -90,9 +91,10 @@ def gather_definitions(folder: Path) -> None:
     package the usual folder is made beside the file."""
     for path in files_in(folder):
         kind = path.suffix[1:]
-        if (kind in (MESSAGES, SERVICES) and path.parent.name != kind and is_name(path.stem)
-                and path.stat().st_size <= LARGEST_MANIFEST
-                and not is_aside(str(path.relative_to(folder)))):
+        is_definition = kind in (MESSAGES, SERVICES) and is_name(path.stem)
+        is_misplaced = is_definition and path.parent.name != kind
+        is_unused = is_aside(str(path.relative_to(folder)))
+        if is_misplaced and not is_unused and path.stat().st_size <= LARGEST_MANIFEST:
             package = package_folder(path, folder) or path.parent
             with suppress(OSError):
                 (package / kind).mkdir(exist_ok=True)
@@ -101,7 +103,7 @@ def gather_definitions(folder: Path) -> None:
 
 
 def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of a package's files of this kind. The names may be invalid."""
+    """Returns kind -> names of a package's files. The names may be invalid."""
     return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
             for kind in INTERFACES}
 
@@ -112,7 +114,7 @@ def is_aside(path: str) -> bool:
 
 
 def source_of(node: Path, folder: Path) -> Path:
-    """Returns the folder of a node's package. Without a package.xml it is guessed."""
+    """Returns the folder of a node's package. Without a package.xml the folder is guessed."""
     found = package_folder(node, folder)
     if found is not None:
         return found
@@ -125,8 +127,8 @@ def calls_of(command: str, package: Path) -> List[str]:
     file = package / 'CMakeLists.txt'
     text = file.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace') if file.is_file() else ''
     text = CMAKE_COMMENT.sub('', text).replace('"', ' ')
-    return [part.partition(')')[0].lstrip(' (') for part in re.split(re.escape(
-        command), text, flags=re.IGNORECASE)[1:]]
+    parts = re.split(re.escape(command), text, flags=re.IGNORECASE)[1:]
+    return [part.partition(')')[0].lstrip(' (') for part in parts]
 
 
 def modules_of(package: Path, name: str) -> List[Path]:

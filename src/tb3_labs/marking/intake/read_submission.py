@@ -1,7 +1,7 @@
 """Copies a submission, chooses its node, and finds its packages and the node's missing modules.
 
-A process with limits does this, since a stranger's file may use all memory, or take hours to read.
-If a limit ends that process, the marking goes on.
+A separate process reads the submission, since a stranger's file may use all memory, or take hours
+to read. If a limit ends that process, the marking goes on.
 """
 import json
 import subprocess
@@ -43,7 +43,7 @@ class ParsedSubmission(NamedTuple):
     node: str                       # the node's file
     package: str                    # the folder of the node's package
     name: str                       # the name in the package's package.xml; '' if it is not valid
-    packages: Dict[str, str]        # the submission's packages, the nearest last: name -> folder
+    packages: Dict[str, str]        # name -> folder; the package nearest to the node is last
     substituted: Dict[str, List[str]]   # missing package -> files of the course's types for it
     unused: List[str]               # missing modules that the node imports and does not use
 
@@ -62,18 +62,16 @@ def read(submission: Submission, folder: Path, lab: NodeNames, package: str = ''
 
 def unpack_class(path: Path, folder: Path) -> List[str]:
     """Unpack the zip file of a class. Returns remarks on files that are left out. Raises
-    ``NotJudged`` if it is not a zip file, exceeds a limit, or is not safe."""
+    ``NotJudged`` if the file is not a zip file, exceeds a limit, or is not safe."""
     return _in_limited_process(
         'The zip file cannot be unpacked', _unpack_class, str(path), str(folder))
 
 
 def _in_limited_process(failure: str, function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function of this file in a process with limits, and return its result. JSON transfers
-    the arguments and the result.
-
-    Raises ``NotJudged`` if the function raises it. If the process ends without a result, usually
-    by a limit, raises ``NotJudged`` with a text that begins with `failure`.
-    """
+    the arguments and the result. Raises ``NotJudged`` if the function raises this exception, or if
+    the process ends without a result, usually because of a limit. In the second case the text
+    begins with `failure`."""
     done = subprocess.run(
         ['prlimit', f'--as={MEMORY}:', f'--cpu={COMPUTING}', '--core=0',
          sys.executable, '-c', PROGRAM],
@@ -103,7 +101,8 @@ def _unpack_class(path, folder):
 
 def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
           name: str) -> ParsedSubmission:
-    copy, names = Path(folder), NodeNames(*lab)
+    copy = Path(folder)
+    names = NodeNames(*lab)
 
     def has_node() -> bool:
         with suppress(NotJudged):
@@ -118,20 +117,24 @@ def _read(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
         raise NotJudged(' '.join((not_unpacked or [str(problem)]) + remarks)) from None
     node = copy / path
     gather_definitions(copy)
-    source, packages = source_of(node, copy), packages_in(copy, node)
+    source = source_of(node, copy)
+    packages = packages_in(copy, node)
     missing = find_missing(node, source, copy, packages)
     if any(module.split('.')[0] == 'rclpy' for module in missing.used):
         raise NotJudged(f'{path} is a node of ROS 2: it imports rclpy. The labs have ROS 1: rospy.')
     if missing.used:
-        raise NotJudged('{} needs modules that do not work on the marking machine: {}.'.format(
-            path, ', '.join('{} ({})'.format(module, error.split(':')[0])
-                            for module, error in sorted(missing.used.items()))))
+        modules = ', '.join('{} ({})'.format(module, error.split(':')[0])
+                            for module, error in sorted(missing.used.items()))
+        raise NotJudged(
+            f'{path} needs modules that do not work on the marking machine: {modules}.')
     for name, place in packages.items():
         if own_name(place) not in ('', name):
             remarks.append(f'The package {name} was not handed in: the types of '
                            f'{own_name(place)} stand in for its own.')
     package_name, bad_name = name_in(source / MANIFEST)
-    remarks += why + not_unpacked + ([bad_name] if bad_name else [])
+    remarks += why + not_unpacked
+    if bad_name:
+        remarks.append(bad_name)
     return ParsedSubmission(
         digest(copy), remarks, findings, path, str(source.relative_to(copy)), package_name,
         {name: str(place.relative_to(copy)) for name, place in packages.items()},

@@ -5,7 +5,7 @@ it. Canvas writes ``millerann_12345_67890_lab2.zip``. It adds ``_LATE`` to the n
 is late, and writes ``lab2-1.zip`` for a file that is handed in again. A name may be any bytes, so
 each name is checked.
 
-The files that were handed in are neither changed nor run. They are copied, or unpacked, once.
+The files that were handed in are neither changed nor run. Each file is copied or unpacked once.
 """
 import difflib
 import hashlib
@@ -32,13 +32,13 @@ CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
 #: The names of a student's packages and workspaces, and of the folders in them.
 COURSE_FOLDER = re.compile(
     r'(ice|lab)[ _.-]?\d.*|src|scripts|nodes|msg|srv|launch|build|devel|.*_ws', re.IGNORECASE)
-#: A student's files must not have these names, which the folder of marks or Linux uses.
+#: A student's files get other names than these, which the folder of marks or Linux uses.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
-#: The longest name [bytes]. Linux allows 255, so an ending can be added.
+#: The longest name [bytes]. Linux allows 255 bytes, which leaves space for an ending.
 LONGEST_NAME = 180
 #: A larger file is not copied, unless it is a zip file [bytes].
 LARGEST_COPIED = 20000000
-#: The endings of archives. Such a file in the copy was not unpacked.
+#: The endings of archives. If the copy has a file with such an ending, this file was not unpacked.
 ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 
 
@@ -80,9 +80,9 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     """Returns student -> names of the student's files and folders. `names` maps these names to
     their parts.
 
-    Several files of a student belong together. If two students have the same name, their numbers
-    are added to the name. Without a number each file is a student, and the file's name is added to
-    the student's name. Each student's name is a valid name of a file.
+    Files with the same name of a student and the same number belong to one student. A file without
+    a number belongs to a student of its own. If several students have the same name, the number, or
+    else the file's name, is added to each name. Each student's name is a valid name of a file.
     """
     groups: Dict[Tuple[str, str, str], List[str]] = {}
     for name, parts in names.items():
@@ -100,8 +100,8 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
 
 
 def check_names(wanted: Iterable[str], students: Sequence[str]) -> None:
-    """Raises ``ValueError``, which has similar names, if a `wanted` name is not a student's name.
-    """
+    """Raises ``ValueError`` if a `wanted` name is not a student's name. The text of the error has
+    similar names."""
     for name in wanted:
         if name not in students:
             near = difflib.get_close_matches(name, students)
@@ -127,7 +127,8 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
             continue
         mode = path.lstat().st_mode
         parts = read_name(path.name, stat.S_ISDIR(mode))
-        if stat.S_ISDIR(mode) or stat.S_ISREG(mode) and (parts.number or is_zip(path.name)):
+        is_wanted_file = stat.S_ISREG(mode) and bool(parts.number or is_zip(path.name))
+        if stat.S_ISDIR(mode) or is_wanted_file:
             names[path.name] = parts
             continue
         kind = 'neither a folder nor a file'
@@ -144,21 +145,21 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
 
 
 def without_wrapping(folder: Path) -> Path:
-    """Returns the folder that a zip program put around all submissions. Returns `folder` itself if
-    there is no such folder."""
+    """Returns the folder that a zip program put around all submissions, or else `folder` itself."""
     inside = list(folder.iterdir())
-    is_wrapped = len(inside) == 1 and inside[0].is_dir() and all(
-        path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
-    if is_wrapped and _is_one_submission(inside[0]):
+    has_one_folder = len(inside) == 1 and inside[0].is_dir()
+    if not has_one_folder or _is_one_submission(inside[0]):
         return folder
-    return inside[0] if is_wrapped else folder
+    is_wrapping = all(path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
+    return inside[0] if is_wrapping else folder
 
 
 def _is_one_submission(folder):
     """Is a folder one student's package or workspace, or a folder of the student's packages?"""
-    return any(not read_name(path.name, path.is_dir()).number and (
-        COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name)
-        for path in folder.iterdir())
+    unnumbered = [path for path in folder.iterdir()
+                  if not read_name(path.name, path.is_dir()).number]
+    return any(COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name
+               for path in unnumbered)
 
 
 # -- the copy of a submission
@@ -182,7 +183,8 @@ def copy_submission(handed_in: Dict[Path, str], folder: Path,
 
 def _copy(handed_in, folder, has_node, ignored):
     folder.mkdir(parents=True)
-    limits, not_unpacked, bad_names = UnpackLimits(), [], []
+    limits = UnpackLimits()
+    not_unpacked, bad_names = [], []
     files, remarks = _files_to_copy(handed_in, ignored)
     zips = [path for path in files if is_zip(path.name)]
     sizes = {path: files[path].stat().st_size for path in files if not is_zip(path.name)}
@@ -230,7 +232,7 @@ def _files_to_copy(handed_in, ignored):
 
 
 def _files_of_folder(folder, remarks, ignored):
-    """Returns {path below the folder: file to copy}. Remarks on the other files are added."""
+    """Returns {path below the folder: file to copy}. The other files get a line in `remarks`."""
     files, refused = submitted_files(folder, ignored)
     large = {path for path in files
              if path.stat().st_size > LARGEST_COPIED and not is_zip(path.name)}

@@ -22,24 +22,25 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
+from tb3_labs.marking.intake.mounts import PYTHONPATH
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
 from tb3_labs.marking.intake.read_submission import ParsedSubmission
-from tb3_labs.marking.intake.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
-from tb3_labs.marking.intake.sandbox import MODULES, NoSandbox
+from tb3_labs.marking.intake.sandbox import NoSandbox, Protection
 from tb3_labs.marking.names import NAME, is_name
+from tb3_labs.marking.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
 from tb3_labs.watch import PROBE, watched
 
-#: A first line that begins in this way names a Python.
+#: If a node's first line begins in this way, the line names the Python that runs the node.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: By this command of CMake catkin makes a program that starts a node without the node's first line.
+#: If a CMakeLists.txt installs a node by this command, the node starts even without a first line.
 INSTALLS_PROGRAMS = 'catkin_install_python'
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
         raise AttributeError(name)
 '''
-#: So many packages are built, the nearest to the node.
+#: At most this number of packages is built: the packages that are nearest to the node.
 MOST_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
@@ -49,7 +50,7 @@ MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
 BUILD_TIME = 30.0
 #: This command runs MAKE_MODULES with limits of memory [bytes] and processor time [s].
 LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
-#: Such an error may come from the version of Python or of a module on this machine.
+#: Errors that may come from the version of Python, or of a module, on this machine.
 VERSION_ERROR = re.compile(
     r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
     r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive'|"""
@@ -59,16 +60,16 @@ COPY = 'src'
 
 
 def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
-            sandbox: NoSandbox = NoSandbox()) -> NodeStart:
+            protection: Protection = NoSandbox()) -> NodeStart:
     """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
 
     The node's environment is `environment` and the folders of the workspace. Remarks and findings
-    are added to `reading`. Messages and services are made in `sandbox`.
+    are added to `reading`. Messages and services are made under `protection`.
     """
     remarks = reading.remarks
     copy, made = workspace / COPY, workspace / 'python'
     source, node = copy / reading.package, copy / reading.node
-    # a copy of geometry_msgs in a repository must not replace the machine's
+    # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own = [name for name in reading.packages if name not in system_messages()]
     packages = {name: copy / reading.packages[name] for name in own[-MOST_PACKAGES:]}
     for name, files in reading.substituted.items():
@@ -78,22 +79,23 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
         environment.get('ROS_PACKAGE_PATH')]))
-    types = build(packages, node, made, environment, remarks, sandbox)
+    types = build(packages, node, made, environment, remarks, protection)
     for module in reading.unused:
-        package = made
+        place = made
         for part in module.split('.'):
-            package /= part
-            package.mkdir(exist_ok=True)
-            if not (package / '__init__.py').exists():      # not one of its own modules
-                (package / '__init__.py').write_text(EMPTY_MODULE)
+            place /= part
+            place.mkdir(exist_ok=True)
+            if not (place / '__init__.py').exists():    # the submission has no such module
+                (place / '__init__.py').write_text(EMPTY_MODULE)
     if reading.unused:
         remarks.append(f"{', '.join(reading.unused)}: imported, but not used, and the marking "
                        'machine cannot import it: left out.')
-    environment[MODULES] = ':'.join(filter(None, [str(made), environment.get(MODULES)]))
+    environment[PYTHONPATH] = ':'.join(filter(None, [str(made), environment.get(PYTHONPATH)]))
     environment = watched(environment, shutil.copytree(str(PROBE), str(workspace / 'probe')))
     return NodeStart(
-        NODE_PREFIX + sandbox.command([]), sandbox.environment(environment), types,
-        sandbox.isolates, str(node), _shown_name(reading.name, node.name), str(copy))
+        NODE_PREFIX + protection.program_command([]),
+        protection.program_environment(environment), types, protection.isolates, str(node),
+        _shown_name(reading.name, node.name), str(copy))
 
 
 def _stand_in(name, files, folder, remarks):
@@ -109,16 +111,18 @@ def _stand_in(name, files, folder, remarks):
 
 
 def _shown_name(package, file):
-    """Returns package/file as roslaunch and a page can have it: a name that is not valid becomes
-    submission or node.py."""
-    has_name = NAME.fullmatch(file[:-3] if file.endswith('.py') else file)
-    return '{}/{}'.format(package if package not in ('', OWN_PACKAGE) else 'submission',
-                          file if has_name else 'node.py')
+    """Returns package/file for roslaunch and for the pages. An invalid name becomes submission or
+    node.py."""
+    stem = file[:-3] if file.endswith('.py') else file
+    if package in ('', OWN_PACKAGE):
+        package = 'submission'
+    return f'{package}/{file}' if NAME.fullmatch(stem) else package + '/node.py'
 
 
 def _repair(node, package, remarks, findings):
     """Repair a node's file in the folder `package`."""
-    code, repairs = node.read_bytes(), []
+    code = node.read_bytes()
+    repairs = []
     if code.startswith(codecs.BOM_UTF8):
         code = code[len(codecs.BOM_UTF8):]
         repairs.append('begins with a byte order mark: removed')
@@ -141,7 +145,7 @@ def _repair(node, package, remarks, findings):
                         'lacks: on another one it may run.')
     if not os.access(str(node), os.X_OK):
         repairs.append('is not executable: it was made so')
-    remarks += [f'{node.name} {each}.' for each in repairs]
+    remarks += [f'{node.name} {repair}.' for repair in repairs]
     node.write_bytes(code)
     node.chmod(0o755)
 
@@ -157,17 +161,18 @@ def version_errors(printed: str, copy: Path) -> List[str]:
 # -- messages and services
 
 def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict[str, str],
-          remarks: List[str], sandbox: NoSandbox) -> Optional[Dict[str, Any]]:
-    """Make the Python modules of `packages` in `folder`. Returns the examples of their types, see
-    message_examples.py, or None if they define no type. `packages` has name -> folder.
+          remarks: List[str], protection: Protection) -> Optional[Dict[str, Any]]:
+    """Make the Python modules of `packages` in `folder`. Returns the result of message_examples.py,
+    or None if the packages define no type. `packages` has name -> folder.
 
-    Messages are made in the folder of their package's own modules, if it has one, since Python
-    looks for both there. The messages are read in `sandbox` with this `environment`. Sentences on
-    the packages whose names are in the text of `node` are added to `remarks`.
+    If a package has modules of its own, the package's messages are made in the folder of these
+    modules, since Python looks for both in one folder. The messages are read under `protection`
+    with this `environment`. Sentences on the packages whose names are in the text of `node` are
+    added to `remarks`.
     """
     own_modules = {own.name: own for name, package in packages.items()
                    for own in modules_of(package, name)}
-    # Python first looks beside the node
+    # Python looks for a module beside the node first
     own_modules.update({name: node.parent / name for name in packages
                         if (node.parent / name / '__init__.py').is_file()})
     folder.mkdir()
@@ -178,11 +183,12 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     for name, package in packages.items():
         definitions, problems = _definitions(name, package)
         files += definitions
-        remarks += problems if name in text else []
+        if name in text:
+            remarks += problems
     if not files:
         return None
     try:
-        done = _examples_of(files, environment, sandbox)
+        done = _examples_of(files, environment, protection)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
@@ -196,7 +202,7 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
         (folder / package_name / '__init__.py').touch()
     for path, problem in sorted(done['problems'].items()):
         package_name, _, file = path.split(os.sep)
-        # genmsg also names the searched folders, which are on the marking machine
+        # the end of genmsg's text, which names folders of the marking machine, is cut off
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
         if package_name in text:
             remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
@@ -222,15 +228,15 @@ def _definitions(name, package):
     return definitions, problems
 
 
-def _examples_of(definitions, environment, sandbox):
+def _examples_of(definitions, environment, protection):
     """Returns the object that message_examples.py prints for these definitions."""
     # the answer is a file, since the sandbox limits the size of files but not of pipes
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
-            sandbox.own_network(sandbox.command(LIMITED_PYTHON + [MAKE_MODULES])),
+            protection.check_command(protection.program_command(LIMITED_PYTHON + [MAKE_MODULES])),
             input=json.dumps({'search': system_messages(), 'definitions': definitions}),
             stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, check=True, cwd='/',
-            env=sandbox.environment(environment), universal_newlines=True)
+            env=protection.program_environment(environment), universal_newlines=True)
         answer.seek(0)
         return json.load(answer)
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import rospkg
 import rospy
 
-from tb3_labs.marking.intake.node_start import OWN_PACKAGE, NodeStart
+from tb3_labs.marking.node_start import OWN_PACKAGE, NodeStart
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.stimuli import (
     EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)

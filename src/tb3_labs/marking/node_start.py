@@ -6,7 +6,7 @@ from typing import Any, Dict, NamedTuple, Optional, Sequence
 
 #: This package, of which a submission's program sees only a part.
 OWN_PACKAGE = 'tb3_labs'
-#: The environment variable that identifies a try of a submission by its value.
+#: The value of this environment variable identifies one try of a submission.
 IDENTITY = 'TB3_LABS_SUBMISSION'
 #: The environment variable with the path of the file that holds a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
@@ -15,7 +15,7 @@ HOME = '/home/student'
 OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
 #: A submission's program cannot write a larger file [bytes].
 LARGEST_FILE = 50 * 10 ** 6
-FILES_LIMITED = ['prlimit', f'--fsize={LARGEST_FILE}']
+LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={LARGEST_FILE}']
 #: This command starts a node. The node dies with the process that starts it. On a busy processor,
 #: the robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']
@@ -25,7 +25,7 @@ class NodeStart(NamedTuple):
     """Everything that the start of a node needs. mark.py writes it into a file. The check, another
     process, reads the file and starts the node."""
 
-    prefix: Sequence[str] = NODE_PREFIX + FILES_LIMITED     # the first words of the node's command
+    prefix: Sequence[str] = NODE_PREFIX + LIMIT_FILES_COMMAND   # the node's command begins with it
     environment: Optional[Dict[str, str]] = None        # None: the environment of this process
     types: Optional[Dict[str, Any]] = None      # the result of message_examples.py
     isolated: bool = False      # is the node in a Sandbox?
@@ -41,6 +41,6 @@ class NodeStart(NamedTuple):
         return cls(*json.loads(Path(os.environ[NODE_START_FILE]).read_text()))
 
     def write(self, path: Path) -> Dict[str, str]:
-        """Write the NodeStart into a file. Returns the variable that names the file."""
+        """Write the NodeStart into a file. Returns {NODE_START_FILE: path of the file}."""
         path.write_text(json.dumps(self))
         return {NODE_START_FILE: str(path)}
