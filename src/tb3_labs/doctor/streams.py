@@ -9,15 +9,15 @@ from typing import Mapping, Optional, Sequence, Tuple
 from tb3_labs.doctor import Line, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
-#: The doctor listens for this long [s].
+#: Time for which the doctor listens [s].
 LISTENING_TIME = 5.0
 #: A larger offset of the robot's clock disturbs tf [s].
 CLOCK_WARNING_OFFSET = 0.1
-#: With a larger offset no node that uses stamps works [s].
+#: With a larger offset, nodes that use stamps do not work [s].
 CLOCK_FAULT_OFFSET = 1.0
 #: A larger drift disturbs a lab [deg/min].
 MOST_DRIFT = 2.0
-#: A node still works if it refuses this share of a sensor's messages.
+#: A node still works if it refuses at most this share of a sensor's messages.
 TOLERATED_REFUSALS = 0.05
 #: A wheel that turns by less than this while the doctor listens stands still [rad].
 STANDING_TURN = 0.005
@@ -92,7 +92,8 @@ def judge_clock(least_delay: float) -> Line:
 # Gyro -------------------------------------------------------------------------------------------
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
-    """Does the gyro agree with the wheels? A GyroWatch found the `problem`, or ''."""
+    """Does the gyro agree with the wheels? `problem` is the problem that a GyroWatch found, or
+    ''."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:

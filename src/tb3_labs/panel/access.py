@@ -5,8 +5,8 @@
 A browser sends the requests of any page that the browser shows. So the address 127.0.0.1 alone does
 not exclude pages of other sites. Access checks three parts of a request:
 
-* *Host* is the name under which the browser reached this node. A site may let its own name lead to
-  127.0.0.1 (DNS rebinding). Then *Host* still has the site's name, and the request is refused.
+* *Host* is the name under which the browser reached this node. A site may make its own name resolve
+  to 127.0.0.1 (DNS rebinding). Then *Host* still has the site's name, and the request is refused.
 * *Origin* is the site whose page opens the socket. Only this node's own page is accepted.
 * *The token* is a part of the address that the node prints. Only a node that other computers can
   reach requires the token.

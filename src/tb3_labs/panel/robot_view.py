@@ -13,7 +13,7 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
-    "holder"             the node that may drive, in words
+    "holder"             a text that names the node that may drive
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        heading by the IMU, 0 to 360
     "ages"               {sensor: time since the last message [s]}
@@ -151,7 +151,7 @@ class RobotView:
         return max(moving)[1] if moving else ''
 
     def holder(self, now: float) -> str:
-        """Returns the node that may drive, in words."""
+        """Returns a text that names the node that may drive."""
         if self.latest('has_control'):
             return 'move_to_goal (it has control)'
         return self.driver(now) or self.latest('holder') or 'nobody'

@@ -62,7 +62,7 @@ class PanelRobot:
                     pad=self._pad_status(joy))
 
     def _pad_status(self, listeners):
-        """Returns 'ready', or why the pad of a page does not drive."""
+        """Returns 'ready', or the reason why the pad of a page does not drive."""
         if not listeners:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
@@ -157,9 +157,9 @@ class PanelRobot:
         """Stop the robot, whichever node drives."""
         self._control.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
-        self._send_mouse((0.0, 0.0))    # _release() deactivates the mouse, which ends a turn
+        self._send_mouse((0.0, 0.0))    # active, so that _release() deactivates it and ends a turn
         self._release()
-        self._cmd_vel.publish(Twist())    # for a robot that a node without ctrl_relinq drives
+        self._cmd_vel.publish(Twist())    # for drivers that do not read ctrl_relinq
         self.dead_man.stop()
 
     def _on_stop(self):
@@ -213,8 +213,9 @@ class PanelRobot:
         self._joy.publish(message)
 
     def _send_mouse(self, position):
-        """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. An inactive
-        message comes before the first active one, and at the end, as from mouse_client.py."""
+        """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
+        mouse_client.py, an inactive message is sent before the first active message and after the
+        last active message."""
         if self._mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._mouse_active = bool(position)

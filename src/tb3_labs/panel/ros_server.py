@@ -27,10 +27,10 @@ DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir
                          if path.suffix in PUBLIC_SUFFIXES)
 #: Time between two pings of a page [s].
 PING_PERIOD = 1.0
-#: A page that does not answer a ping for this long is disconnected [s]. Its computer may be
+#: A page that does not answer a ping within this time is disconnected [s]. Its computer may be
 #: suspended, or the network stalls. Later the page connects again, and shows the present picture.
 PONG_TIMEOUT = 3.0
-#: A connection without a complete request for this long is closed [s].
+#: A connection that sends no complete request within this time is closed [s].
 REQUEST_TIMEOUT = 10.0
 #: Most open connections of one address.
 MOST_OF_ONE_ADDRESS = 32
@@ -94,7 +94,7 @@ class Server:
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
         # tornado reads a request's body before Access checks the request. The page sends no body,
-        # so 1 byte is enough. For tornado 5 a limit of 0 is no limit.
+        # so 1 byte is enough. tornado 5 would take 0 for no limit.
         server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
                                   idle_connection_timeout=REQUEST_TIMEOUT)
         server.admitted = self._admitted
@@ -104,8 +104,9 @@ class Server:
 
 class _ConnectionLimit(httpserver.HTTPServer):
     """Limits the number of open connections. Above a limit the server closes the oldest connection
-    that belongs to no page. A browser does not need this connection, since it sends each request at
-    once. If all older connections belong to pages, the new connection is closed."""
+    that belongs to no page. A browser does not need such a connection, since a browser sends its
+    request as soon as it has connected. If all older connections belong to pages, the new
+    connection is closed."""
 
     #: The streams of the open pages.
     admitted = frozenset()
@@ -121,14 +122,16 @@ class _ConnectionLimit(httpserver.HTTPServer):
             super().handle_stream(stream, address)
 
     def _limit(self, streams, most, host):
-        """Close the oldest stream that belongs to no page if there are more than `most`."""
+        """If there are more than `most` streams, close the oldest stream that belongs to no
+        page."""
         if len(streams) > most:
             rospy.logwarn_throttle(10.0, f'more than {most} connections ({host}): one is closed')
             next(each for each in streams if each not in self.admitted).close()
 
 
 def in_thread(job):
-    """Run `job()`, which may wait, in a separate thread. The server's thread must read stops."""
+    """Run `job()`, which may wait, in a separate thread. The thread of the server must stay free,
+    since it receives the stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 

@@ -74,7 +74,8 @@ class RobotSubscriptions:
 
     @property
     def has_another_pad(self):
-        """Does another node publish `joy`? One connection is to this node's own publisher."""
+        """Does another node publish `joy`? The subscriber is always connected to this node's own
+        publisher."""
         return self._joy.get_num_connections() > 1
 
     def _callback(self, store):

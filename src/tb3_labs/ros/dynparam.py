@@ -1,4 +1,4 @@
-"""Changes a setting of a running node. A refusal is one line.
+"""Changes a setting of a running node. If the node refuses the change, one line shows the reason.
 
 Usage: dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
@@ -53,7 +53,8 @@ def call(node, config):
 def change(node, name, text):
     """Set the setting `name` of `node` to a typed text. ``ValueError`` with the reason if a name is
     unknown, or if the node refuses the value."""
-    known, node = nodes(), rospy.resolve_name(node)
+    known = nodes()
+    node = rospy.resolve_name(node)
     if node not in known:
         raise ValueError(
             f'there is no node {node} whose settings can change; {nearest(node, known)}')

@@ -14,11 +14,11 @@ The faults of the real firmware are copied, because the labs have to work with t
   commands and further resets wait in their order. The gyro's bias becomes the mean rate of turn.
   Then the board sets the odometry's pose to zero, but not the IMU's yaw, so that the two yaws
   differ. The next odometry adds the turn that the IMU measured during the calibration.
-- If the servos do not answer, the odometry repeats its last step without end, while the angles of
-  the wheels stay constant.
+- If the servos do not answer, the odometry repeats its last step again and again, while the angles
+  of the wheels stay constant.
 
 Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
-(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with the same code on a
+(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware on a
 simulated body.
 """
 import math

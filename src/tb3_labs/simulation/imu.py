@@ -2,8 +2,8 @@
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
 The rate of turn of the IMU is the true rate plus the rate of the drift, the bias of the last
-calibration, and another white noise. The gyro has a dead zone. The stamp of yaw and rate is later
-than their measurement by the `lag`.
+calibration, and another white noise. The gyro has a dead zone. A sample has the yaw and the rate of
+the moment that is `lag` seconds before its stamp.
 
 Units: SI. Source of the noise: the yaw of a Burger at rest changes by a few thousandths of a degree
 from one sample to the next.
@@ -26,7 +26,7 @@ GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
 
 
 class TurnCurve(NamedTuple):
-    """The yaw now, and the rate of turn from now on. In t seconds the rate of turn will be
+    """The yaw now, and the rate of turn from now on. After t seconds the rate of turn will be
     `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
 
     yaw: float            # not wrapped [rad]
@@ -47,8 +47,8 @@ class ImuModel:
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
         self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
-        #: (start [s], turn of the IMU from the start on) of each motion that is not measured to
-        #: its end yet, oldest first.
+        #: (start [s], turn of the IMU after the start) of each motion whose end is not measured
+        #: yet, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.follow(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
@@ -72,7 +72,7 @@ class ImuModel:
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
         integral of the rate of a TurnCurve."""
-        # local names and few calls are fast, and this loop decides the speed of the simulation
+        # this loop decides the speed of the simulation, so it uses local names and few calls
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp

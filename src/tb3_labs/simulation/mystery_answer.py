@@ -98,6 +98,7 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
 
 
 def with_unit(fault: Fault, value: float) -> str:
-    """Returns a value and its unit as text. A fault with signed values shows the sign +, too."""
+    """Returns a value and its unit as text. If values of the fault may be negative, a positive
+    value has the sign +."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'

@@ -19,7 +19,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
-#: An intermittent fault begins this long after its last end [s].
+#: Time from the end of an intermittent fault to its next beginning [s].
 BETWEEN_FAULTS = 12.0
 #: A user may change these settings of a mystery robot, since they are not faults.
 ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
@@ -41,8 +41,8 @@ class Fault:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: All kinds of faults, with the names that answers use. If this table gets another row, each number
-#: gets another fault.
+#: All kinds of faults, with the names that answers use. A new row would change the fault of each
+#: number.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), 0, 'imu_offset_deg', signed=True),
     Fault('imu drift', (10.0, 60.0), 0, 'imu_drift_deg_per_min', signed=True),
@@ -60,8 +60,8 @@ FAULT_KINDS = (
 
 class HiddenFault:
     """The fault of mystery `number` in a robot with `settings`. Raises ``ValueError`` if the number
-    is not valid, or if a value of `settings` or `surroundings` is neither allowed
-    (ALLOWED_SETTINGS) nor the default."""
+    is not valid, or if a field of `settings` or `surroundings` that is not in ALLOWED_SETTINGS
+    differs from its default."""
 
     def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
         self.fault, self.value, seed = draw(number)

@@ -29,10 +29,11 @@ from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
-#: The robot catches up after a pause of the computer of at most this time [s].
+#: If the computer pauses for at most this time [s], the robot catches up.
 LONGEST_CATCH_UP = 0.5
 #: A robot that publishes /clock catches up after a pause of at most this time [s, wall clock].
-#: Otherwise /clock would jump, and nodes would treat the sensors as silent.
+#: After a longer pause it does not catch up, since /clock would jump, and nodes would treat the
+#: sensors as silent.
 LONGEST_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
 #: The tilt of the board of a recorded robot [rad].
@@ -56,9 +57,9 @@ ACCELERATION_AT_REST = (
 class FakeRobot:
     """One Simulator and its topics.
 
-    If a fault is `hidden` (mystery_robot.HiddenFault), its settings are used. Then /tf_static and
-    ground truth are not published, since both would show the fault. If the environment variable
-    TRUTH_PIPE is set, the true poses go into this pipe, and not on a topic.
+    `hidden` may be a mystery_robot.HiddenFault, whose settings are used. Then /tf_static and ground
+    truth are not published, since both would show the fault. If the environment variable TRUTH_PIPE
+    is set, the true poses go into this pipe, and not on a topic.
     """
 
     def __init__(self, settings, hidden=None):
@@ -151,7 +152,7 @@ class TruthPipe:
         return self._pipe >= 0
 
     def write(self, pose):
-        """Write a pose. A full pipe drops the pose, since the robot must not wait."""
+        """Write a pose. If the pipe is full, the pose is dropped, since the robot must not wait."""
         with suppress(OSError):
             os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
@@ -169,9 +170,9 @@ class SensorTopics:
         self._tf = publisher('/tf', TFMessage)
 
     def send(self, burst, epoch, wheels):
-        """Publish the samples of a `burst`, which arrive at one moment, in one write per topic.
-        `epoch` is as in FakeRobot.tick. `wheels` is Sensors.wheels; rows that are older than the
-        burst are removed.
+        """Publish the samples of a `burst`, which arrive at one moment, in one write per topic. For
+        `epoch` see FakeRobot.tick. `wheels` is Sensors.wheels, from which the rows that are older
+        than the burst are removed.
         """
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]

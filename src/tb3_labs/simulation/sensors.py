@@ -48,7 +48,8 @@ class Rhythm:
         return due
 
     def pop_until(self, end: float) -> List[float]:
-        """Returns all moments before `end` [s]. A moment equal to `end` stays due."""
+        """Returns all moments before `end` [s]. A moment equal to `end` is left for the next
+        call."""
         moments, due, count = [], self.due, self._count
         while due < end:
             moments.append(due)
@@ -59,7 +60,7 @@ class Rhythm:
 
 
 class BoardClock:
-    """The clock of the board. After each time sync its error is another one, from -`largest` to
+    """The clock of the board. Each time sync gives the clock a new random error, from -`largest` to
     `largest` [s]."""
 
     def __init__(self, largest: float, seed: int) -> None:
@@ -95,9 +96,10 @@ class Sensors:
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry sample set the pose to zero?
         self.resetting = False
-        #: The frame odom in the world. A reset sets it by the true pose.
+        #: The frame odom in the world. After a reset it is computed anew from the true pose.
         self.world_T_odom = Pose2()
-        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, sent or not.
+        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, even if the
+        #: sample was not sent.
         self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}
