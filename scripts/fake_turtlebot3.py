@@ -78,7 +78,8 @@ class FakeTurtlebot3:
 
 def _with_values(settings, *sets):
     """Returns `settings` with the values in `sets`. A setting that the user gave stays the same."""
-    default, changes = SimulatorConfig(), {}
+    default = SimulatorConfig()
+    changes = {}
     for values in sets:
         for name, value in values.items():
             if getattr(settings, name) == getattr(default, name):

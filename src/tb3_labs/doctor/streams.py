@@ -31,8 +31,9 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
     # several of the labs' nodes may publish cmd_vel, since only one of them drives at a time
-    return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
-              'no node drives the robot now; if it jerks, call the doctor at that time')
+    for node in sent:
+        return ok('Drivers', f'{node} drives the robot')
+    return ok('Drivers', 'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
@@ -77,16 +78,16 @@ def judge_clock(least_delay: float) -> Line:
     from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
-    is_ahead = least_delay < 0.0
-    text = f"the robot's clock is {abs(least_delay):.1f} s {'ahead' if is_ahead else 'behind'}"
+    side, effect = 'behind', ', or all its messages come so late'
+    if least_delay < 0.0:
+        side, effect = 'ahead', ': tf may refuse its transforms'
+    text = f"the robot's clock is {abs(least_delay):.1f} s {side}"
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(least_delay) > CLOCK_FAULT_OFFSET:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    return warning('Clock', text + (': tf may refuse its transforms' if is_ahead else
-                                    ', or all its messages come so late'),
-                   'close other programs here and on the robot, wait 5 s; if this line stays: '
-                   + remedy)
+    return warning('Clock', text + effect, 'close other programs here and on the robot, wait 5 s; '
+                   'if this line stays: ' + remedy)
 
 
 # Gyro -------------------------------------------------------------------------------------------

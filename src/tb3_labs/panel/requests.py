@@ -165,9 +165,10 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
 
 def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float:
     """Returns the number called `name`. ``ValueError`` if it is not from -`most` to `most`."""
-    value = message.get(name)
+    value: Any = message.get(name)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
+    if not is_number or not abs(value) <= most:
         raise ValueError(f'{name} = {json.dumps(value):.40} is not valid: a number from {-most:g} '
                          f'to {most:g} {unit}'.rstrip())
     return float(value)

@@ -51,7 +51,8 @@ class PanelRobot:
 
     def picture(self, now):
         """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
-        goal, joy = subscribers_of(self._goal), subscribers_of(self._joy) - {rospy.get_name()}
+        goal = subscribers_of(self._goal)
+        joy = subscribers_of(self._joy) - {rospy.get_name()}
         # the handout's node listens to ctrl_relinq, but not to goals
         control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.subscriptions.read_view(lambda view: view.picture(now)),
@@ -89,7 +90,8 @@ class PanelRobot:
             return ''
         if grip.mouse:
             self._refuse_beside_move_to_goal()
-        is_new, now = self.dead_man.page is None, steady_time()
+        is_new = self.dead_man.page is None
+        now = steady_time()
         lateness = request.lateness(now)
         if not self.dead_man.hold(page, request.stops, now, lateness, grip.is_first):
             return ''
@@ -124,10 +126,12 @@ class PanelRobot:
         typed = request.value
 
         def call():
+            fulfilled = True
             try:
-                fulfilled, text = True, call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # of any kind, since the panel must stop robots
-                fulfilled, text = False, str(problem)
+                text = call_reset(typed.x, typed.y, typed.yaw_deg)
+            except Exception as problem:    # none may end the panel, which must stop robots
+                fulfilled = False
+                text = str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
         in_thread(call)
 
@@ -184,14 +188,16 @@ class PanelRobot:
     def _confirm(self, page, request, since):
         """Answer a STOP of `page` when the robot stands still, or after CONFIRM_WITHIN with the
         reason why the stop is not confirmed. `since` is the time of the stop [s]."""
-        if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
+        hearers = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
+        if not hearers - {rospy.get_name()}:
             page.answer(request, fulfilled=False, text='no node hears it')
             return
         problem = self.subscriptions.read_view(lambda view: view.stop_problem(since))
         if not problem:
-            has_control = self.subscriptions.read_view(lambda view: view.latest('has_control'))
-            page.answer(request, fulfilled=True, text='the robot stands' if has_control is None
-                        else 'control taken, the robot stands')
+            text = 'control taken, the robot stands'
+            if self.subscriptions.read_view(lambda view: view.latest('has_control')) is None:
+                text = 'the robot stands'
+            page.answer(request, fulfilled=True, text=text)
         elif steady_time() - since > CONFIRM_WITHIN:
             page.answer(request, fulfilled=False, text=problem)
         else:
@@ -231,6 +237,6 @@ class PanelRobot:
         """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # of any kind, since the panel must stop robots
+        except Exception as problem:    # none may end the panel, which must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

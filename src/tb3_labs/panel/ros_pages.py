@@ -121,7 +121,7 @@ class Pages:
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
             page.answer(request, fulfilled=False, text=str(problem))
-        except Exception as problem:    # of any kind, since the panel must stop robots
+        except Exception as problem:    # none may end the panel, which must stop robots
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
             self._robot.on_lost(page)
             page.answer(request, fulfilled=False, text=f'this cannot be done: {problem}')

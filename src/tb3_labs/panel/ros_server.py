@@ -59,12 +59,15 @@ class Server:
     def __init__(self, config, open_page):
         is_local = config.address == LOOPBACK
         token = '' if is_local else secrets.token_urlsafe(12)
-        self._access = Access([] if is_local else _names_of_this_computer(config.address), token)
+        names = [] if is_local else _names_of_this_computer(config.address)
+        self._access = Access(names, token)
         self._open_page = open_page
         self._sockets, port = _bind(config.port, config.address)
         name = 'localhost' if is_local else _shown_name(config.address)
         #: The address to open in a browser.
-        self.address = f"http://{name}:{port}/{'?token=' + token if token else ''}"
+        self.address = f'http://{name}:{port}/'
+        if token:
+            self.address += '?token=' + token
         self._admitted = WeakSet()
         self._loop = asyncio.new_event_loop()
 
@@ -114,10 +117,12 @@ class _ConnectionLimit(httpserver.HTTPServer):
 
     def handle_stream(self, stream, address):
         host = address[0]
-        self._open = [each for each in self._open if not each[0].closed()] + [(stream, host)]
-        self._limit([each for each, its_host in self._open if its_host == host],
-                    MOST_OF_ONE_ADDRESS, host)
-        self._limit([each for each, _ in self._open if not each.closed()], MOST_CONNECTIONS, host)
+        self._open = [(older, its_host) for older, its_host in self._open if not older.closed()]
+        self._open.append((stream, host))
+        of_host = [older for older, its_host in self._open if its_host == host]
+        self._limit(of_host, MOST_OF_ONE_ADDRESS, host)
+        of_all = [older for older, _ in self._open if not older.closed()]
+        self._limit(of_all, MOST_CONNECTIONS, host)
         if not stream.closed():
             super().handle_stream(stream, address)
 
@@ -126,7 +131,7 @@ class _ConnectionLimit(httpserver.HTTPServer):
         page."""
         if len(streams) > most:
             rospy.logwarn_throttle(10.0, f'more than {most} connections ({host}): one is closed')
-            next(each for each in streams if each not in self.admitted).close()
+            next(stream for stream in streams if stream not in self.admitted).close()
 
 
 def in_thread(job):
@@ -147,7 +152,8 @@ class _CheckedHandler:
             self.set_header(name, value)
 
     def prepare(self):
-        headers, is_public = self.request.headers, self.request.path.endswith(PUBLIC_SUFFIXES)
+        headers = self.request.headers
+        is_public = self.request.path.endswith(PUBLIC_SUFFIXES)
         token = None if is_public else self.get_query_argument('token', '')
         refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
         if refusal:

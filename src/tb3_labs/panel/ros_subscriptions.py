@@ -117,7 +117,8 @@ def _store_command(view, message, now):
 
 def _store_variables(view, message, now):
     for status in message.status:
-        view.on_variables(status.name, ((each.key, each.value) for each in status.values), now)
+        variables = ((variable.key, variable.value) for variable in status.values)
+        view.on_variables(status.name, variables, now)
 
 
 def _store_transforms(view, poses, now):

@@ -41,12 +41,12 @@ class ImuModel:
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
         #: Yaw of the IMU minus true yaw, without noise [rad].
-        self.error = offset
+        self.yaw_error = offset
         self._noise = _pairs_of_normal_numbers(seed)
         #: Error of the gyro's rate after the last calibration [rad/s].
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
-        self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
+        self._error_until = 0.0    # `yaw_error` includes drift and bias up to this time [s]
         #: (start [s], turn of the IMU after the start) of each motion whose end is not measured
         #: yet, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
@@ -62,12 +62,13 @@ class ImuModel:
 
     def follow(self, now: float, turn: TurnCurve) -> None:
         """Measure this turn of the robot from `now` [s] on."""
-        self.error += (self._drift + self.bias) * (now - self._error_until)
+        self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:
             self._motions.pop()
-        self._motions.append((now, turn._replace(
-            yaw=turn.yaw + self.error, steady_rate=turn.steady_rate + self._drift + self.bias)))
+        turn_of_the_imu = turn._replace(
+            yaw=turn.yaw + self.yaw_error, steady_rate=turn.steady_rate + self._drift + self.bias)
+        self._motions.append((now, turn_of_the_imu))
 
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
@@ -90,7 +91,9 @@ class ImuModel:
                 rate += rest
             yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
             rate = rate + rate_noise * rate_deviation if abs(rate) > dead_zone else 0.0
-            samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi, rate))
+            if yaw == -math.pi:
+                yaw = math.pi
+            samples.append(ImuSample(stamp, yaw, rate))
         return samples
 
 

@@ -94,10 +94,8 @@ class Simulator:
         self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
-        """Let `dt` seconds pass. Returns the samples that arrive in that time, in order.
-
-        Raises ``ValueError`` if `dt` is negative or not finite.
-        """
+        """Let `dt` seconds pass. Returns the samples that arrive in that time, in order. Raises
+        ``ValueError`` if `dt` is negative or not finite."""
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
@@ -118,14 +116,14 @@ class Simulator:
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
             # Events of the same moment have this order: the board, driving, odometry, IMU.
-            tick = min(control.due, odom.due, board.due)
+            tick = min(control.due, odom.due, board.calibration_end)
             if imu.due < tick:
                 stamps = imu.pop_until(min(tick, horizon))
                 if not board.is_calibrating:
                     sensors.measure_imu(stamps)
             if tick > horizon:
                 return
-            if board.due == tick:
+            if board.calibration_end == tick:
                 self._body.move_to(tick)
                 self._body.use_bias(board.end_calibration(self._body.yaw))
             elif control.due == tick:
