@@ -51,13 +51,13 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
-        judge, effect = warning, 'the robot will pause'
+        make_line, effect = warning, 'the robot will pause'
         if gap > RESUME_TIME:
-            judge, effect = fault, 'a drive is given up'
-        return judge(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
-                     'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
-                     'a cable) or a busy computer delays messages; otherwise the robot is '
-                     'silent'.format(topic))
+            make_line, effect = fault, 'a drive is given up'
+        return make_line(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
+                         f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, '
+                         'take 5 GHz or a cable) or a busy computer delays messages; otherwise the '
+                         'robot is silent')
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
 
 
@@ -67,10 +67,10 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
     returns `line`."""
     if not reasons:
         return line
-    judge = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
-    return judge(line.subject, 'every node refuses {} of {} messages: {}'.format(
-        len(reasons), count, reasons[0]), "stand the robot on its wheels; switch its board off and "
-                 'on; if this line stays, the sensor is broken')
+    make_line = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
+    text = f'every node refuses {len(reasons)} of {count} messages: {reasons[0]}'
+    return make_line(line.subject, text, 'stand the robot on its wheels; switch its board off and '
+                     'on; if this line stays, the sensor is broken')
 
 
 def judge_clock(least_delay: float) -> Line:

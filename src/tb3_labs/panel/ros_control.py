@@ -12,7 +12,7 @@ from std_msgs.msg import Bool, Float64
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.panel.requests import BrowserPad
-from tb3_labs.panel.ros_server import in_thread
+from tb3_labs.panel.ros_server import run_in_thread
 from tb3_labs.panel.ros_subscriptions import RobotSubscriptions
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
@@ -45,7 +45,7 @@ class PanelRobot:
         self._turn = publish('turn', Float64, queue_size=5)
         self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        self.subscriptions = RobotSubscriptions(lambda: server.soon(self._on_stop))
+        self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
 
     # -- what a page sees
 
@@ -96,7 +96,7 @@ class PanelRobot:
         if not self.dead_man.hold(page, request.stops, now, lateness, grip.is_first):
             return ''
         if is_new:
-            in_thread(self._read_pad_numbers)
+            run_in_thread(self._read_pad_numbers)
         if grip.pad:
             self._send_pad(grip.pad, lateness)
         self._send_mouse(grip.mouse)
@@ -133,7 +133,7 @@ class PanelRobot:
                 fulfilled = False
                 text = str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
-        in_thread(call)
+        run_in_thread(call)
 
     #: The method for each type of request.
     _ACTIONS = {'joy': _hold, 'stop': _stop_and_confirm, 'turn': _send_turn, 'goal': _send_goal,

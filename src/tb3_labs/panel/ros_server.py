@@ -75,14 +75,14 @@ class Server:
         """Offer the page from now on."""
         threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
 
-    def soon(self, job):
+    def call_soon(self, job):
         """Run `job()` soon in the thread of the server. Any thread may call this method."""
         try:
             self._loop.call_soon_threadsafe(guarded(job))
         except RuntimeError:
             pass    # the server has ended
 
-    def later(self, seconds, job):
+    def call_later(self, seconds, job):
         """Run `job()` after `seconds`. Only the thread of the server may call this method."""
         self._loop.call_later(seconds, guarded(job))
 
@@ -134,7 +134,7 @@ class _ConnectionLimit(httpserver.HTTPServer):
             next(stream for stream in streams if stream not in self.admitted).close()
 
 
-def in_thread(job):
+def run_in_thread(job):
     """Run `job()`, which may wait, in a separate thread. The thread of the server must stay free,
     since it receives the stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()

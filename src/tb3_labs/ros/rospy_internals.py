@@ -55,12 +55,10 @@ def log_without_the_master():
 
 
 def serve_connections_in_threads(server=None):
-    """Serve each connection in a separate thread. Call this function after init_node().
-
-    rospy alone serves connections one after the other. So a client that is not a node, such as a
-    browser, would block all other clients without end.
-    Parts: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py.
-    """
+    """Serve each connection in a separate thread. Call this function after init_node(). rospy alone
+    serves connections one after the other. So a client that is not a node, such as a browser, would
+    block all other clients without end. Parts: `_tcpros_server`, `inbound_handler`; test:
+    test/unit/test_node.py."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
 
@@ -127,11 +125,9 @@ def subscribers_of(publisher):
 
 def write_at_once(publisher, most=1):
     """From now on ``publish()`` itself writes to each subscriber. If the buffers of a subscriber
-    are full, the latest `most` messages wait for this subscriber.
-
-    Messages in rospy's own queue are lost when the process ends. Parts: `impl`, its
-    `add_connection`; test: test/unit/test_node.py.
-    """
+    are full, the latest `most` messages wait for this subscriber. Messages in rospy's own queue are
+    lost when the process ends. Parts: `impl`, its `add_connection`; test:
+    test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection
 

@@ -139,7 +139,7 @@ class Body:
             self._moved_until = stamp
             self.imu.follow(stamp, self.drivetrain.turn_curve)
 
-    def at(self, now: float) -> Drivetrain:
+    def drivetrain_at(self, now: float) -> Drivetrain:
         """Returns the drivetrain at `now`, which is not before the last :meth:`move_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)

@@ -80,7 +80,7 @@ class FakeRobot:
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
 
     def configure(self, settings):
-        """Use these settings from now on, except the settings in STARTING."""
+        """Use these settings from now on, except the settings in FIXED_FIELDS."""
         with self._lock:
             self._robot.configure(settings)
 
@@ -100,7 +100,7 @@ class FakeRobot:
             self._static_tf.publish(TFMessage([
                 to_transform(world_T_odom, 'world', self._sensors.frames['odom'], now)]))
         for burst in bursts:
-            self._sensors.send(burst, epoch, self._robot.sensors.wheels)
+            self._sensors.send(burst, epoch, self._robot.sensors.wheel_readings)
         if truth is not None and self._pipe:
             self._pipe.write(truth)
         elif truth is not None:
@@ -184,8 +184,8 @@ class SensorTopics:
 
     def send(self, burst, epoch, wheels):
         """Publish the samples of a `burst`, which arrive at one moment, in one write per topic. For
-        `epoch` see FakeRobot.tick. `wheels` is Sensors.wheels, from which the rows that are older
-        than the burst are removed."""
+        `epoch` see FakeRobot.tick. `wheels` is Sensors.wheel_readings, from which the rows that are
+        older than the burst are removed."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (

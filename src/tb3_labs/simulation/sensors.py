@@ -101,7 +101,7 @@ class Sensors:
         self.world_T_odom = Pose2()
         #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, even if the
         #: sample was not sent.
-        self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
+        self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}
 
@@ -128,8 +128,8 @@ class Sensors:
         if self.resetting:
             self.resetting = False
             self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
-        self.wheels.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
-                            self.odometer.wheel_speeds))
+        self.wheel_readings.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
+                                    self.odometer.wheel_speeds))
         self._send('odom', [sample])
 
     def _send(self, sensor: str, samples: Sequence[Sample]) -> None:

@@ -56,15 +56,15 @@ class Simulator:
     @property
     def truth(self) -> Pose2:
         """The robot's true pose, world_T_base."""
-        return self._body.at(self.now).pose
+        return self._body.drivetrain_at(self.now).pose
 
     @property
     def true_velocity(self) -> Tuple[float, float]:
         """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        return self._body.at(self.now).velocity
+        return self._body.drivetrain_at(self.now).velocity
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use the settings of `config` from now on, except the settings in STARTING."""
+        """Use the settings of `config` from now on, except the settings in FIXED_FIELDS."""
         if config is self.config:
             return
         self._body.move_to(self.now)
