@@ -45,9 +45,9 @@ MESSAGE_TIMEOUT = 120.0
 RECORDER_TIMEOUT = 15.0
 #: If move_to_goal does not take control within this time, control is given again [s, wall clock].
 GRANT_PERIOD = 1.0
-#: The true pose is read this long after the end of a drive [s].
+#: Time from the end of a drive to the reading of the true pose [s].
 REST_TIME = 0.5
-#: A drive that is given up before the robot moves begins again, at most this many times.
+#: Most attempts to begin a drive, since a drive may be given up before the robot moves.
 MOST_ATTEMPTS = 10
 #: Topics that a recording needs from its first moment on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',

@@ -38,7 +38,8 @@ def main(argv):
     parser.add_argument('robot', nargs='?', type=namespace,
                         default=os.environ.get('ROS_NAMESPACE', ''),
                         help="the robot's namespace; default: ROS_NAMESPACE, or none")
-    robot, lines = parser.parse_args(argv).robot, []
+    robot = parser.parse_args(argv).robot
+    lines = []
     try:
         for line in examine(robot):
             lines.append(line)

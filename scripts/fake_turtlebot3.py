@@ -25,7 +25,7 @@ Parameters
                   0: no hidden fault (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
-                  default. While the robot runs, each field that is not in STARTING may change:
+                  default. While the robot runs, all but the FIXED_FIELDS may change:
                   dynparam set /turtlebot3 network_cut true
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
@@ -41,7 +41,7 @@ from tb3_labs.ros.parameters import read_config, read_model
 from tb3_labs.simulation.mystery_robot import LAST_NUMBER, HiddenFault
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.ros_fake_robot import FakeRobot, start
-from tb3_labs.simulation.simulator_config import HOSTS, STARTING, SimulatorConfig
+from tb3_labs.simulation.simulator_config import FIXED_FIELDS, HOSTS, SimulatorConfig
 
 
 @dataclass(frozen=True)
@@ -72,13 +72,14 @@ class FakeTurtlebot3:
             settings = _with_values(settings, NETWORKS[surroundings.network],
                                     HOSTS[surroundings.host])
             robot = FakeRobot(settings)
-            LiveSettings(settings, robot.configure, fixed=STARTING)
+            LiveSettings(settings, robot.configure, fixed=FIXED_FIELDS)
         start(robot, surroundings.speed)
 
 
 def _with_values(settings, *sets):
     """Returns `settings` with the values in `sets`. A setting that the user gave stays the same."""
-    default, changes = SimulatorConfig(), {}
+    default = SimulatorConfig()
+    changes = {}
     for values in sets:
         for name, value in values.items():
             if getattr(settings, name) == getattr(default, name):

@@ -2,9 +2,9 @@
 """Makes a report of a recorded run: timeline, paths, turns and tables, as a page, PNG and CSV.
 
 Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. Drives
-and turns are found in goal_state or, for a node of your own, in cmd_vel; resets in the line `Local
-pose set to x=..., y=..., yaw=...` on /rosout. To compare runs, put their turns.csv or drives.csv
-into one spreadsheet.
+and turns are found in goal_state. If a node of your own does not publish goal_state, they are found
+in cmd_vel. Resets are found in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To
+compare runs, put their turns.csv or drives.csv into one spreadsheet.
 """
 import sys
 from pathlib import Path

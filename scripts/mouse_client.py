@@ -68,7 +68,8 @@ class MouseNode:
                     self._publish(self._active, *position)
             if not self._active:
                 time.sleep(SEND_PERIOD)    # limits the rate of messages if the mouse moves fast
-            self._send_now.wait(SEND_PERIOD if self._active else None)
+            longest_wait = SEND_PERIOD if self._active else None
+            self._send_now.wait(longest_wait)
             self._send_now.clear()
 
     def _publish(self, active, x=0.0, y=0.0):
@@ -130,7 +131,8 @@ class Pointer:
 
 def screen_position(pixel_x, pixel_y, width, height):
     """Returns the position (x, y), -1 to 1, of a pixel. Pixel (0, 0) is the top left corner."""
-    x, y = 2.0 * pixel_x / max(width - 1, 1) - 1.0, 1.0 - 2.0 * pixel_y / max(height - 1, 1)
+    x = 2.0 * pixel_x / max(width - 1, 1) - 1.0
+    y = 1.0 - 2.0 * pixel_y / max(height - 1, 1)
     return max(-1.0, min(1.0, x)), max(-1.0, min(1.0, y))
 
 

@@ -49,9 +49,10 @@ class StatePrinter:
         is_of_the_last_goal = self._last_state is None and is_over(message.data)
         if message.data != self._last_state and not is_of_the_last_goal:
             self._last_state = message.data
-            hint = f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
-            is_waiting = message.data == WAITING_FOR_CONTROL
-            print(message.data + (hint if is_waiting else ''), flush=True)
+            line = message.data
+            if line == WAITING_FOR_CONTROL:
+                line += f': rostopic pub -1 {rospy.resolve_name("ctrl_relinq")} std_msgs/Bool true'
+            print(line, flush=True)
 
 
 def drive(goal):

@@ -31,7 +31,8 @@ def main(argv):
     """Write the package, and print the next steps. Returns the exit status."""
     options = parse(argv)
     lab = LAB_NODES[options.lab]
-    package, node = options.name or lab.packages[0], lab.files[0]
+    package = options.name if options.name else lab.packages[0]
+    node = lab.files[0]
     templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / options.lab
     try:
         target = checked_target(options.folder.expanduser().resolve(), package, OWN_PACKAGE,

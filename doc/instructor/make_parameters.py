@@ -16,7 +16,7 @@ import yaml
 
 from tb3_labs.config import NOT_GIVEN, Config, bounds_text, setting
 from tb3_labs.robot.turtlebot3 import MODELS
-from tb3_labs.simulation.simulator_config import STARTING
+from tb3_labs.simulation.simulator_config import FIXED_FIELDS
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 #: The nodes with settings: (name, script, launch file, classes that the script reads).
@@ -30,7 +30,7 @@ NODES = (
     ('panel', 'panel.py', 'panel.launch', ('PanelConfig',)),
 )
 #: configuration that dynamic_reconfigure changes -> fields that dynamic_reconfigure cannot change
-LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': STARTING}
+LIVE = {'DriveConfig': (), 'TurnConfig': (), 'SimulatorConfig': FIXED_FIELDS}
 
 
 @dataclass(frozen=True)

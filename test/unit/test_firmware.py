@@ -54,8 +54,8 @@ def test_all_stamps_step_together_every_5_seconds():
     robot, true = Simulator(replace(STIFF, stamp_step=0.02)), Simulator(STIFF)
     errors = [[round(sample.stamp - right.stamp, 9) for sample, right in zip(
         robot.step(5.0), true.step(5.0))] for _ in range(8)]
-    assert robot.sensors.wheels[-1][0] == pytest.approx(
-        true.sensors.wheels[-1][0] + errors[-1][-2], abs=0.04)
+    assert robot.sensors.wheel_readings[-1][0] == pytest.approx(
+        true.sensors.wheel_readings[-1][0] + errors[-1][-2], abs=0.04)
     kinds = [set(error[:-2]) for error in errors]
     assert all(len(kind) <= 2 for kind in kinds) and len(set.union(*kinds)) >= 8
     assert 0.01 < max(map(abs, set.union(*kinds))) <= 0.02

@@ -60,7 +60,7 @@ class Watched:
                 self.robot.command(linear, angular)
             samples = self.robot.step(0.005)
             sensors = self.robot.sensors
-            self._wheels.update(wheels[:2] for wheels in list(sensors.wheels)[-1:])
+            self._wheels.update(wheels[:2] for wheels in list(sensors.wheel_readings)[-1:])
             for sample in samples:
                 self._hear(sample)
             for ear in self.ears:

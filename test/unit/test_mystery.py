@@ -122,7 +122,7 @@ def test_a_number_is_the_same_robot_for_ever(drawn):
 @pytest.mark.parametrize('kind', FAULT_KINDS, ids=lambda kind: kind.name)
 def test_values_fill_their_range_and_no_guess_is_right_for_a_third_of_it(kind, drawn):
     values = [value for fault, value in drawn.values() if fault is kind]
-    low, high = kind.size
+    low, high = kind.value_range
     sizes, tolerance = sorted(map(abs, values)), MEANINGS[kind.name].tolerance
     assert low <= sizes[0] < low + 0.1 * (high - low) and high - 0.1 * (high - low) < sizes[-1] <= high
     assert kind.signed == (min(values) < 0.0)
@@ -136,9 +136,9 @@ def test_a_fault_comes_and_goes_or_is_always_there():
     assert silent == ([False] * 24 + [True] * 7) * 2 + [False]
     for number in range(1, 500):
         hidden = HiddenFault(number, SimulatorConfig())
-        if hidden.fault.setting:
+        if hidden.fault.value_field:
             first = hidden.settings_at(0.0)
-            assert getattr(first, hidden.fault.setting) == hidden.value * hidden.fault.scale
+            assert getattr(first, hidden.fault.value_field) == hidden.value * hidden.fault.scale
             assert all(hidden.settings_at(0.1 * step) is first for step in range(300))
 
 

@@ -10,7 +10,7 @@ from simulated import QUIET, close, drive, imu_of, odom_of, switch
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.simulation.simulator_config import STARTING, SimulatorConfig
+from tb3_labs.simulation.simulator_config import FIXED_FIELDS, SimulatorConfig
 
 
 def test_a_long_step_gives_every_sample_that_is_due():
@@ -65,7 +65,7 @@ def test_how_time_is_cut_changes_nothing(cuts, seed, network):
 # Settings -----------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('name', sorted(
-    {item.name for item in fields(SimulatorConfig)} - set(STARTING)
+    {item.name for item in fields(SimulatorConfig)} - set(FIXED_FIELDS)
     - {'imu_silent', 'imu_frozen', 'odom_silent', 'odom_frozen', 'network_cut'}))
 def test_physics_may_change_while_it_drives(name):
     """A change of settings keeps the motion so far: no pose jumps."""

@@ -123,18 +123,20 @@ class Address:
     @property
     def advice(self) -> str:
         """The commands by which this computer advertises the right address."""
-        return '{}export ROS_IP={}, then start the nodes here again'.format(
-            'unset ROS_HOSTNAME; ' if self.ros_hostname else '',
-            self.lan_address or 'ADDRESS_OF_THIS_COMPUTER')
+        unset = 'unset ROS_HOSTNAME; ' if self.ros_hostname else ''
+        address = self.lan_address or 'ADDRESS_OF_THIS_COMPUTER'
+        return f'{unset}export ROS_IP={address}, then start the nodes here again'
 
 
 def address_here(master: str) -> Address:
     """Returns this computer's Address. `master` is the address of the master, or '' if unknown."""
     ros_ip, ros_hostname = os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')
     hostname = socket.gethostname()
+    outgoing, master_here = '', not os.environ.get('ROS_MASTER_URI')
+    if master:
+        outgoing, master_here = outgoing_address(master), is_own(master)
     return Address(ros_ip, ros_hostname, hostname, address_of(ros_hostname or ros_ip or hostname),
-                   own_addresses(), outgoing_address(master) if master else '',
-                   is_own(master) if master else not os.environ.get('ROS_MASTER_URI'))
+                   own_addresses(), outgoing, master_here)
 
 
 def judge_address(here: Address) -> Line:
@@ -145,7 +147,8 @@ def judge_address(here: Address) -> Line:
             return ok('Address', unset + 'this is right for this computer alone')
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
-    source = 'ROS_{}={}'.format('HOSTNAME' if here.ros_hostname else 'IP', quoted(here.advertised))
+    variable = 'ROS_HOSTNAME' if here.ros_hostname else 'ROS_IP'
+    source = f'{variable}={quoted(here.advertised)}'
     if here.resolved not in ('', here.advertised) and not is_loopback(here.resolved):
         source += f' ({here.resolved})'
     if here.ros_hostname and here.ros_ip:
@@ -175,8 +178,9 @@ def nat_kind() -> str:
     """
     interfaces = [name for _, name in socket.if_nameindex()]
     with open('/proc/version') as file:
-        if 'microsoft' in file.read().lower():
-            return '' if 'loopback0' in interfaces else 'WSL'
+        is_wsl = 'microsoft' in file.read().lower()
+    if is_wsl:
+        return '' if 'loopback0' in interfaces else 'WSL'
     is_container = os.path.exists('/.dockerenv') or os.path.exists('/run/.containerenv')
     has_hardware = any(os.path.exists(f'/sys/class/net/{name}/device')
                        for name in interfaces)

@@ -10,7 +10,7 @@ import re
 import time
 import xmlrpc.client
 from dataclasses import dataclass
-from typing import Collection, Iterator, Mapping
+from typing import Collection, Iterator, Mapping, Sequence
 
 from tb3_labs.doctor import Line, fault, ok, warning
 from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
@@ -31,10 +31,8 @@ SENSORS = 'imu', 'odom', 'joint_states'
 SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 #: All topics of the labs.
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
-#: A name with at least this likeness to a right name may be a mistake.
-POSSIBLE_LIKENESS = 0.65
-#: A name with at least this likeness to a right name is certainly a mistake.
-SURE_LIKENESS = 0.8
+#: A name with at least this likeness (difflib) to a right name is probably a mistake.
+LIKENESS_OF_MISTAKES = 0.65
 TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
@@ -49,8 +47,10 @@ class Peer:
     round_trip: float = 0.0    # time from the call to the answer [s]
 
     def __post_init__(self):
+        self.name, self.port = '', 0
         found = re.fullmatch(r'http://([^/:]+):(\d+)/?', self.uri)
-        self.name, self.port = (found.group(1), int(found.group(2))) if found else ('', 0)
+        if found:
+            self.name, self.port = found.group(1), int(found.group(2))
 
     def ask(self, method, *arguments):
         """Call `method`. Returns the answer, or None if there is no answer. Sets `problem`."""
@@ -64,19 +64,21 @@ class Peer:
             link.request('POST', '/', xmlrpc.client.dumps((CALLER_ID, *arguments), method),
                          {'Content-Type': 'text/xml'})
             with link.getresponse() as answer:
-                ((code, reason, value),), _ = xmlrpc.client.loads(answer.read())
+                parameters, _ = xmlrpc.client.loads(answer.read())
+            code, reason, value = parameters[0]
             if code != 1:
                 raise RuntimeError(reason)
         except Exception as trouble:    # the peer may be no ROS program, and send any bytes
             is_refused = isinstance(trouble, ConnectionRefusedError)
             self.problem = 'refused' if is_refused else 'silent'
             return None
-        self.problem, self.round_trip = '', time.monotonic() - begun
+        self.problem = ''
+        self.round_trip = time.monotonic() - begun
         return value
 
 
 def peers_of(master, nodes):
-    """Returns {node: Peer}. The master knows the URI of each Peer. Each Peer was called once."""
+    """Returns {node: Peer}. The master gave the URIs, and each Peer has the outcome of one call."""
     peers = {}
     for node in nodes:
         peers[node] = Peer(str(Peer(master.uri).ask('lookupNode', node) or ''))
@@ -93,7 +95,6 @@ def judge_master(master: Peer) -> Line:
         where += f' ({master.address})'
     if not master.problem:
         return ok('Master', f'{where} answers in {1000.0 * master.round_trip:.0f} ms')
-    with_http = 'http://' + master.uri.strip()    # rospy needs http in an address
     if master.problem == 'refused':
         remedy = ('start roscore, or a launch file, on that computer; first end each launch file '
                   'that runs there without its master')
@@ -101,8 +102,10 @@ def judge_master(master: Peer) -> Line:
         remedy = ('is that computer on, in the same network, and is the address still its own? '
                   'ping ' + master.address)
     else:
-        remedy = 'export ROS_MASTER_URI=' + (
-            with_http if Peer(with_http).name else 'http://ADDRESS:11311')
+        uri = 'http://' + master.uri.strip()    # rospy needs http in an address
+        if not Peer(uri).name:
+            uri = 'http://ADDRESS:11311'
+        remedy = 'export ROS_MASTER_URI=' + uri
     return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
 
 
@@ -115,15 +118,14 @@ class RobotGraph:
     def __init__(self, namespace, state, types=()):
         self.namespace = namespace
         self._types = {topic: kind for topic, kind in types if kind != '*'}
-        publishers, subscribers = (
-            {topic: list(nodes) for topic, nodes in part} for part in state[:2])
-        self.publishers, self.subscribers = publishers, subscribers
+        publishers = self.publishers = {topic: list(nodes) for topic, nodes in state[0]}
+        subscribers = self.subscribers = {topic: list(nodes) for topic, nodes in state[1]}
         #: {topic of a sensor: nodes that publish the topic}
         self.sensors = {name: publishers.get(namespace + name, []) for name in SENSORS}
         #: The nodes that publish cmd_vel.
         self.drivers = publishers.get(namespace + 'cmd_vel', [])
-        # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel.
-        # If a node of the robot listens, these are left out.
+        # A recorder, the panel, and drivers that look for other drivers also listen to cmd_vel. If
+        # a node of the robot listens, all other listeners are left out.
         listeners = subscribers.get(namespace + 'cmd_vel', [])
         sensor_nodes = self.sensors['imu'] + self.sensors['odom']
         self.listeners = [node for node in listeners if node in sensor_nodes]
@@ -134,28 +136,24 @@ class RobotGraph:
         self.other_robots = sorted({topic[:-len('odom')] for topic in publishers
                                     if topic.endswith('/odom')} - {namespace})
 
-    def right_name(self, topic, node, names):
-        """Returns (right topic, likeness): the right topic that is most like the `topic` of a node.
-        The right topics are this robot's topics with one of `names`. Returns ('', 0.0) if `topic`
-        is right, or belongs to another robot."""
+    def right_topic(self, topic, node, names):
+        """Returns the topic of this robot, with one of `names`, that `topic` of a node probably
+        means; '' if `topic` is right, belongs to another robot, or is not like a right topic."""
         place, _, word = topic.rpartition('/')
-        if topic in [self.namespace + name for name in LAB_TOPICS] or (
-                self._is_of_another_robot(place + '/', topic, node)):
-            return '', 0.0
-        words = [word.lower()]
-        last_namespace = place.rpartition('/')[2].lower()
-        if last_namespace in SENSORS:    # such as imu/data
-            words.append(last_namespace)
+        is_right = topic in [self.namespace + name for name in LAB_TOPICS]
+        if is_right or self._is_of_another_robot(place + '/', topic, node):
+            return ''
         package, _, kind = self._types.get(topic, '').rpartition('/')
         if kind and package != 'std_msgs':
             for name in names:
                 if self._type_name(name) == kind:    # such as vel_cmd, odometry/filtered
-                    return self.namespace + name, 1.0
-        like, name = max((likeness(each, name), name) for each in words for name in names)
-        right_kind = self._type_name(name)
-        if kind and right_kind and kind != right_kind:
-            like = 0.0
-        return self.namespace + name, like
+                    return self.namespace + name
+        name = meant_name(word.lower(), names)
+        last_namespace = place.rpartition('/')[2].lower()
+        if not name and last_namespace in SENSORS and last_namespace in names:
+            name = last_namespace                        # such as imu/data
+        known_types = {kind, self._type_name(name)} - {''}
+        return self.namespace + name if name and len(known_types) < 2 else ''
 
     def _is_of_another_robot(self, place, topic, node):
         """Does `topic`, in the namespace `place`, belong to another robot? Private topics of the
@@ -169,69 +167,72 @@ class RobotGraph:
         return self._types.get(self.namespace + name, '').rpartition('/')[2]
 
 
-def likeness(word: str, name: str) -> float:
-    """Returns the likeness of a word and a name, from 0 to 1. imu_data is like imu, and wheel_odom
-    is like odom. Words with different first letters, such as return and turn, have likeness 0."""
-    like = 0.0
-    if word[:1] == name[0]:
-        like = difflib.SequenceMatcher(None, word, name).ratio()
-    if name in SENSORS and re.search('(?<![a-z])' + name, word):
-        like = max(like, POSSIBLE_LIKENESS)
-    return like
+def meant_name(word: str, names: Sequence[str]) -> str:
+    """Returns the name of `names` that is probably meant by `word`, or ''. imu_data means imu, and
+    wheel_odom means odom. Words with different first letters, such as return and turn, differ."""
+    for name in names:
+        if name in SENSORS and re.search('(?<![a-z])' + name, word):
+            return name
+    names = [name for name in names if name[0] == word[:1]]
+    return next(iter(difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)), '')
 
 
 def judge_robot(graph: RobotGraph) -> Line:
     """Is there exactly one robot in the namespace?"""
-    at = graph.namespace.rstrip('/')
+    place = graph.namespace.rstrip('/')
     imu, odom = graph.sensors['imu'], graph.sensors['odom']
     if not imu and not odom:
-        text = f'nobody publishes {at}/imu or {at}/odom'
+        text = f'nobody publishes {place}/imu or {place}/odom'
         remedy = "start the robot's bringup, or roslaunch tb3_labs fake_robot.launch"
         if graph.other_robots:
             text += f" (there is one in {', '.join(graph.other_robots)})"
             name = graph.other_robots[0].strip('/')
-            remedy = 'rosrun tb3_labs doctor.py ' + name if name else remedy
+            if name:
+                remedy = 'rosrun tb3_labs doctor.py ' + name
         return fault('Robot', text, remedy)
     for topic, nodes in (('imu', imu), ('odom', odom)):
         if len(nodes) > 1:
             return fault('Robot', '{} robots answer: {} all publish {}/{}'.format(
-                len(nodes), ', '.join(sorted(nodes)), at, topic),
+                len(nodes), ', '.join(sorted(nodes)), place, topic),
                 'switch all but one off, or give each robot a namespace, or a master, of its own')
         if not nodes:
-            return fault('Robot', f'nobody publishes {at}/{topic}', BRINGUP_REMEDY)
+            return fault('Robot', f'nobody publishes {place}/{topic}', BRINGUP_REMEDY)
     if not graph.listeners:
-        return fault('Robot', f'nobody hears {at}/cmd_vel: the robot cannot be driven',
+        return fault('Robot', f'nobody hears {place}/cmd_vel: the robot cannot be driven',
                      BRINGUP_REMEDY)
     return ok('Robot', '{} publishes {}/imu and odom, {} hears cmd_vel'.format(
-        imu[0], at, ', '.join(sorted(graph.listeners))))
+        imu[0], place, ', '.join(sorted(graph.listeners))))
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Line]:
     """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
-    a wrong name, such as turtle1/cmd_vel. A node may publish topics that nobody hears. So if one
-    node publishes the right name, a wrong name of another node needs SURE_LIKENESS."""
-    for subject, text, users, partners, names in (
-            ('Hearers', '{} listens to {}, which nobody publishes; {} is published by {}',
-             graph.subscribers, graph.publishers, LAB_TOPICS),
-            ('Senders', '{} publishes {}, which nobody hears; {} is heard by {}',
-             graph.publishers, graph.subscribers, SUBSCRIBED_TOPICS)):
-        findings = []
-        for topic in sorted(set(users) - set(partners)):
-            for node in users[topic]:
-                right, like = graph.right_name(topic, node, names)
-                least = POSSIBLE_LIKENESS
-                if subject == 'Senders' and right in users:
-                    least = SURE_LIKENESS
-                if like < least or right not in partners:
-                    continue
-                # a node that also uses the right name is not mistaken
-                if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
-                    # a node of the robot is named, rather than a recorder
-                    partner = min(partners[right], key=lambda each: each not in graph.robot_nodes)
-                    findings.append(text.format(node, topic, right, partner))
-        if findings:
-            yield warning(subject, '; '.join(findings),
+    a wrong name, such as turtle1/cmd_vel."""
+    wrong_hearers = _mistakes(
+        '{} listens to {}, which nobody publishes; {} is published by {}',
+        graph, graph.subscribers, graph.publishers, LAB_TOPICS)
+    wrong_senders = _mistakes('{} publishes {}, which nobody hears; {} is heard by {}',
+                              graph, graph.publishers, graph.subscribers, SUBSCRIBED_TOPICS)
+    for subject, mistakes in ('Hearers', wrong_hearers), ('Senders', wrong_senders):
+        if mistakes:
+            yield warning(subject, '; '.join(mistakes),
                           'correct the name in the code, or by <remap> in the launch file')
+
+
+def _mistakes(text, graph, users, partners, names):
+    """Returns `text` with (node, wrong topic, right topic, partner) for each mistake. `users` and
+    `partners` are {topic: nodes} of both ends of the topics. Users may have wrong names."""
+    found = []
+    for topic in sorted(set(users) - set(partners)):
+        for node in users[topic]:
+            right = graph.right_topic(topic, node, names)
+            if right not in partners:
+                continue
+            # a node that also uses the right name is not mistaken
+            if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
+                # a node of the robot is named, rather than a recorder
+                partner = min(partners[right], key=lambda name: name not in graph.robot_nodes)
+                found.append(text.format(node, topic, right, partner))
+    return found
 
 
 # The connections from this computer -------------------------------------------------------------
@@ -256,16 +257,17 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
             remedy = 'is the robot on, and in this network? ping {}; {}'.format(
                 peer.address or peer.name, remedy)
         return fault('Nodes', text, remedy)
-    return ok('Nodes', ', '.join('{} answers in {:.0f} ms'.format(
-        node, 1e3 * peer.round_trip) for node, peer in sorted(peers.items())))
+    return ok('Nodes', ', '.join(f'{node} answers in {1e3 * peer.round_trip:.0f} ms'
+                                 for node, peer in sorted(peers.items())))
 
 
 def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str, str]) -> Line:
     """Returns the line on drivers that publish messages of a wrong type on `topic`. `other_types`
-    is {driver: type of its messages}. The node `robot` listens to the type `received`."""
-    return fault('Commands', '{} on {}, but {} hears {}: no such command arrives'.format(
-        ', '.join('{} publishes {}'.format(*each) for each in sorted(other_types.items())),
-        topic, robot, received), f'publish {received} there')
+    is {driver: type of its messages}. The node `robot` listens to `topic`, and accepts only
+    messages of the type `received`."""
+    drivers = ', '.join(f'{node} publishes {kind}' for node, kind in sorted(other_types.items()))
+    return fault('Commands', f'{drivers} on {topic}, but {robot} hears {received}: no such command '
+                 'arrives', f'publish {received} there')
 
 
 # The connections to this computer ---------------------------------------------------------------

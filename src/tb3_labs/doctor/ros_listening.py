@@ -47,34 +47,36 @@ def examine_messages(graph, address, is_wall_time):
     stamps come from a real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
     # checks.py judges commands of other types
-    commands = [each for each in received
-                if each.topic == 'cmd_vel' and each.kind in ('', COMMAND_TYPE)]
-    yield judge_drivers(Counter(each.sender for each in commands))
+    drivers = [message.sender for message in received
+               if message.topic == 'cmd_vel' and message.kind in ('', COMMAND_TYPE)]
+    yield judge_drivers(Counter(drivers))
     samples, refused = read_samples(received)
     for name in SENSORS:
-        arrivals = [each.at for each in received if each.topic == name]
-        line = judge_stream(graph.namespace + name, arrivals, ended,
-                            next(iter(graph.sensors[name]), ''))
+        arrivals = [message.at for message in received if message.topic == name]
+        publisher = next(iter(graph.sensors[name]), '')
+        line = judge_stream(graph.namespace + name, arrivals, ended, publisher)
         yield judge_refused(line, refused[name], len(arrivals))
     encoders = encoder_watch_of(samples)
     if encoders.problem():
         yield fault('Wheels', *encoders.problem().split('; '))
-    delays = [each.at - each.message.header.stamp.to_sec() for each in received
-              if each.topic in SENSORS and each.message.header.stamp]
+    delays = [at - message.header.stamp.to_sec() for topic, at, _, message, _ in received
+              if topic in SENSORS and message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays))
     watch = gyro_watch_of(samples, graph.namespace + 'reset')
     cause, _, remedy = watch.problem().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
-    drift = drift_of([sample[:2] for _, sample in samples if isinstance(sample, ImuSample)],
-                     [sample[1:] for _, sample in samples if isinstance(sample, WheelSample)])
+    yaws = [sample[:2] for _, sample in samples if isinstance(sample, ImuSample)]
+    wheel_angles = [sample[1:] for _, sample in samples if isinstance(sample, WheelSample)]
+    drift = drift_of(yaws, wheel_angles)
     if drift is not None and watch.has_compared and not watch.problem():
         yield judge_drift(drift, graph.namespace)
 
 
 def listen(namespace, address):
-    """Returns all ReceivedMessages of a robot's topics, and the time of the end [s]. `address` is
-    this computer's address on the way to the master. It replaces ROS_IP, which may be wrong."""
+    """Returns all ReceivedMessages of a robot's topics, and the time at which listening ended [s].
+    `address` is this computer's address on the way to the master. It replaces ROS_IP, which may be
+    wrong."""
     os.environ.pop('ROS_HOSTNAME', None)
     os.environ['ROS_IP'] = address
     received = []

@@ -9,15 +9,15 @@ from typing import Mapping, Optional, Sequence, Tuple
 from tb3_labs.doctor import Line, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
-#: The doctor listens for this long [s].
+#: Time for which the doctor listens [s].
 LISTENING_TIME = 5.0
 #: A larger offset of the robot's clock disturbs tf [s].
 CLOCK_WARNING_OFFSET = 0.1
-#: With a larger offset no node that uses stamps works [s].
+#: With a larger offset, nodes that use stamps do not work [s].
 CLOCK_FAULT_OFFSET = 1.0
 #: A larger drift disturbs a lab [deg/min].
 MOST_DRIFT = 2.0
-#: A node still works if it refuses this share of a sensor's messages.
+#: A node still works if it refuses at most this share of a sensor's messages.
 TOLERATED_REFUSALS = 0.05
 #: A wheel that turns by less than this while the doctor listens stands still [rad].
 STANDING_TURN = 0.005
@@ -31,8 +31,9 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
     # several of the labs' nodes may publish cmd_vel, since only one of them drives at a time
-    return ok('Drivers', '{} drives the robot'.format(*sent) if sent else
-              'no node drives the robot now; if it jerks, call the doctor at that time')
+    for node in sent:
+        return ok('Drivers', f'{node} drives the robot')
+    return ok('Drivers', 'no node drives the robot now; if it jerks, call the doctor at that time')
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
@@ -50,13 +51,13 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
-        judge, effect = warning, 'the robot will pause'
+        make_line, effect = warning, 'the robot will pause'
         if gap > RESUME_TIME:
-            judge, effect = fault, 'a drive is given up'
-        return judge(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
-                     'rostopic delay {}: if its max is as long, the WLAN (go nearer, take 5 GHz or '
-                     'a cable) or a busy computer delays messages; otherwise the robot is '
-                     'silent'.format(topic))
+            make_line, effect = fault, 'a drive is given up'
+        return make_line(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
+                         f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, '
+                         'take 5 GHz or a cable) or a busy computer delays messages; otherwise the '
+                         'robot is silent')
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
 
 
@@ -66,10 +67,10 @@ def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
     returns `line`."""
     if not reasons:
         return line
-    judge = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
-    return judge(line.subject, 'every node refuses {} of {} messages: {}'.format(
-        len(reasons), count, reasons[0]), "stand the robot on its wheels; switch its board off and "
-                 'on; if this line stays, the sensor is broken')
+    make_line = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
+    text = f'every node refuses {len(reasons)} of {count} messages: {reasons[0]}'
+    return make_line(line.subject, text, 'stand the robot on its wheels; switch its board off and '
+                     'on; if this line stays, the sensor is broken')
 
 
 def judge_clock(least_delay: float) -> Line:
@@ -77,22 +78,23 @@ def judge_clock(least_delay: float) -> Line:
     from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
-    is_ahead = least_delay < 0.0
-    text = f"the robot's clock is {abs(least_delay):.1f} s {'ahead' if is_ahead else 'behind'}"
+    side, effect = 'behind', ', or all its messages come so late'
+    if least_delay < 0.0:
+        side, effect = 'ahead', ': tf may refuse its transforms'
+    text = f"the robot's clock is {abs(least_delay):.1f} s {side}"
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(least_delay) > CLOCK_FAULT_OFFSET:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    return warning('Clock', text + (': tf may refuse its transforms' if is_ahead else
-                                    ', or all its messages come so late'),
-                   'close other programs here and on the robot, wait 5 s; if this line stays: '
-                   + remedy)
+    return warning('Clock', text + effect, 'close other programs here and on the robot, wait 5 s; '
+                   'if this line stays: ' + remedy)
 
 
 # Gyro -------------------------------------------------------------------------------------------
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
-    """Does the gyro agree with the wheels? A GyroWatch found the `problem`, or ''."""
+    """Does the gyro agree with the wheels? `problem` is the problem that a GyroWatch found, or
+    ''."""
     if problem:
         return fault('Gyro', problem, remedy)
     if not is_compared:

@@ -7,6 +7,6 @@ for the node `gamepad`.
 
 Threads: the thread `server` runs the event loop of the web server. Only this thread uses the pages
 and the DeadMan, so pages and DeadMan need no lock. rospy's threads write the messages of topics
-into a RobotView, under a lock, or pass a call to `server` by ``Server.soon()``. Services and the
-master are called in separate threads, so a stop never waits for an answer.
+into a RobotView, under a lock, or pass a call to `server` by ``Server.call_soon()``. Services and
+the master are called in separate threads, so a stop never waits for an answer.
 """

@@ -5,8 +5,8 @@
 A browser sends the requests of any page that the browser shows. So the address 127.0.0.1 alone does
 not exclude pages of other sites. Access checks three parts of a request:
 
-* *Host* is the name under which the browser reached this node. A site may let its own name lead to
-  127.0.0.1 (DNS rebinding). Then *Host* still has the site's name, and the request is refused.
+* *Host* is the name under which the browser reached this node. A site may make its own name resolve
+  to 127.0.0.1 (DNS rebinding). Then *Host* still has the site's name, and the request is refused.
 * *Origin* is the site whose page opens the socket. Only this node's own page is accepted.
 * *The token* is a part of the address that the node prints. Only a node that other computers can
   reach requires the token.
@@ -44,9 +44,7 @@ class Access:
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names` are names and addresses of this computer. The names of the loopback are added."""
-        # a Host header has an IPv6 address in brackets
-        self._names = {f'[{name}]'.lower() if ':' in name else name.lower()
-                       for name in ('localhost', LOOPBACK, '::1', *names)}
+        self._names = {_as_host(name) for name in ('localhost', LOOPBACK, '::1', *names)}
         self._token = token
 
     def refusal(self, host: Optional[str], origin: Optional[str],
@@ -67,6 +65,11 @@ class Access:
         if token is not None and not hmac.compare_digest(_as_bytes(token), _as_bytes(self._token)):
             return 'the token is missing or wrong: use the whole address that the panel printed'
         return None
+
+
+def _as_host(name: str) -> str:
+    """Returns the name in a Host header, which has an IPv6 address in brackets."""
+    return f'[{name}]'.lower() if ':' in name else name.lower()
 
 
 def _as_bytes(text: str) -> bytes:

@@ -16,8 +16,8 @@ after the person gripped pad or mouse.
 
 Each request may have an "id", a whole number, which the answer repeats. "stops" is the number of
 stops in the picture that the page had when the person acted; see
-:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's clock [s]. The page
-adds the time since the last picture to "now" of this picture. So a message may seem later than it
+:mod:`tb3_labs.supervision.dead_man`. "t" is the time of sending on the panel's clock [s]: "now" of
+the last picture that the page got, plus the time since then. So a message may seem later than it
 is, but never earlier, unless the clock of the browser jumps.
 """
 import json
@@ -29,7 +29,7 @@ from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
 
 #: A message with more characters is refused. The longest valid message has about 250. JSON of this
-#: length is not nested too deeply for Python.
+#: length cannot be nested so deeply that Python fails.
 LONGEST_REQUEST = 500
 #: The largest valid time of sending [s].
 LATEST_TIME = 1e12
@@ -81,7 +81,7 @@ class PageRequest(NamedTuple):
     value: Any = None              # see READERS
     id: Optional[int] = None
     stops: Optional[int] = None    # number of stops that the page knew, None if missing
-    sent_at: float = 0.0           # [s, the panel's clock]; if missing, 0, which is very late
+    sent_at: float = 0.0           # [s, the panel's clock]; 0, a very late request, if missing
 
     def lateness(self, now: float) -> float:
         """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
@@ -136,7 +136,7 @@ def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
 
 
 def _read_pose(message: Dict) -> TypedPose:
-    # move_to_goal refuses invalid poses, too, but a page would not show the reason
+    # move_to_goal would also refuse an invalid pose, but a page would not show the reason
     return TypedPose(
         _read_number(message, 'x', MAX_DISTANCE, 'm'),
         _read_number(message, 'y', MAX_DISTANCE, 'm'),
@@ -165,9 +165,10 @@ READERS: Dict[str, Callable[[Dict], Any]] = {
 
 def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float:
     """Returns the number called `name`. ``ValueError`` if it is not from -`most` to `most`."""
-    value = message.get(name)
+    value: Any = message.get(name)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     # the comparison is False for NaN, infinity, and integers that are too large for a float
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) <= most:
+    if not is_number or not abs(value) <= most:
         raise ValueError(f'{name} = {json.dumps(value):.40} is not valid: a number from {-most:g} '
                          f'to {most:g} {unit}'.rstrip())
     return float(value)

@@ -13,7 +13,7 @@ A picture is a JSON object. A pose is [x m, y m, yaw rad], or null if the pose i
     "state", "phase"     the text of `goal_state`, and its kind: driving, reached, waiting, stopped,
                          gave up, or ''
     "has_control"        may move_to_goal drive?
-    "holder"             the node that may drive, in words
+    "holder"             a text that names the node that may drive
     "driver", "command"  the node whose commands move the robot now, and [v m/s, w rad/s]
     "heading_deg"        heading by the IMU, 0 to 360
     "ages"               {sensor: time since the last message [s]}
@@ -80,18 +80,22 @@ class RobotView:
     def on_message(self, kind: str, value: Any, now: float) -> None:
         """Store `value` as the latest value of a `kind`. A kind is an entry of the picture, or
         'origin' (pose of odom in world), 'truth' (pose in world, stamp [s]), 'imu' (yaw [rad])."""
-        self._latest[kind], self._arrivals[kind] = value, now
+        self._latest[kind] = value
+        self._arrivals[kind] = now
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         last = self.latest('odom')
-        if last is not None and (last.pose.distance_to(sample.pose) > POSITION_JUMP or abs(
-                difference(sample.pose.yaw, last.pose.yaw)) > YAW_JUMP):
-            self._computed_frame = None
+        if last is not None:
+            moved = last.pose.distance_to(sample.pose)
+            turned = abs(difference(sample.pose.yaw, last.pose.yaw))
+            if moved > POSITION_JUMP or turned > YAW_JUMP:
+                self._computed_frame = None
         self.on_message('odom', sample, now)
 
     def on_log_line(self, text: str) -> None:
         """Take the robot's pose in local from a line of the log, if the line has such a pose."""
-        declared, odom = POSE_SET_LINE.search(text), self.latest('odom')
+        declared = POSE_SET_LINE.search(text)
+        odom = self.latest('odom')
         if declared and odom:
             with suppress(ValueError):    # 1e999 is infinite
                 self._computed_frame = odom.pose @ Pose2(*map(float, declared.groups())).inverse()
@@ -102,12 +106,12 @@ class RobotView:
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
-        self._variables = {each: received for each, received in self._variables.items()
-                           if each != node and now - received[0] <= VARIABLES_TIMEOUT}
+        self._variables = {other: received for other, received in self._variables.items()
+                           if other != node and now - received[0] <= VARIABLES_TIMEOUT}
         if len(self._variables) < MOST_NODES:
-            self._variables[node[:LONGEST_TEXT]] = now, [
-                [name[:LONGEST_TEXT], text[:LONGEST_TEXT]]
-                for name, text in islice(values, MOST_VARIABLES)]
+            shown = [[name[:LONGEST_TEXT], text[:LONGEST_TEXT]]
+                     for name, text in islice(values, MOST_VARIABLES)]
+            self._variables[node[:LONGEST_TEXT]] = now, shown
 
     # -- output
 
@@ -151,31 +155,37 @@ class RobotView:
         return max(moving)[1] if moving else ''
 
     def holder(self, now: float) -> str:
-        """Returns the node that may drive, in words."""
+        """Returns a text that names the node that may drive."""
         if self.latest('has_control'):
             return 'move_to_goal (it has control)'
         return self.driver(now) or self.latest('holder') or 'nobody'
 
     def picture(self, now: float) -> Dict[str, Any]:
         """Returns the picture without "page", "stops", "can" and "pad"."""
-        driver, heading, odom = self.driver(now), self.latest('imu'), self.latest('odom')
+        driver = self.driver(now)
+        command = None
+        if driver:
+            command = [_rounded(speed) for speed in self._commands[driver][1:]]
+        odom_pose = self.latest('odom').pose if self.latest('odom') else None
         local, frame = self.latest('local'), self.latest('frame')
-        if not (local or frame) and odom and self._computed_frame:
-            frame, local = self._computed_frame, self._computed_frame.inverse() @ odom.pose
-        goal, distance, angle = self.latest('goal'), None, None
+        is_published = local or frame
+        if not is_published and odom_pose and self._computed_frame:
+            frame = self._computed_frame
+            local = frame.inverse() @ odom_pose
+        goal = self.latest('goal')
+        distance = angle = None
         if goal and local:
             distance = local.distance_to(goal)
             angle = math.degrees(difference(goal.yaw, local.yaw))
         return {
-            'odom': _pose_numbers(odom and odom.pose), 'local': _pose_numbers(local),
+            'odom': _pose_numbers(odom_pose), 'local': _pose_numbers(local),
             'frame': _pose_numbers(frame), 'truth': _pose_numbers(self._truth_in_odom()),
             'goal': _pose_numbers(goal),
             'distance': _rounded(distance, 4), 'angle': _rounded(angle, 4),
             'state': self.latest('state') or '', 'phase': self.phase,
             'has_control': self.latest('has_control'), 'holder': self.holder(now),
             'driver': driver,
-            'command': list(map(_rounded, self._commands[driver][1:])) if driver else None,
-            'heading_deg': _heading_deg(heading),
+            'command': command, 'heading_deg': _heading_deg(self.latest('imu')),
             'ages': {sensor: _rounded(now - self._arrivals.get(sensor, math.nan))
                      for sensor in ('imu', 'odom')},
             'inside': [{'node': node, 'values': values}
@@ -188,7 +198,8 @@ class RobotView:
         origin, truth = self.latest('origin'), self.latest('truth')
         if origin is None or truth is None:
             return None
-        (pose, stamp), odom = truth, self.latest('odom')
+        pose, stamp = truth
+        odom = self.latest('odom')
         if odom is not None and abs(stamp - odom.stamp) < MOST_TIME_APART:
             ahead = stamp - odom.stamp
             pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()

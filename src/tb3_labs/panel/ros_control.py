@@ -12,7 +12,7 @@ from std_msgs.msg import Bool, Float64
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.panel.requests import BrowserPad
-from tb3_labs.panel.ros_server import in_thread
+from tb3_labs.panel.ros_server import run_in_thread
 from tb3_labs.panel.ros_subscriptions import RobotSubscriptions
 from tb3_labs.ros.clocks import steady_time
 from tb3_labs.ros.conversions import frame, to_pose_stamped
@@ -45,13 +45,14 @@ class PanelRobot:
         self._turn = publish('turn', Float64, queue_size=5)
         self._goal = publish('move_base_simple/goal', PoseStamped, queue_size=5)
         self._cmd_vel = publish('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
-        self.subscriptions = RobotSubscriptions(lambda: server.soon(self._on_stop))
+        self.subscriptions = RobotSubscriptions(lambda: server.call_soon(self._on_stop))
 
     # -- what a page sees
 
     def picture(self, now):
         """Returns the picture of :mod:`tb3_labs.panel.robot_view`, without "page"."""
-        goal, joy = subscribers_of(self._goal), subscribers_of(self._joy) - {rospy.get_name()}
+        goal = subscribers_of(self._goal)
+        joy = subscribers_of(self._joy) - {rospy.get_name()}
         # the handout's node listens to ctrl_relinq, but not to goals
         control = subscribers_of(self._control) - {rospy.get_name(), rospy.resolve_name('gamepad')}
         return dict(self.subscriptions.read_view(lambda view: view.picture(now)),
@@ -62,7 +63,7 @@ class PanelRobot:
                     pad=self._pad_status(joy))
 
     def _pad_status(self, listeners):
-        """Returns 'ready', or why the pad of a page does not drive."""
+        """Returns 'ready', or the reason why the pad of a page does not drive."""
         if not listeners:
             return 'the node gamepad does not run'
         if self.subscriptions.has_another_pad:
@@ -89,12 +90,13 @@ class PanelRobot:
             return ''
         if grip.mouse:
             self._refuse_beside_move_to_goal()
-        is_new, now = self.dead_man.page is None, steady_time()
+        is_new = self.dead_man.page is None
+        now = steady_time()
         lateness = request.lateness(now)
         if not self.dead_man.hold(page, request.stops, now, lateness, grip.is_first):
             return ''
         if is_new:
-            in_thread(self._read_pad_numbers)
+            run_in_thread(self._read_pad_numbers)
         if grip.pad:
             self._send_pad(grip.pad, lateness)
         self._send_mouse(grip.mouse)
@@ -124,12 +126,14 @@ class PanelRobot:
         typed = request.value
 
         def call():
+            fulfilled = True
             try:
-                fulfilled, text = True, call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # of any kind, since the panel must stop robots
-                fulfilled, text = False, str(problem)
+                text = call_reset(typed.x, typed.y, typed.yaw_deg)
+            except Exception as problem:    # none may end the panel, which must stop robots
+                fulfilled = False
+                text = str(problem)
             self._server.soon(lambda: page.answer(request, fulfilled, text))
-        in_thread(call)
+        run_in_thread(call)
 
     #: The method for each type of request.
     _ACTIONS = {'joy': _hold, 'stop': _stop_and_confirm, 'turn': _send_turn, 'goal': _send_goal,
@@ -157,9 +161,9 @@ class PanelRobot:
         """Stop the robot, whichever node drives."""
         self._control.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
-        self._send_mouse((0.0, 0.0))    # _release() deactivates the mouse, which ends a turn
+        self._send_mouse((0.0, 0.0))    # active, so that _release() deactivates it and ends a turn
         self._release()
-        self._cmd_vel.publish(Twist())    # for a robot that a node without ctrl_relinq drives
+        self._cmd_vel.publish(Twist())    # for drivers that do not read ctrl_relinq
         self.dead_man.stop()
 
     def _on_stop(self):
@@ -184,14 +188,16 @@ class PanelRobot:
     def _confirm(self, page, request, since):
         """Answer a STOP of `page` when the robot stands still, or after CONFIRM_WITHIN with the
         reason why the stop is not confirmed. `since` is the time of the stop [s]."""
-        if not (subscribers_of(self._control) | subscribers_of(self._cmd_vel)) - {rospy.get_name()}:
+        hearers = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
+        if not hearers - {rospy.get_name()}:
             page.answer(request, fulfilled=False, text='no node hears it')
             return
         problem = self.subscriptions.read_view(lambda view: view.stop_problem(since))
         if not problem:
-            has_control = self.subscriptions.read_view(lambda view: view.latest('has_control'))
-            page.answer(request, fulfilled=True, text='the robot stands' if has_control is None
-                        else 'control taken, the robot stands')
+            text = 'control taken, the robot stands'
+            if self.subscriptions.read_view(lambda view: view.latest('has_control')) is None:
+                text = 'the robot stands'
+            page.answer(request, fulfilled=True, text=text)
         elif steady_time() - since > CONFIRM_WITHIN:
             page.answer(request, fulfilled=False, text=problem)
         else:
@@ -213,8 +219,9 @@ class PanelRobot:
         self._joy.publish(message)
 
     def _send_mouse(self, position):
-        """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. An inactive
-        message comes before the first active one, and at the end, as from mouse_client.py."""
+        """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
+        mouse_client.py, an inactive message is sent before the first active message and after the
+        last active message."""
         if self._mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._mouse_active = bool(position)
@@ -230,6 +237,6 @@ class PanelRobot:
         """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # of any kind, since the panel must stop robots
+        except Exception as problem:    # none may end the panel, which must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

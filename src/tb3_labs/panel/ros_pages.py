@@ -18,7 +18,7 @@ from tb3_labs.ros.topics import subscribe
 DEAD_MAN_PERIOD = 20.0
 #: At its end the node waits at most this long for the stop of the robot [s].
 RELEASE_TIMEOUT = 0.5
-#: A page that opens gets this number of earlier log lines.
+#: A new page gets at most this number of log lines from the time before it was opened.
 LINES_KEPT = 200
 #: A log line is cut after this number of characters.
 LONGEST_LINE = 500
@@ -30,7 +30,8 @@ class Pages:
     """The open pages, and their robot. The methods run in the thread of the server."""
 
     def __init__(self, config, body_radius):
-        """Offer the page with the settings of a PanelConfig. `body_radius` is the robot's [m]."""
+        """Offer the page with the settings of a PanelConfig. `body_radius` is the radius of the
+        robot's body [m]."""
         self._greeting = {'control': config.control, 'radius': body_radius,
                           'robot': rospy.get_namespace().strip('/')}
         self._pages = []
@@ -88,7 +89,8 @@ class Pages:
             page.send('picture', **picture, now=now, page=self._driver_for(page))
 
     def _driver_for(self, page):
-        """Returns the driver as `page` shows it, in the entry "page"."""
+        """Returns the entry "page" of the picture for `page`: does this page drive, or another
+        page?"""
         driver = self._robot.dead_man.page
         if driver is None:
             return ''
@@ -119,7 +121,7 @@ class Pages:
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
             page.answer(request, fulfilled=False, text=str(problem))
-        except Exception as problem:    # of any kind, since the panel must stop robots
+        except Exception as problem:    # none may end the panel, which must stop robots
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
             self._robot.on_lost(page)
             page.answer(request, fulfilled=False, text=f'this cannot be done: {problem}')

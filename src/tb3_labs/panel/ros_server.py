@@ -27,10 +27,10 @@ DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir
                          if path.suffix in PUBLIC_SUFFIXES)
 #: Time between two pings of a page [s].
 PING_PERIOD = 1.0
-#: A page that does not answer a ping for this long is disconnected [s]. Its computer may be
+#: A page that does not answer a ping within this time is disconnected [s]. Its computer may be
 #: suspended, or the network stalls. Later the page connects again, and shows the present picture.
 PONG_TIMEOUT = 3.0
-#: A connection without a complete request for this long is closed [s].
+#: A connection that sends no complete request within this time is closed [s].
 REQUEST_TIMEOUT = 10.0
 #: Most open connections of one address.
 MOST_OF_ONE_ADDRESS = 32
@@ -59,12 +59,15 @@ class Server:
     def __init__(self, config, open_page):
         is_local = config.address == LOOPBACK
         token = '' if is_local else secrets.token_urlsafe(12)
-        self._access = Access([] if is_local else _names_of_this_computer(config.address), token)
+        names = [] if is_local else _names_of_this_computer(config.address)
+        self._access = Access(names, token)
         self._open_page = open_page
         self._sockets, port = _bind(config.port, config.address)
         name = 'localhost' if is_local else _shown_name(config.address)
         #: The address to open in a browser.
-        self.address = f"http://{name}:{port}/{'?token=' + token if token else ''}"
+        self.address = f'http://{name}:{port}/'
+        if token:
+            self.address += '?token=' + token
         self._admitted = WeakSet()
         self._loop = asyncio.new_event_loop()
 
@@ -72,14 +75,14 @@ class Server:
         """Offer the page from now on."""
         threading.Thread(target=guarded(self._run), name='server', daemon=True).start()
 
-    def soon(self, job):
+    def call_soon(self, job):
         """Run `job()` soon in the thread of the server. Any thread may call this method."""
         try:
             self._loop.call_soon_threadsafe(guarded(job))
         except RuntimeError:
             pass    # the server has ended
 
-    def later(self, seconds, job):
+    def call_later(self, seconds, job):
         """Run `job()` after `seconds`. Only the thread of the server may call this method."""
         self._loop.call_later(seconds, guarded(job))
 
@@ -94,7 +97,7 @@ class Server:
             log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
         # tornado reads a request's body before Access checks the request. The page sends no body,
-        # so 1 byte is enough. For tornado 5 a limit of 0 is no limit.
+        # so 1 byte is enough. tornado 5 would take 0 for no limit.
         server = _ConnectionLimit(application, max_body_size=1, body_timeout=REQUEST_TIMEOUT,
                                   idle_connection_timeout=REQUEST_TIMEOUT)
         server.admitted = self._admitted
@@ -104,8 +107,9 @@ class Server:
 
 class _ConnectionLimit(httpserver.HTTPServer):
     """Limits the number of open connections. Above a limit the server closes the oldest connection
-    that belongs to no page. A browser does not need this connection, since it sends each request at
-    once. If all older connections belong to pages, the new connection is closed."""
+    that belongs to no page. A browser does not need such a connection, since a browser sends its
+    request as soon as it has connected. If all older connections belong to pages, the new
+    connection is closed."""
 
     #: The streams of the open pages.
     admitted = frozenset()
@@ -113,22 +117,26 @@ class _ConnectionLimit(httpserver.HTTPServer):
 
     def handle_stream(self, stream, address):
         host = address[0]
-        self._open = [each for each in self._open if not each[0].closed()] + [(stream, host)]
-        self._limit([each for each, its_host in self._open if its_host == host],
-                    MOST_OF_ONE_ADDRESS, host)
-        self._limit([each for each, _ in self._open if not each.closed()], MOST_CONNECTIONS, host)
+        self._open = [(older, its_host) for older, its_host in self._open if not older.closed()]
+        self._open.append((stream, host))
+        of_host = [older for older, its_host in self._open if its_host == host]
+        self._limit(of_host, MOST_OF_ONE_ADDRESS, host)
+        of_all = [older for older, _ in self._open if not older.closed()]
+        self._limit(of_all, MOST_CONNECTIONS, host)
         if not stream.closed():
             super().handle_stream(stream, address)
 
     def _limit(self, streams, most, host):
-        """Close the oldest stream that belongs to no page if there are more than `most`."""
+        """If there are more than `most` streams, close the oldest stream that belongs to no
+        page."""
         if len(streams) > most:
             rospy.logwarn_throttle(10.0, f'more than {most} connections ({host}): one is closed')
-            next(each for each in streams if each not in self.admitted).close()
+            next(stream for stream in streams if stream not in self.admitted).close()
 
 
-def in_thread(job):
-    """Run `job()`, which may wait, in a separate thread. The server's thread must read stops."""
+def run_in_thread(job):
+    """Run `job()`, which may wait, in a separate thread. The thread of the server must stay free,
+    since it receives the stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 
@@ -144,7 +152,8 @@ class _CheckedHandler:
             self.set_header(name, value)
 
     def prepare(self):
-        headers, is_public = self.request.headers, self.request.path.endswith(PUBLIC_SUFFIXES)
+        headers = self.request.headers
+        is_public = self.request.path.endswith(PUBLIC_SUFFIXES)
         token = None if is_public else self.get_query_argument('token', '')
         refusal = self._access.refusal(headers.get('Host'), headers.get('Origin'), token)
         if refusal:

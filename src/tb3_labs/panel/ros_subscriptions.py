@@ -74,7 +74,8 @@ class RobotSubscriptions:
 
     @property
     def has_another_pad(self):
-        """Does another node publish `joy`? One connection is to this node's own publisher."""
+        """Does another node publish `joy`? The subscriber is always connected to this node's own
+        publisher."""
         return self._joy.get_num_connections() > 1
 
     def _callback(self, store):
@@ -116,7 +117,8 @@ def _store_command(view, message, now):
 
 def _store_variables(view, message, now):
     for status in message.status:
-        view.on_variables(status.name, ((each.key, each.value) for each in status.values), now)
+        variables = ((variable.key, variable.value) for variable in status.values)
+        view.on_variables(status.name, variables, now)
 
 
 def _store_transforms(view, poses, now):

@@ -24,8 +24,8 @@ def ros_time():
 
 
 def steady_time():
-    """Returns the time of a clock that never goes back, and that also runs while the computer is
-    suspended [s]. So a permission expires in that time. time.monotonic() would stand still."""
+    """Returns the time of a clock that never goes back [s]. It also runs while the computer is
+    suspended, so that a permission expires; time.monotonic() would stand still."""
     return time.clock_gettime(time.CLOCK_BOOTTIME)
 
 

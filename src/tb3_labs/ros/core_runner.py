@@ -28,20 +28,18 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: A smaller speed is sent as 0, since it turns no motor, and since the firmware takes 1e-40 for
-#: full speed [m/s], [rad/s].
+#: A smaller speed is sent as 0. It would not turn a motor, and the firmware takes a speed such as
+#: 1e-40 for full speed [m/s], [rad/s].
 LEAST_SPEED = 1e-4
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0
 
 
 class CoreRunner:
-    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once.
-
-    The lock is held while a command is sent. So a command that was decided before a stop is never
-    sent after the stop. A separate thread carries out the rest of an Output without the lock, in
-    the same order. So a blocked terminal, or actionlib, delays no message and no stop.
-    """
+    """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once. The lock
+    is held while a command is sent. So a command that was decided before a stop is never sent after
+    the stop. A separate thread carries out the rest of each Output without the lock, in the order
+    of the Outputs. So a blocked terminal or actionlib cannot delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the present Output. ``publish(output)`` is called with the lock held,
@@ -56,8 +54,8 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` reads the clock while the lock is held, because a time
-        from before the lock may be older than the core's last time."""
+        decide. Returns the Output. `method` itself reads the clock, because a time that was read
+        before the lock was taken may be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -113,7 +111,7 @@ class CmdVel:
         self._clock_runs = is_wall_time()
         self._drives = False
         self._closed = False           # does the node end?
-        self._message = Twist()        # used again, since publish() writes at once
+        self._message = Twist()        # one object, since publish() writes at once
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
 
@@ -148,8 +146,8 @@ class CmdVel:
         self.stop()
 
     def note_clock(self, runs):
-        """Store whether ROS time runs. If it has stopped since the last call, stop the robot, and
-        return True."""
+        """Store whether ROS time runs. If ROS time has stopped since the last call, stop the robot,
+        and return True."""
         has_stopped = self._clock_runs and not runs
         self._clock_runs = runs
         if has_stopped:
@@ -163,17 +161,15 @@ class CmdVel:
 
 class Watchdog:
     """Calls `check()` in a separate thread while no message arrives. With a simulated clock the
-    thread also calls `note_clock(runs)`.
-
-    The first call of :meth:`set_awake` starts the thread. A rospy.Timer would stop together with
-    the simulated clock.
-    """
+    thread also calls `note_clock(runs)`. The first call of :meth:`set_awake` starts the thread. A
+    rospy.Timer would stop together with the simulated clock."""
 
     def __init__(self, check, note_clock):
         self._check, self._note_clock = check, note_clock
         self._awake = threading.Event()
         self._messages = Freshness('message', QUIET_TIME)
-        self._clock, self._last = Freshness('/clock', STANDSTILL_TIME), 0.0
+        self._clock = Freshness('/clock', STANDSTILL_TIME)
+        self._last_time = 0.0
         self._thread = threading.Thread(target=guarded(self._run), name='watchdog', daemon=True)
 
     def set_awake(self, awake):
@@ -203,8 +199,8 @@ class Watchdog:
     def _check_clock(self):
         if not is_wall_time():
             now = rospy.get_time()
-            if now != self._last:
-                self._last = now
+            if now != self._last_time:
+                self._last_time = now
                 self._clock.received(steady_time())
             self._note_clock(self._clock.is_fresh(steady_time()))
 
@@ -227,7 +223,8 @@ class Diagnostics:
 
     def _fill(self, status):
         problem, values = self._report()
-        status.summary(DiagnosticStatus.WARN if problem else DiagnosticStatus.OK, problem or 'OK')
+        level = DiagnosticStatus.WARN if problem else DiagnosticStatus.OK
+        status.summary(level, problem or 'OK')
         for name, value in values.items():
             status.add(name, str(value))
         return status

@@ -1,4 +1,4 @@
-"""Changes a setting of a running node. A refusal is one line.
+"""Changes a setting of a running node. If the node refuses the change, one line shows the reason.
 
 Usage: dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
 
@@ -34,13 +34,13 @@ REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
 USAGE = 'usage: dynparam set NODE NAME VALUE'
 
 
-def nodes():
+def configurable_nodes():
     """Returns the names of the nodes whose settings can change."""
     _, _, services = rosgraph.Master(rospy.get_name()).getSystemState()
     return sorted(name[:-len(SERVICE)] for name, _ in services if name.endswith(SERVICE))
 
 
-def call(node, config):
+def change_settings(node, config):
     """Change settings of `node`. Returns {name: value} of all settings of the node. ``ValueError``
     with the reason if the node refuses the change."""
     rospy.wait_for_service(node + SERVICE, LONGEST_ANSWER)
@@ -53,16 +53,17 @@ def call(node, config):
 def change(node, name, text):
     """Set the setting `name` of `node` to a typed text. ``ValueError`` with the reason if a name is
     unknown, or if the node refuses the value."""
-    known, node = nodes(), rospy.resolve_name(node)
+    known = configurable_nodes()
+    node = rospy.resolve_name(node)
     if node not in known:
         raise ValueError(
             f'there is no node {node} whose settings can change; {hint_for(node, known)}')
-    settings = call(node, Values())    # an empty request changes nothing
+    settings = change_settings(node, Values())    # an empty request changes nothing
     if name not in settings:
         raise ValueError(f'{name} is unknown; {hint_for(name, settings)}')
     # if the value does not have the type of the setting, the node refuses it
     value = {'true': True, 'false': False}.get(text.lower(), number_or_text(text))
-    print(f'{name} is {call(node, encode({name: value}))[name]} now')
+    print(f'{name} is {change_settings(node, encode({name: value}))[name]} now')
 
 
 def main(argv):

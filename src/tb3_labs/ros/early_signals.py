@@ -1,8 +1,8 @@
 """Import this module first. Then Ctrl+C ends a node at once, even during the other imports.
 
-Python itself would raise KeyboardInterrupt in the middle of an import. Without a handler Python
-prints a traceback. If a library catches the exception, the node ignores Ctrl+C, and roslaunch waits
-15 s. When the node runs, :mod:`tb3_labs.ros.node` catches the signals.
+Python itself would raise KeyboardInterrupt in the middle of an import. If nothing catches the
+exception, Python prints a traceback. If a library catches the exception, the node ignores Ctrl+C,
+and roslaunch waits 15 s. When the node runs, :mod:`tb3_labs.ros.node` catches the signals.
 
 If a package of Python is missing, this module ends the program, or the build, with one line.
 """

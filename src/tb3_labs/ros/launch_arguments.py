@@ -19,7 +19,7 @@ PACKAGE = 'tb3_labs'
 PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
 #: If an argument chooses a file, its doc has the pattern of the files: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: A colon that no blank follows, as in {slip:0.1}. YAML reads this colon as a part of the name.
+#: A colon without a blank after it, as in {slip:0.1}. YAML reads this colon as a part of the name.
 NO_BLANK = re.compile(r':(?!\s)')
 #: A parameter and its value, as in {slip: 0.1}; or the empty text after a last comma.
 NAME_AND_VALUE = re.compile(r'\s*([^:]+:\s+\S.*)?')
@@ -114,4 +114,5 @@ def _remedy(name, value, arguments, path):
 
 if __name__ == '__main__':
     PROBLEM = problem_of(_words_of(os.getppid()), Path(sys.argv[1]))
-    sys.exit('tb3_labs: ' + PROBLEM if PROBLEM else 0)
+    if PROBLEM:
+        sys.exit('tb3_labs: ' + PROBLEM)

@@ -28,11 +28,9 @@ _GROUP = 'Default'
 
 
 class LiveSettings:
-    """Offers the fields of the Config `config`, except the fields named in `fixed`.
-
-    A thread of rospy calls `apply` with each new Config. If `apply` raises ValueError, the change
-    is refused.
-    """
+    """Offers the fields of the Config `config`, except the fields named in `fixed`. A thread of
+    rospy calls `apply` with each new Config. If `apply` raises ValueError, the change is
+    refused."""
 
     def __init__(self, config, apply, fixed=()):
         self._current = config

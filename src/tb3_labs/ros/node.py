@@ -25,7 +25,7 @@ from tb3_labs.ros.rospy_internals import (
     find_late_publishers, log_without_the_master, note_connections, serve_connections_in_threads)
 from tb3_labs.terminal import SafeStream
 
-#: The main thread checks with this period whether the master answers or the node ends [s].
+#: Time between two checks of the main thread: does the master answer, or does the node end [s]?
 MAIN_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LOG_TIME = 0.1
@@ -45,11 +45,12 @@ def run(name, make_node, interface=None):
     --help prints `interface`, by default the docstring of the module of `make_node`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
-        print((interface or make_node.__init__.__globals__['__doc__']).strip())
+        text = make_node.__init__.__globals__['__doc__'] if interface is None else interface
+        print(text.strip())
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # with typed parameters rospy does not wait
+        if not rosgraph.is_master_online():    # rospy does not wait if a parameter is typed
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
@@ -81,7 +82,8 @@ def exit_process(status=0):
     while not rospy.is_shutdown() and time.monotonic() < deadline:
         time.sleep(END_POLL_PERIOD)
     sys.stdout.flush()
-    os._exit(1 if _failures else status)
+    exit_status = 1 if _failures else status
+    os._exit(exit_status)
 
 
 def guarded(callback):
@@ -125,7 +127,7 @@ def _log_failure(failure=''):
 
 
 def roslaunch_of_this():
-    """Returns the process id of the roslaunch that started this process; 0 if no roslaunch did."""
+    """Returns the process id of the roslaunch that started this process, or 0."""
     argv = Path(f'/proc/{os.getppid()}/cmdline').read_text().split('\0')
     is_roslaunch = 'roslaunch' in map(os.path.basename, argv[:2])    # argv[0] may be python3
     return os.getppid() if is_roslaunch else 0
@@ -162,8 +164,8 @@ def ignore_signals():
 
 
 def pause(seconds):
-    """Sleep in the main thread. Raises Interrupted if a signal arrives, and raises it again if a
-    signal arrived earlier, because a bare `except:` of a library may have caught the first one."""
+    """Sleep in the main thread. Raises Interrupted if a signal arrives. If a signal arrived before,
+    raises it again, because a library may have caught the first Interrupted."""
     if not _received_signals:
         time.sleep(seconds)
     if _received_signals:

@@ -11,27 +11,28 @@ from tb3_labs.robot.turtlebot3 import robot_model
 
 def read_config(*kinds, of=None, typed=()):
     """Returns an instance of each Config class in `kinds`, with the node's ``~`` parameters and the
-    {name: value} of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. With
-    `of` reads the parameters of the node `of` instead, and ignores its unknown parameters."""
-    given = rospy.get_param(of or '~', {})
+    {name: value} of `typed`. Raises ``ValueError`` for the first unknown or invalid parameter. If
+    `of` names another node, its parameters are read, and unknown ones are ignored."""
+    node = rospy.get_name() if of is None else of
+    given = rospy.get_param(node, {})
     if not isinstance(given, dict):
-        raise ValueError(f'parameter {of or rospy.get_name()} = {given!r} is not valid: the name '
-                         'of the node holds its parameters')
+        raise ValueError(f'parameter {node} = {given!r} is not valid: the name of the node holds '
+                         'its parameters')
     given.update(typed)
     known = {item.name for kind in kinds for item in fields(kind)} | {'model'}
-    if not of:
+    if of is None:
         for word in sys.argv[1:]:
             name, has_value, _ = word.partition(':=')
             if name in known or not has_value:    # rospy would rename a topic, or ignore the word
+                shown = name if has_value else 'NAME'
                 raise ValueError(f'{word} is not an argument; a parameter is given by '
-                                 f'_{name if has_value else "NAME"}:=VALUE (--help tells more)')
+                                 f'_{shown}:=VALUE (--help tells more)')
         for name in sorted(set(given) - known):
-            raise ValueError(
-                f'parameter {rospy.get_name()}/{name} is unknown; {hint_for(name, known)}')
+            raise ValueError(f'parameter {node}/{name} is unknown; {hint_for(name, known)}')
     try:
         configs = [from_parameters(kind, given) for kind in kinds]
     except ValueError as problem:
-        raise ValueError(f'parameter {of or rospy.get_name()}/{problem}') from None
+        raise ValueError(f'parameter {node}/{problem}') from None
     return configs[0] if len(configs) == 1 else configs
 
 

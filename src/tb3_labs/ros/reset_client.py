@@ -25,9 +25,11 @@ def call_reset(x, y, yaw_deg):
 
 
 def _call_as_in_the_handout(x, y, yaw_deg):
-    service, half_yaw = rospy.resolve_name(SET_POSE_SERVICE), math.radians(yaw_deg) / 2.0
+    service = rospy.resolve_name(SET_POSE_SERVICE)
+    half_yaw = math.radians(yaw_deg) / 2.0
     message = PoseWithCovarianceStamped()
-    message.header.frame_id, message.header.stamp = 'map', rospy.Time.now()
+    message.header.frame_id = 'map'
+    message.header.stamp = rospy.Time.now()
     message.pose.covariance = 36 * [0.1]    # as in the handout
     pose = message.pose.pose
     pose.position.x, pose.position.y = x, y

@@ -4,8 +4,8 @@
 
 The URDF is a simple shape of the robot's size. Links and joints have the names of
 turtlebot3_description. Body and nose lie on the floor, so that they do not hide goal, path and true
-pose. PREFIX, such as ``robot3/``, stands before the names of the links, because tf has one tree for
-all robots.
+pose. The name of each link begins with PREFIX, such as ``robot3/``, because tf has one tree for all
+robots.
 
 Frames: ``base_footprint`` on the floor in the middle between the wheels, ``base_link`` above it at
 the height of their axle; x forward, y left. Joints turn by positive angles when the robot drives

@@ -33,12 +33,10 @@ def sender_of(header):
 
 def note_connections():
     """Add 'connected_at', by clocks.steady_time, and the sender's 'process' to the header of each
-    connection. Call this function before a node subscribes.
-
-    The fields show whether a sender repeats an old message, or is a new process. Without them a
-    repeated True would drive the robot after a restart. Parts: `_validate_header` and `endpoint_id`
-    of TCPROSTransport; test: test/ros/start_order.test.
-    """
+    connection. Call this function before a node subscribes. The fields show whether a sender
+    repeats an old message, or is a new process. Without these fields a repeated True would drive
+    the robot after a restart of the node. Parts: `_validate_header` and `endpoint_id` of
+    TCPROSTransport; test: test/ros/start_order.test."""
     validate = TCPROSTransport._validate_header
 
     def validate_and_note(self, header):
@@ -50,21 +48,17 @@ def note_connections():
 
 
 def log_without_the_master():
-    """Write log lines without a call of the master. Call this function after init_node().
-
-    At each log line rospy reads a parameter, which nobody sets, from the master. If the master does
-    not answer, the thread waits. Part: the cache of parameters; test: test/ros/network.test.
-    """
+    """Write log lines without a call of the master. Call this function after init_node(). At each
+    log line rospy reads a parameter, which nobody sets, from the master. Without an answer of the
+    master the thread waits. Part: the parameter cache; test: test/ros/network.test."""
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
 def serve_connections_in_threads(server=None):
-    """Serve each connection in a separate thread. Call this function after init_node().
-
-    rospy alone serves connections one after the other. So a client that is not a node, such as a
-    browser, would block all other clients without end.
-    Parts: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py.
-    """
+    """Serve each connection in a separate thread. Call this function after init_node(). rospy alone
+    serves connections one after the other. So a client that is not a node, such as a browser, would
+    block all other clients without end. Parts: `_tcpros_server`, `inbound_handler`; test:
+    test/unit/test_node.py."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
 
@@ -80,7 +74,7 @@ def serve_connections_in_threads(server=None):
 
     server.inbound_handler = lambda *client: threading.Thread(
         target=serve_node, args=client, daemon=True).start()
-    server.server_sock.listen(128)    # with rospy's own number the seventh client waits for 1 s
+    server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
 
 
 def is_wall_time():
@@ -102,14 +96,14 @@ def ignore_own_messages(topic):
 def find_late_publishers(manager=None):
     """Find publishers that register just after a subscriber. Call this function after init_node().
 
-    The master answers the subscriber's registration by a list without the late publisher, and then
-    sends a list with it. rospy uses the list that arrives last. If that is the answer, the nodes
-    never connect, and a stop is lost (1 of 1200 pairs that registered within 4 ms, on a busy
-    computer). So the waiting lists are joined. A publisher that has ended refuses the connection.
-    Parts: `updates` and `publisher_update` of RegManager; test: test/unit/test_node.py.
+    The master answers a new subscriber with a list of publishers. If a publisher registers just
+    then, the master sends a second list. rospy uses the list that arrives last. If the answer
+    arrives last, the two nodes never connect, and a stop is lost (1 of 1200 pairs that registered
+    within 4 ms, on a busy computer). So all waiting lists are joined. A dead publisher refuses the
+    connection. Parts: `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py.
     """
-    manager = manager or next(each for each in get_registration_listeners().listeners
-                              if isinstance(each, RegManager))
+    manager = manager or next(listener for listener in get_registration_listeners().listeners
+                              if isinstance(listener, RegManager))
     update = manager.publisher_update
 
     def update_joined(name, addresses):
@@ -131,16 +125,15 @@ def subscribers_of(publisher):
 
 def write_at_once(publisher, most=1):
     """From now on ``publish()`` itself writes to each subscriber. If the buffers of a subscriber
-    are full, its latest `most` messages wait.
-
-    Messages in rospy's own queue are lost when the process ends. Parts: `impl`, its
-    `add_connection`; test: test/unit/test_node.py.
-    """
-    topic, add = publisher.impl, publisher.impl.add_connection
+    are full, the latest `most` messages wait for this subscriber. Messages in rospy's own queue are
+    lost when the process ends. Parts: `impl`, its `add_connection`; test:
+    test/unit/test_node.py."""
+    topic = publisher.impl
+    add_connection = topic.add_connection
 
     def add_writing(connection):
         connection.write_data = _Writer(connection, most).write
-        return add(connection)
+        return add_connection(connection)
 
     topic.set_queue_size(None)
     topic.add_connection = add_writing

@@ -14,7 +14,7 @@ from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
 #: Time between two readings of the wheels [s]. A TurtleBot3 sends two messages in this time. The
-#: comparison with the gyro needs a time below timeouts.MEAN_ONLY_GAP.
+#: period must be below timeouts.MEAN_ONLY_GAP, so that wheels and gyro can be compared.
 WHEEL_PERIOD = 0.06
 
 
@@ -46,7 +46,7 @@ def _stamp(message):
 
 def subscribe_wheels(callback):
     """Call `callback` with the wheel samples on `joint_states`. Messages without wheels are
-    ignored. Returns a function that returns whether any node publishes the topic."""
+    ignored. Returns a function `is_published()`: does any node publish the topic?"""
     def on_message(message):
         try:
             sample = to_wheel_sample(message)

@@ -47,8 +47,8 @@ def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
     `read` turns the message into the argument of `callback`. If `read` raises ``ValueError``, the
     message is dropped with one warning a second, and counted in INVALID_COUNTS.
 
-    With `idle_for`, the topic is not read for the time `idle_for(now)` after each message [s],
-    which saves most of the computing time of a node. With simulated time every message is read.
+    With `idle_for`, the topic is not read for `idle_for(now)` seconds after each message. This
+    saves most of a node's computing time. With simulated time every message is read.
     """
     is_idle = idle_for is not None and is_wall_time()
     warnings = WarningThrottle()
@@ -74,7 +74,8 @@ def subscribe_events(topic, kind, callback, read=lambda message: message.data):
     to_age = age_reader(topic)
 
     def to_event(message):
-        connection, at = sender_connection(message), steady_time()
+        at = steady_time()
+        connection = sender_connection(message)
         sent = _stamp_of(message) if is_wall_time() else 0.0    # a simulated clock may be faster
         return Event(read(message), at, connection.sender, to_age(message), connection.renews, sent)
 

@@ -123,7 +123,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion, until the wheels are read after the motion's end
+        # (start [s], drivetrain) of each motion that the readings of the wheels have not passed yet
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property
@@ -139,7 +139,7 @@ class Body:
             self._moved_until = stamp
             self.imu.follow(stamp, self.drivetrain.turn_curve)
 
-    def at(self, now: float) -> Drivetrain:
+    def drivetrain_at(self, now: float) -> Drivetrain:
         """Returns the drivetrain at `now`, which is not before the last :meth:`move_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)

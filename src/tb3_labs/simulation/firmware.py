@@ -14,11 +14,11 @@ The faults of the real firmware are copied, because the labs have to work with t
   commands and further resets wait in their order. The gyro's bias becomes the mean rate of turn.
   Then the board sets the odometry's pose to zero, but not the IMU's yaw, so that the two yaws
   differ. The next odometry adds the turn that the IMU measured during the calibration.
-- If the servos do not answer, the odometry repeats its last step without end, while the angles of
-  the wheels stay constant.
+- If the servos do not answer, the odometry repeats its last step again and again, while the angles
+  of the wheels stay constant.
 
 Units: SI. Motor angles are in radians, positive forwards. Source: ROBOTIS OpenCR firmware 1.2.6
-(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with the same code on a
+(turtlebot3_core.ino, turtlebot3_motor_driver.cpp). The times were measured with this firmware on a
 simulated body.
 """
 import math
@@ -50,7 +50,8 @@ def _by_rosserial(speed: float) -> float:
     """Returns the speed that the board receives."""
     if math.isfinite(speed):
         return speed
-    return math.copysign(1.5 if math.isnan(speed) else 1.0, speed)
+    size = 1.5 if math.isnan(speed) else 1.0
+    return math.copysign(size, speed)
 
 
 def _whole_steps(rim_speed: float, model: RobotModel) -> float:
@@ -59,7 +60,7 @@ def _whole_steps(rim_speed: float, model: RobotModel) -> float:
     return clamp(steps, -model.motor_steps, model.motor_steps) * MOTOR_SPEED_STEP
 
 
-def encoder(motor_angle: float) -> int:
+def encoder_ticks(motor_angle: float) -> int:
     """Returns the reading of the encoder at this angle of the motor [rad], in ticks."""
     return math.floor(motor_angle / TICK_ANGLE)
 
@@ -97,7 +98,8 @@ class Odometer:
         self._x += distance * math.cos(self._yaw + turn / 2.0)
         self._y += distance * math.sin(self._yaw + turn / 2.0)
         self._yaw += turn
-        self._stamp, self._theta_last = stamp, imu_yaw
+        self._stamp = stamp
+        self._theta_last = imu_yaw
         self.wheel_speeds = (left / interval, right / interval)
         return OdometrySample(stamp, Pose2(self._x, self._y, wrap(self._yaw)),
                               distance / interval, turn / interval)
@@ -120,18 +122,20 @@ class Board:
         #: Does the board calibrate its gyro? Then it does not read messages or send samples.
         self.is_calibrating = False
         #: Time at which the calibration ends [s], or infinity.
-        self.due = math.inf
+        self.calibration_end = math.inf
         # (time of reading [s], forward speed [m/s], rate of turn [rad/s])
         self._command = -math.inf, 0.0, 0.0
 
     def begin_calibration(self, now: float, seconds: float, yaw: float) -> None:
         """Calibrate the gyro for some time. `yaw` is the true yaw now [rad], not wrapped."""
-        self.is_calibrating, self.due = True, now + seconds
+        self.is_calibrating = True
+        self.calibration_end = now + seconds
         self._calibration_time, self._yaw_before = seconds, yaw
 
     def end_calibration(self, yaw: float) -> float:
         """Returns the gyro's bias [rad/s]. `yaw` is the true yaw now [rad], not wrapped."""
-        self._calibrated_at, self.due, self.is_calibrating = self.due, math.inf, False
+        self.is_calibrating = False
+        self._calibrated_at, self.calibration_end = self.calibration_end, math.inf
         seconds = self._calibration_time
         return (self._yaw_before - yaw) / seconds if seconds else 0.0
 

@@ -2,8 +2,8 @@
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
 The rate of turn of the IMU is the true rate plus the rate of the drift, the bias of the last
-calibration, and another white noise. The gyro has a dead zone. The stamp of yaw and rate is later
-than their measurement by the `lag`.
+calibration, and another white noise. The gyro has a dead zone. A sample has the yaw and the rate of
+the moment that is `lag` seconds before its stamp.
 
 Units: SI. Source of the noise: the yaw of a Burger at rest changes by a few thousandths of a degree
 from one sample to the next.
@@ -26,7 +26,7 @@ GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
 
 
 class TurnCurve(NamedTuple):
-    """The yaw now, and the rate of turn from now on. In t seconds the rate of turn will be
+    """The yaw now, and the rate of turn from now on. After t seconds the rate of turn will be
     `steady_rate` + `fading_rate` exp(-t / `lag`) [rad/s]."""
 
     yaw: float            # not wrapped [rad]
@@ -41,14 +41,14 @@ class ImuModel:
     def __init__(self, yaw: float, offset: float, seed: int) -> None:
         """At the start the true yaw is `yaw` [rad], and the yaw of the IMU is `yaw` + `offset`."""
         #: Yaw of the IMU minus true yaw, without noise [rad].
-        self.error = offset
+        self.yaw_error = offset
         self._noise = _pairs_of_normal_numbers(seed)
         #: Error of the gyro's rate after the last calibration [rad/s].
         self.bias = 0.0
         self.configure(0.0, 0.0, 0.0, 0.0)
-        self._error_until = 0.0    # `error` includes drift and bias up to this time [s]
-        #: (start [s], turn of the IMU from the start on) of each motion that is not measured to
-        #: its end yet, oldest first.
+        self._error_until = 0.0    # `yaw_error` includes drift and bias up to this time [s]
+        #: (start [s], turn of the IMU after the start) of each motion whose end is not measured
+        #: yet, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
         self.follow(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
@@ -62,17 +62,18 @@ class ImuModel:
 
     def follow(self, now: float, turn: TurnCurve) -> None:
         """Measure this turn of the robot from `now` [s] on."""
-        self.error += (self._drift + self.bias) * (now - self._error_until)
+        self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:
             self._motions.pop()
-        self._motions.append((now, turn._replace(
-            yaw=turn.yaw + self.error, steady_rate=turn.steady_rate + self._drift + self.bias)))
+        turn_of_the_imu = turn._replace(
+            yaw=turn.yaw + self.yaw_error, steady_rate=turn.steady_rate + self._drift + self.bias)
+        self._motions.append((now, turn_of_the_imu))
 
     def measure(self, stamps: Sequence[float]) -> List[ImuSample]:
         """Returns an ImuSample for each of `stamps` [s], which are in order of time. The yaw is the
         integral of the rate of a TurnCurve."""
-        # local names and few calls are fast, and this loop decides the speed of the simulation
+        # this loop decides the speed of the simulation, so it uses local names and few calls
         motions, age = self._motions, self._lag
         yaw_noise, rate_noise, dead_zone = self._yaw_noise, self._rate_noise, self._dead_zone
         remainder, exp = math.remainder, math.exp
@@ -90,7 +91,9 @@ class ImuModel:
                 rate += rest
             yaw = remainder(yaw + yaw_noise * yaw_deviation, WHOLE_TURN)
             rate = rate + rate_noise * rate_deviation if abs(rate) > dead_zone else 0.0
-            samples.append(ImuSample(stamp, yaw if yaw > -math.pi else math.pi, rate))
+            if yaw == -math.pi:
+                yaw = math.pi
+            samples.append(ImuSample(stamp, yaw, rate))
         return samples
 
 

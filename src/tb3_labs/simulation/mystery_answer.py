@@ -80,7 +80,8 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
     """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the number
     of the robot, the name of the fault, or its value is not valid."""
     hidden, right, _ = draw(number)
-    meaning, answered = MEANINGS[hidden.name], fault_called(name)
+    meaning = MEANINGS[hidden.name]
+    answered = fault_called(name)
     if value is not None and not math.isfinite(value):
         unit = MEANINGS[answered.name].unit
         raise ValueError(f'value = {value} is not valid: a number in {unit}')
@@ -90,14 +91,15 @@ def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, 
     if value is None:
         return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
                        f'{meaning.quantity}.')
-    error = abs(difference_degrees(value, right) if meaning.unit == 'deg' else value - right)
-    if error <= meaning.tolerance + ROUNDING:
+    error = difference_degrees(value, right) if meaning.unit == 'deg' else value - right
+    if abs(error) <= meaning.tolerance + ROUNDING:
         return True, f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, right)}.'
     return False, ('The fault is right, its value is not: it may be off by '
                    f'{meaning.tolerance:g} {meaning.unit}. The value is {meaning.quantity}.')
 
 
 def with_unit(fault: Fault, value: float) -> str:
-    """Returns a value and its unit as text. A fault with signed values shows the sign +, too."""
+    """Returns a value and its unit as text. If values of the fault may be negative, a positive
+    value has the sign +."""
     sign = '+' if fault.signed else ''
     return f'{value:{sign}.{fault.digits}f} {MEANINGS[fault.name].unit}'

@@ -25,4 +25,6 @@ def _range(word: str) -> Sequence[int]:
     if not re.fullmatch(r'\d{1,9}(-\d{1,9})?', word):
         raise ValueError(
             f'{word!r:.40} is not valid: a number such as 7, or a range such as 1-12')
-    return range(int(first), int(last or first) + 1)
+    if not last:
+        last = first
+    return range(int(first), int(last) + 1)

@@ -19,7 +19,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
-#: An intermittent fault begins this long after its last end [s].
+#: Time from the end of an intermittent fault to its next beginning [s].
 BETWEEN_FAULTS = 12.0
 #: A user may change these settings of a mystery robot, since they are not faults.
 ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
@@ -28,40 +28,41 @@ ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 
 
 @dataclass(frozen=True)
 class Fault:
-    """A kind of fault. A fault with a `setting` is constant. A fault without a `setting` is
+    """A kind of fault. A fault with a `value_field` is constant. A fault without a `value_field` is
     intermittent: its value is the duration of each occurrence [s]."""
 
     name: str
-    size: Tuple[float, float]       # least and largest absolute value
-    digits: int                     # digits of the value after the decimal point
-    setting: str = ''               # this field of SimulatorConfig becomes the value times `scale`
+    value_range: Tuple[float, float]    # least and largest absolute value
+    digits: int                         # digits of the value after the decimal point
+    value_field: str = ''               # field of SimulatorConfig that is the value times `scale`
     scale: float = 1.0
-    signed: bool = False            # may the value be negative?
+    signed: bool = False                # may the value be negative?
     #: {field of SimulatorConfig: its content while the fault occurs}
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    extra_settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-#: All kinds of faults, with the names that answers use. If this table gets another row, each number
-#: gets another fault.
+#: All kinds of faults, with the names that answers use. A new row would change the fault of each
+#: number.
 FAULT_KINDS = (
     Fault('imu offset', (20.0, 160.0), 0, 'imu_offset_deg', signed=True),
     Fault('imu drift', (10.0, 60.0), 0, 'imu_drift_deg_per_min', signed=True),
     Fault('wheel mismatch', (3.0, 8.0), 1, 'wheel_mismatch', 0.01, signed=True),
     Fault('slip', (10.0, 40.0), 0, 'slip', 0.01),
-    Fault('frozen imu', (2.0, 6.0), 1, settings={'imu_frozen': True}),
-    Fault('frozen odometry', (2.0, 6.0), 1, settings={'odom_frozen': True}),
-    Fault('silent imu', (2.0, 6.0), 1, settings={'imu_silent': True}),
-    Fault('silent odometry', (2.0, 6.0), 1, settings={'odom_silent': True}),
+    Fault('frozen imu', (2.0, 6.0), 1, extra_settings={'imu_frozen': True}),
+    Fault('frozen odometry', (2.0, 6.0), 1, extra_settings={'odom_frozen': True}),
+    Fault('silent imu', (2.0, 6.0), 1, extra_settings={'imu_silent': True}),
+    Fault('silent odometry', (2.0, 6.0), 1, extra_settings={'odom_silent': True}),
     Fault('sensor latency', (0.2, 0.6), 2, 'sensor_latency'),
     Fault('command latency', (0.3, 1.0), 2, 'command_latency'),
-    Fault('network stalls', (0.5, 1.5), 2, 'longest_stall', settings={'stalls_per_min': 30.0}),
+    Fault('network stalls', (0.5, 1.5), 2, 'longest_stall',
+          extra_settings={'stalls_per_min': 30.0}),
 )
 
 
 class HiddenFault:
     """The fault of mystery `number` in a robot with `settings`. Raises ``ValueError`` if the number
-    is not valid, or if a value of `settings` or `surroundings` is neither allowed
-    (ALLOWED_SETTINGS) nor the default."""
+    is not valid, or if a field of `settings` or `surroundings` that is not in ALLOWED_SETTINGS
+    differs from its default."""
 
     def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
         self.fault, self.value, seed = draw(number)
@@ -72,15 +73,16 @@ class HiddenFault:
                     raise ValueError(f'{item.name} = {value!r} is not valid together with mystery '
                                      f'= {number}: a mystery robot has one hidden fault, and no '
                                      'other fault, network or host')
-        changes = dict(self.fault.settings)
-        if self.fault.setting:
-            changes[self.fault.setting] = self.value * self.fault.scale
+        changes = dict(self.fault.extra_settings)
+        if self.fault.value_field:
+            changes[self.fault.value_field] = self.value * self.fault.scale
         self._faulty = replace(settings, seed=seed, **changes)
         self._sound = replace(settings, seed=seed)
 
     def settings_at(self, now: float) -> SimulatorConfig:
         """Returns the settings at `now` [s]. The object is the same until the settings change."""
-        is_sound = not self.fault.setting and now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
+        is_pause = now % (BETWEEN_FAULTS + self.value) < BETWEEN_FAULTS
+        is_sound = is_pause and not self.fault.value_field
         return self._sound if is_sound else self._faulty
 
 
@@ -92,7 +94,7 @@ def draw(number: int) -> Tuple[Fault, float, int]:
     block, place = divmod(number - 1, len(FAULT_KINDS))
     fault = FAULT_KINDS[_order(block)[place]]
     generator = random.Random(f'mystery {number}')
-    low, high = fault.size
+    low, high = fault.value_range
     value = round(low + (high - low) * generator.random(), fault.digits)
     if fault.signed and generator.random() < 0.5:
         value = -value

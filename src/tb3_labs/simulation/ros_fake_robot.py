@@ -29,10 +29,11 @@ from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
-#: The robot catches up after a pause of the computer of at most this time [s].
+#: If the computer pauses for at most this time [s], the robot catches up.
 LONGEST_CATCH_UP = 0.5
 #: A robot that publishes /clock catches up after a pause of at most this time [s, wall clock].
-#: Otherwise /clock would jump, and nodes would treat the sensors as silent.
+#: After a longer pause it does not catch up, since /clock would jump, and nodes would treat the
+#: sensors as silent.
 LONGEST_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
 #: The tilt of the board of a recorded robot [rad].
@@ -54,38 +55,39 @@ ACCELERATION_AT_REST = (
 
 
 class FakeRobot:
-    """One Simulator and its topics.
-
-    If a fault is `hidden` (mystery_robot.HiddenFault), its settings are used. Then /tf_static and
-    ground truth are not published, since both would show the fault. If the environment variable
-    TRUTH_PIPE is set, the true poses go into this pipe, and not on a topic.
-    """
+    """One Simulator and its topics. `hidden` may be a mystery_robot.HiddenFault, whose settings are
+    used. Then /tf_static and ground truth are not published, since both would show the fault. If
+    the environment variable TRUTH_PIPE is set, the true poses go into this pipe, and not on a
+    topic."""
 
     def __init__(self, settings, hidden=None):
         self._lock = threading.Lock()    # guards the simulator
         self._hidden = hidden
-        self._robot = Simulator(hidden.settings_at(0.0) if hidden else settings)
+        if hidden:
+            settings = hidden.settings_at(0.0)
+        self._robot = Simulator(settings)
         self._sensors = SensorTopics()
         pipe = os.environ.get(TRUTH_PIPE)
         self._pipe = TruthPipe(pipe) if pipe else None
-        self._truth = None if hidden or pipe else publisher('ground_truth', PoseStamped)
-        self._static_tf = None if hidden else publisher('/tf_static', TFMessage, latch=True)
+        self._truth = self._static_tf = None
+        if not hidden and not pipe:
+            self._truth = make_publisher('ground_truth', PoseStamped)
+        if not hidden:
+            self._static_tf = make_publisher('/tf_static', TFMessage, latch=True)
         self._world_T_odom = None
         for topic, kind, callback in (('cmd_vel', Twist, self._on_command),
                                       ('reset', Empty, self._on_reset)):
             rospy.Subscriber(topic, kind, guarded(callback), queue_size=1, tcp_nodelay=True)
 
     def configure(self, settings):
-        """Use these settings from now on, except the settings in STARTING."""
+        """Use these settings from now on, except the settings in FIXED_FIELDS."""
         with self._lock:
             self._robot.configure(settings)
 
     def tick(self, step, epoch):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
         of the call. `epoch` is the ROS time of the simulator's time 0 [s]."""
-        truth_is_due = step % STEPS_PER_TRUTH == 0 and (
-            self._pipe.has_subscribers() if self._pipe
-            else self._truth and self._truth.get_num_connections())
+        truth_is_due = step % STEPS_PER_TRUTH == 0 and self._truth_has_readers()
         with self._lock:
             if self._hidden:
                 self._robot.configure(self._hidden.settings_at(self._robot.now))
@@ -98,11 +100,16 @@ class FakeRobot:
             self._static_tf.publish(TFMessage([
                 to_transform(world_T_odom, 'world', self._sensors.frames['odom'], now)]))
         for burst in bursts:
-            self._sensors.send(burst, epoch, self._robot.sensors.wheels)
+            self._sensors.send(burst, epoch, self._robot.sensors.wheel_readings)
         if truth is not None and self._pipe:
             self._pipe.write(truth)
         elif truth is not None:
             self._truth.publish(to_pose_stamped(truth, 'world', now))
+
+    def _truth_has_readers(self):
+        if self._pipe:
+            return self._pipe.has_reader()
+        return self._truth is not None and self._truth.get_num_connections() > 0
 
     def _on_command(self, message):
         with self._lock:
@@ -115,13 +122,18 @@ class FakeRobot:
 
 def start(robot, speed):
     """Step a FakeRobot in real time. With use_sim_time publish /clock, `speed` times as fast."""
-    clock = publisher('/clock', Clock) if rospy.get_param('/use_sim_time', False) else None
-    threading.Thread(target=guarded(lambda: keep_pace(robot, clock, speed if clock else 1.0)),
+    clock = None
+    if rospy.get_param('/use_sim_time', False):
+        clock = make_publisher('/clock', Clock)
+    else:
+        speed = 1.0
+    threading.Thread(target=guarded(lambda: keep_pace(robot, clock, speed)),
                      name='robot', daemon=True).start()
 
 
 def keep_pace(robot, clock, speed):
     """Step `robot` without end, `speed` times as fast as real time."""
+    longest_catch_up = LONGEST_CATCH_UP_ON_CLOCK if clock else LONGEST_CATCH_UP
     due = time.monotonic()    # the time of the next step
     epoch = time.time()       # the ROS time of the simulator's time 0
     for step in itertools.count():
@@ -132,18 +144,20 @@ def keep_pace(robot, clock, speed):
         late = time.monotonic() - due
         if late < 0.0:
             time.sleep(-late)
-        elif late > (LONGEST_CATCH_UP_ON_CLOCK if clock else LONGEST_CATCH_UP):
+        elif late > longest_catch_up:
             due += late
-            epoch += 0.0 if clock else late
+            if not clock:
+                epoch += late
 
 
 class TruthPipe:
     """Writes true poses into a named pipe, which the reader of the pipe has made."""
 
     def __init__(self, path):
-        self._path, self._pipe = path, -1
+        self._path = path
+        self._pipe = -1
 
-    def has_subscribers(self):
+    def has_reader(self):
         """Does a program read the pipe? If the pipe is not open yet, try to open it."""
         if self._pipe < 0:
             with suppress(OSError):     # no program reads the pipe yet
@@ -151,7 +165,7 @@ class TruthPipe:
         return self._pipe >= 0
 
     def write(self, pose):
-        """Write a pose. A full pipe drops the pose, since the robot must not wait."""
+        """Write a pose. If the pipe is full, the pose is dropped, since the robot must not wait."""
         with suppress(OSError):
             os.write(self._pipe, f'{pose.x:.9g} {pose.y:.9g} {pose.yaw:.9g}\n'.encode())
 
@@ -163,16 +177,15 @@ class SensorTopics:
         #: {name: name in this node's namespace}
         self.frames = {name: frame(name) for name in (
             'imu_link', 'odom', 'base_footprint', 'base_link')}
-        self._imu = publisher('imu', Imu)
-        self._odom = publisher('odom', Odometry)
-        self._joints = publisher('joint_states', JointState)
-        self._tf = publisher('/tf', TFMessage)
+        self._imu = make_publisher('imu', Imu)
+        self._odom = make_publisher('odom', Odometry)
+        self._joints = make_publisher('joint_states', JointState)
+        self._tf = make_publisher('/tf', TFMessage)
 
     def send(self, burst, epoch, wheels):
-        """Publish the samples of a `burst`, which arrive at one moment, in one write per topic.
-        `epoch` is as in FakeRobot.tick. `wheels` is Sensors.wheels; rows that are older than the
-        burst are removed.
-        """
+        """Publish the samples of a `burst`, which arrive at one moment, in one write per topic. For
+        `epoch` see FakeRobot.tick. `wheels` is Sensors.wheel_readings, from which the rows that are
+        older than the burst are removed."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (
@@ -198,11 +211,11 @@ def _send(publisher, samples, message_of):
         publish_together(publisher, [message_of(sample) for sample in samples[-MOST_SAMPLES:]])
 
 
-def publisher(topic, kind, **options):
+def make_publisher(topic, kind, **options):
     """Returns a publisher that sends each message at once."""
-    result = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
-    write_at_once(result, most=50)
-    return result
+    publisher = rospy.Publisher(topic, kind, queue_size=50, tcp_nodelay=True, **options)
+    write_at_once(publisher, most=50)
+    return publisher
 
 
 def imu_message(sample, stamp, frame_id):

@@ -12,7 +12,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Sample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.drivetrain import Body
-from tb3_labs.simulation.firmware import Odometer, encoder
+from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
@@ -48,7 +48,7 @@ class Rhythm:
         return due
 
     def pop_until(self, end: float) -> List[float]:
-        """Returns all moments before `end` [s]. A moment equal to `end` stays due."""
+        """Returns all moments before `end` [s]. The next call may return `end` itself."""
         moments, due, count = [], self.due, self._count
         while due < end:
             moments.append(due)
@@ -59,19 +59,21 @@ class Rhythm:
 
 
 class BoardClock:
-    """The clock of the board. After each time sync its error is another one, from -`largest` to
+    """The clock of the board. Each time sync gives the clock a new random error, from -`largest` to
     `largest` [s]."""
 
     def __init__(self, largest: float, seed: int) -> None:
         self._largest, self._seed = largest, seed
-        self._number, self._error = -1, 0.0
+        self._number = -1
+        self._error = 0.0
 
     def error(self, now: float) -> float:
         """Returns the error of the clock at the true time `now` [s]."""
         number = int(now / SYNC_PERIOD)
         if number != self._number:
             source = random.Random(f'time sync {number} {self._seed}')
-            self._number, self._error = number, source.uniform(-self._largest, self._largest)
+            self._number = number
+            self._error = source.uniform(-self._largest, self._largest)
         return self._error
 
     def stamped(self, arrivals: List[Arrival]) -> List[Arrival]:
@@ -89,16 +91,17 @@ class Sensors:
         pose = body.drivetrain.pose
         self._body, self._config = body, config
         #: Computes the pose and the angles of the wheels as the board does.
-        self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.error))
+        self.odometer = Odometer(model, pose, wrap(pose.yaw + body.imu.yaw_error))
         self.imu_rhythm = Rhythm(config.imu_rate)
         self.odom_rhythm = Rhythm(config.odom_rate)
         self._samples: List[Sample] = []    # oldest first
         #: Will the next odometry sample set the pose to zero?
         self.resetting = False
-        #: The frame odom in the world. A reset sets it by the true pose.
+        #: The frame odom in the world. After a reset it is computed anew from the true pose.
         self.world_T_odom = Pose2()
-        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, sent or not.
-        self.wheels: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
+        #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, even if the
+        #: sample was not sent.
+        self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}
 
@@ -115,7 +118,9 @@ class Sensors:
     def measure_odometry(self, stamp: float) -> None:
         self._body.move_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
-        ticks = None if self._config.battery_cut else (encoder(left), encoder(right))
+        ticks = None
+        if not self._config.battery_cut:
+            ticks = encoder_ticks(left), encoder_ticks(right)
         if self.resetting:
             self.odometer.reset(ticks)
         observed = self._body.imu.measure([stamp])[0]
@@ -123,8 +128,8 @@ class Sensors:
         if self.resetting:
             self.resetting = False
             self.world_T_odom = self._body.drivetrain.pose @ sample.pose.inverse()
-        self.wheels.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
-                            self.odometer.wheel_speeds))
+        self.wheel_readings.append((stamp + self.clock.error(stamp), self.odometer.wheel_angles,
+                                    self.odometer.wheel_speeds))
         self._send('odom', [sample])
 
     def _send(self, sensor: str, samples: Sequence[Sample]) -> None:

@@ -29,8 +29,8 @@ from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: An event up to this long after the end of a step belongs to the step, since the sum of many small
-#: steps is not exactly one large step [s].
+#: An event that is at most this time after the end of a step [s] belongs to the step, since the sum
+#: of many small steps is not exactly one large step.
 TIME_ROUNDING = 1e-9
 
 
@@ -56,15 +56,15 @@ class Simulator:
     @property
     def truth(self) -> Pose2:
         """The robot's true pose, world_T_base."""
-        return self._body.at(self.now).pose
+        return self._body.drivetrain_at(self.now).pose
 
     @property
     def true_velocity(self) -> Tuple[float, float]:
         """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        return self._body.at(self.now).velocity
+        return self._body.drivetrain_at(self.now).velocity
 
     def configure(self, config: SimulatorConfig) -> None:
-        """Use the settings of `config` from now on, except the settings in STARTING."""
+        """Use the settings of `config` from now on, except the settings in FIXED_FIELDS."""
         if config is self.config:
             return
         self._body.move_to(self.now)
@@ -94,10 +94,8 @@ class Simulator:
         self._read(self.now)
 
     def step(self, dt: float) -> List[Sample]:
-        """Let `dt` seconds pass. Returns the samples that arrive in that time, in order.
-
-        Raises ``ValueError`` if `dt` is negative or not finite.
-        """
+        """Let `dt` seconds pass. Returns the samples that arrive in that time, in order. Raises
+        ``ValueError`` if `dt` is negative or not finite."""
         return [sample for burst in self.step_in_bursts(dt) for sample in burst]
 
     def step_in_bursts(self, dt: float) -> List[List[Sample]]:
@@ -118,14 +116,14 @@ class Simulator:
         imu, odom = sensors.imu_rhythm, sensors.odom_rhythm
         while True:
             # Events of the same moment have this order: the board, driving, odometry, IMU.
-            tick = min(control.due, odom.due, board.due)
+            tick = min(control.due, odom.due, board.calibration_end)
             if imu.due < tick:
                 stamps = imu.pop_until(min(tick, horizon))
                 if not board.is_calibrating:
                     sensors.measure_imu(stamps)
             if tick > horizon:
                 return
-            if board.due == tick:
+            if board.calibration_end == tick:
                 self._body.move_to(tick)
                 self._body.use_bias(board.end_calibration(self._body.yaw))
             elif control.due == tick:

@@ -11,7 +11,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
 @dataclass(frozen=True)
 class SimulatorConfig(Config):
-    """The settings of the simulated robot. Only a new start can change the fields in STARTING."""
+    """The settings of the simulated robot. Only a new start can change the FIXED_FIELDS."""
 
     model: str = setting(DEFAULT_MODEL, 'kind of TurtleBot3', choices=tuple(MODELS))
     start_x: float = setting(0.0, 'x at the start, true and by odometry', 'm', -1000.0, 1000.0)
@@ -52,10 +52,6 @@ class SimulatorConfig(Config):
         0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
     command_latency: float = setting(0.0, 'delay of each command', 's', 0.0, 5.0)
     sensor_latency: float = setting(0.0, 'delay of each sample', 's', 0.0, 5.0)
-    command_jitter: float = setting(
-        0.0, 'mean of an additional random delay of each command (exponential)', 's', 0.0, 1.0)
-    sensor_jitter: float = setting(
-        0.0, 'mean of an additional random delay of each sample (exponential)', 's', 0.0, 1.0)
     stalls_per_min: float = setting(
         0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
@@ -80,7 +76,7 @@ class SimulatorConfig(Config):
 
 
 #: The fields that cannot change while the robot runs.
-STARTING = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
+FIXED_FIELDS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_offset_deg', 'seed')
 
 #: {computer to which the robot's board is connected: {field: value}}. The values were measured with
 #: the firmware on a fast computer, and on a computer as slow as a Raspberry Pi.
