@@ -1,4 +1,4 @@
-"""The network of the simulated robot delays its messages, by latency, stalls and cuts."""
+"""The network of the simulated robot delays its messages, by jitter, stalls and cuts."""
 import math
 from dataclasses import replace
 from itertools import groupby
@@ -9,6 +9,7 @@ import pytest
 from tb3_labs.simulation.network import NetworkLink, Stalls
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
+SPARSE = [float(k) for k in range(20000)]           # no message waits for an earlier message [s]
 DENSE = [k / 1000.0 for k in range(142000)]         # no stall is cut off at the end [s]
 STALLING = SimulatorConfig(stalls_per_min=20.0, longest_stall=0.3)
 
@@ -39,12 +40,13 @@ def stalls_of(arrivals, latency=0.0):
             for end, group in groupby(held, itemgetter(0))]
 
 
-def test_a_shorter_latency_lets_no_message_overtake_an_earlier_one():
-    link = link_of(SimulatorConfig(sensor_latency=0.5, command_latency=2.0))
-    link.send(['first'], [0.0])
-    link.configure(SimulatorConfig(sensor_latency=0.125), 0.25)
-    link.send(['second', 'third'], [0.25, 1.0])
-    assert link.pop(2.0) == [(0.5, 'first'), (0.5, 'second'), (1.125, 'third')]
+def test_jitter_is_exponential_on_top_of_the_delay():
+    arrivals = carry(link_of(SimulatorConfig(sensor_latency=0.02, sensor_jitter=0.01)), SPARSE)
+    extra = sorted(arrival - number - 0.02 for arrival, number in arrivals)
+    assert extra[0] >= -1e-9
+    # 20000 numbers: the mean is good to 0.7 % (one sigma)
+    assert sum(extra) / len(extra) == pytest.approx(0.01, rel=0.025)
+    assert extra[len(extra) // 2] == pytest.approx(0.01 * math.log(2.0), rel=0.03)
 
 
 def test_a_cut_delays_the_messages_under_way_until_its_end():
@@ -60,8 +62,8 @@ def test_a_cut_delays_the_messages_under_way_until_its_end():
 def test_stalls_have_the_lengths_and_the_rate_that_were_asked_for():
     every, seventh = (Stalls(1.0, 0.4, 100.0, seed='3') for _ in range(2))
     moments = [100.0 + k / 500.0 for k in range(300000)]
-    ends = [every.delayed(moment) for moment in moments]
-    assert [seventh.delayed(moment) for moment in moments[::7]] == ends[::7]
+    ends = [every.release(moment) for moment in moments]
+    assert [seventh.release(moment) for moment in moments[::7]] == ends[::7]
     begins = {}
     for moment, end in zip(moments, ends):
         if end != moment:
@@ -73,7 +75,7 @@ def test_stalls_have_the_lengths_and_the_rate_that_were_asked_for():
     assert len(gaps) > 150 and sum(gaps) / len(gaps) == pytest.approx(1.0, rel=0.15)
     assert sum(gap > 1.0 for gap in gaps) / len(gaps) == pytest.approx(math.exp(-1.0), abs=0.06)
     again, (end, begin) = Stalls(1.0, 0.4, 100.0, seed='3'), next(iter(begins.items()))
-    assert again.delayed(begin) == end and again.delayed(end) == end     # the interval is half open
+    assert again.release(begin) == end and again.release(end) == end     # the interval is half open
 
 
 def test_a_stall_delays_the_messages_within_it_to_its_end_in_both_directions(arrivals):
@@ -105,6 +107,9 @@ def test_a_change_of_the_stalls_ends_the_present_stall(arrivals):
 
 
 def test_the_seed_decides():
-    first = carry(link_of(STALLING, seed=3), DENSE)
-    assert carry(link_of(STALLING, seed=3), DENSE) == first
-    assert carry(link_of(STALLING, seed=4), DENSE) != first
+    jitter = SimulatorConfig(sensor_jitter=0.01, command_jitter=0.01)
+    for kind in jitter, STALLING:
+        first = carry(link_of(kind, seed=3), DENSE)
+        assert carry(link_of(kind, seed=3), DENSE) == first
+        assert carry(link_of(kind, seed=4), DENSE) != first
+    assert carry(link_of(jitter, 'sensor'), SPARSE) != carry(link_of(jitter, 'command'), SPARSE)

@@ -1,17 +1,22 @@
 """The network between the simulated robot and a computer decides when each message arrives.
 
-A link is one direction of the network. As in TCP, messages are not lost, and keep their order. Each
-message takes the same `latency`. A message that would arrive during a stall waits for the end of
-the stall. A cut is a stall that lasts until the setting is switched off. Both links have the same
-stalls.
+A link is one direction of the network. As in TCP, messages are not lost, and keep their order. A
+message arrives after its `delay` and a random `jitter`, which is drawn for each message. A message
+that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts until
+the setting is switched off. Both links have the same stalls.
 
-Stalls begin at random (a Poisson process). A stall does not begin within another stall. The same
-seed gives the same stalls, however often :meth:`NetworkLink.pop` is called.
+Stalls begin at random (a Poisson process). A stall does not begin within another stall. Each kind
+of random number has a separate generator with the seed, and does not depend on how often
+:meth:`NetworkLink.pop` is called.
 
-Units: seconds. Edge cases: A stall does not delay a message that would arrive exactly at the end of
-the stall. A change of the latency does not change messages under way. A change of the stalls ends
-the present stall.
-Source: recordings of real TurtleBot3s over a WLAN, which stalls for 0.1 to 0.4 s.
+Units: seconds. Edge cases: A message due at the very end of a stall is not delayed by the stall. A
+change of delay or jitter does not change messages under way. A change of the stalls ends the
+present stall. If messages follow each other fast, they wait for earlier messages, so the mean delay
+is more than delay and jitter together.
+Source: recordings of real TurtleBot3s over a WLAN, which stalls for 0.1 to 0.4 s. A sender of
+802.11 waits for a random time before each frame, and tries again if the frame is lost. So some
+delays are much longer than the mean (Malone, Leith and Dangerfield, "Inferring queue state by
+measuring delay in a WiFi network").
 """
 import math
 import random
@@ -24,9 +29,11 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 Arrival = Tuple[float, Any]
 
 
-def _network(latency: float = 0.0, stalls_per_min: float = 0.0,
+def _network(delay: float = 0.0, stalls_per_min: float = 0.0,
              longest_stall: float = SimulatorConfig.longest_stall) -> Dict[str, float]:
-    return dict(command_latency=latency, sensor_latency=latency, stalls_per_min=stalls_per_min,
+    # With this jitter one message in 55 takes twice the delay or more.
+    return dict(command_latency=delay, sensor_latency=delay, command_jitter=delay / 4.0,
+                sensor_jitter=delay / 4.0, stalls_per_min=stalls_per_min,
                 longest_stall=longest_stall)
 
 
@@ -52,7 +59,7 @@ class Stalls:
         self._start = after + self._random.expovariate(self._rate)
         self._end = self._start + self._random.uniform(0.0, self._longest)
 
-    def delayed(self, moment: float) -> float:
+    def release(self, moment: float) -> float:
         """Returns the end of the stall at `moment` [s], or `moment` itself if the network does not
         stall then. `moment` is not before the moment of the last call."""
         while moment >= self._end:
@@ -64,8 +71,8 @@ class NetworkLink:
     """One direction of the network, 'sensor' or 'command'. Messages keep their order."""
 
     def __init__(self, direction: str, seed: int) -> None:
-        self._latency_field = direction + '_latency'
-        self._seed = seed
+        self._names, self._seed = (direction + '_latency', direction + '_jitter'), seed
+        self._random = random.Random(f'jitter of {direction}s {seed}')
         self._settings = SimulatorConfig()
         self._stalls: Optional[Stalls] = None
         self._in_flight: Deque[Arrival] = deque()    # the earliest message first
@@ -75,34 +82,36 @@ class NetworkLink:
     def configure(self, settings: SimulatorConfig, now: float) -> None:
         self._arrived = self.pop(now)
         before, self._settings = self._settings, settings
-        has_same_rate = settings.stalls_per_min == before.stalls_per_min
-        if not has_same_rate or settings.longest_stall != before.longest_stall:
-            self._stalls = None
-            if settings.stalls_per_min:
-                # Both links use the same seed, so a stall delays the messages of both directions.
-                self._stalls = Stalls(settings.stalls_per_min / 60.0, settings.longest_stall, now,
-                                      f'stalls {self._seed}')
+        if (settings.stalls_per_min, settings.longest_stall) != (
+                before.stalls_per_min, before.longest_stall):
+            # Both links use the same seed, so a stall delays the messages of both directions.
+            self._stalls = Stalls(
+                settings.stalls_per_min / 60.0, settings.longest_stall, now,
+                f'stalls {self._seed}') if settings.stalls_per_min else None
         # messages that waited for the end of a stall are due now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:
         """Send each of `messages` at its moment [s]."""
-        latency = getattr(self._settings, self._latency_field)
+        delay, jitter = (getattr(self._settings, name) for name in self._names)
+        latest, append = self._last_due, self._in_flight.append
         for message, moment in zip(messages, moments):
-            self._last_due = max(self._last_due, moment + latency)
-            self._in_flight.append((self._last_due, message))
+            due = moment + delay
+            if jitter:
+                due += self._random.expovariate(1.0 / jitter)
+            if due > latest:
+                latest = due
+            append((latest, message))
+        self._last_due = latest
 
     def pop(self, until: float) -> List[Arrival]:
         """Returns the messages that have arrived by `until` [s], in order of their arrival."""
         arrived, self._arrived = self._arrived, []
-        if self._settings.network_cut:
-            return arrived
-        while self._in_flight:
-            arrival, message = self._in_flight[0]
-            if arrival <= until and self._stalls:
-                arrival = self._stalls.delayed(arrival)
-            if arrival > until:
-                break
-            arrived.append((arrival, message))
-            self._in_flight.popleft()
+        in_flight, stalls = self._in_flight, self._stalls
+        if not self._settings.network_cut:
+            while in_flight and in_flight[0][0] <= until:
+                arrival = stalls.release(in_flight[0][0]) if stalls else in_flight[0][0]
+                if arrival > until:
+                    break
+                arrived.append((arrival, in_flight.popleft()[1]))
         return arrived

@@ -52,6 +52,10 @@ class SimulatorConfig(Config):
         0.05, 'time constant of the motors, first order', 's', 0.0, 2.0)
     command_latency: float = setting(0.0, 'delay of each command', 's', 0.0, 5.0)
     sensor_latency: float = setting(0.0, 'delay of each sample', 's', 0.0, 5.0)
+    command_jitter: float = setting(
+        0.0, 'mean of an additional random delay of each command (exponential)', 's', 0.0, 1.0)
+    sensor_jitter: float = setting(
+        0.0, 'mean of an additional random delay of each sample (exponential)', 's', 0.0, 1.0)
     stalls_per_min: float = setting(
         0.0, 'random stalls of the network: all is delayed, then arrives at once', '1/min',
         0.0, 120.0)
