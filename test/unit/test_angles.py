@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from known_motion import angle_between
-from tb3_labs.geometry.angle_arrays import wrap_all, yaws_from_quaternions
+from tb3_labs.geometry.arrays import wrap_all, yaws_from_quaternions
 from tb3_labs.geometry.angles import (
     WHOLE_TURN, clamp, difference, difference_degrees, quaternion_from_yaw, unwrap, wrap, yaw_from_quaternion)
 

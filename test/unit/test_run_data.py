@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_run import TIME, ZERO, made
 
-from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import ImuSamples, Poses, yaw_offset

@@ -17,7 +17,7 @@ from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type, TypeV
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 

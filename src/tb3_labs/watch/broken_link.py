@@ -9,8 +9,7 @@ from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional,
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.geometry.sorted_times import last_until
+from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.watch.quantities import Quantity, headings, matching_quantities, median_pause
 from tb3_labs.watch.variables import Series, bare_name, variables_of
 

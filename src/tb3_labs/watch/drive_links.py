@@ -6,8 +6,7 @@ from typing import Iterator, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.geometry.sorted_times import last_before
+from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)

@@ -8,8 +8,7 @@ from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.geometry.sorted_times import last_until
+from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL, STATES
 from tb3_labs.watch.broken_link import LONGEST_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series

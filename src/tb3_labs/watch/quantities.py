@@ -10,8 +10,7 @@ from typing import Callable, Iterable, Iterator, List, NamedTuple, Optional, Seq
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import euler
-from tb3_labs.geometry.sorted_times import last_before
+from tb3_labs.geometry.arrays import euler, last_before
 from tb3_labs.watch.variables import Series
 
 #: Two numbers are equal if they differ by at most this share of the quantity's scale.

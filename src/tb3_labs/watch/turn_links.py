@@ -3,7 +3,7 @@ from typing import Iterator, Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
     LONGEST_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)

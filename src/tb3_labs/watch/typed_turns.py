@@ -4,8 +4,7 @@ from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.geometry.sorted_times import last_before
+from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import HDG_TOL, MOUSE_DEAD_ZONE, TURN_DEG
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, followed_heading, is_usable_heading)

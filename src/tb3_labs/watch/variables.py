@@ -10,7 +10,7 @@ from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.sorted_times import last_until
+from tb3_labs.geometry.arrays import last_until
 
 TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
 

@@ -15,7 +15,7 @@ from typing import Optional
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import yaws_from_quaternions
+from tb3_labs.geometry.arrays import yaws_from_quaternions
 from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock

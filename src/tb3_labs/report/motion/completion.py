@@ -15,9 +15,8 @@ from typing import List, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2, TypedPose
-from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.localization.odometry_jumps import POSE_LOST, JumpFinder
 from tb3_labs.localization.sample_timing import SampleTiming

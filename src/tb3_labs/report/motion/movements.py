@@ -31,7 +31,7 @@ from typing import List, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.sorted_times import last_before
+from tb3_labs.geometry.arrays import last_before
 from tb3_labs.handout import MOUSE_FULL
 from tb3_labs.report.run_data import Commands, RunData, cached_per_run
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT

@@ -19,9 +19,8 @@ from typing import List, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angle_arrays import wrap_all
+from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.geometry.sorted_times import last_until
 from tb3_labs.report.run_data import Poses, RunData, cached_per_run
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].

@@ -13,8 +13,7 @@ from typing import Any, Dict, List, Optional, Sequence, Union
 import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
-from tb3_labs.geometry.angle_arrays import wrap_all
-from tb3_labs.geometry.sorted_times import last_until
+from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
 from tb3_labs.report.motion.turns import turn_reports

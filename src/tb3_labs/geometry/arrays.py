@@ -1,10 +1,10 @@
-"""Angles in arrays, for recorded runs.
+"""Angles and times in arrays, for recorded runs.
 
 Units: radians. An infinite angle becomes NaN, without an error, since one invalid sample must not
 hide the valid samples.
 """
 import math
-from typing import Sequence, Tuple, Union
+from typing import Any, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -40,3 +40,14 @@ def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
         is_level = (np.abs(roll) <= MAX_TILT) & (np.abs(pitch) <= MAX_TILT)
     yaw = np.where(yaw <= -math.pi, math.pi, yaw)
     return np.where(is_unit & is_level, yaw, math.nan)
+
+
+def last_until(times: Any, time: Any) -> Any:
+    """Returns the index of the last of `times` that is not after `time`; -1 if all are after it.
+    `times` are sorted. If `time` is an array, an array of indices is returned."""
+    return np.searchsorted(times, time, side='right') - 1
+
+
+def last_before(times: Any, time: Any) -> Any:
+    """Returns the same as `last_until`, but leaves out times that equal `time`."""
+    return np.searchsorted(times, time, side='left') - 1
