@@ -48,7 +48,7 @@ GRANT_PERIOD = 1.0
 #: Time from the end of a drive to the reading of the true pose [s].
 REST_TIME = 0.5
 #: Most attempts to begin a drive, since a drive may be given up before the robot moves.
-MOST_ATTEMPTS = 10
+MAX_ATTEMPTS = 10
 #: Topics that a recording needs from its first moment on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
@@ -130,7 +130,7 @@ class Demo:
         again."""
         after_reset = after_reset or self._await('has_control')[1]
         _, world_T_local = self._await('ground_truth', rospy.get_time())
-        for attempt in range(MOST_ATTEMPTS):
+        for attempt in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
             if after_reset or attempt:
                 self._wait_for('a reset', try_reset)

@@ -16,7 +16,7 @@ from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
 from tb3_labs.terminal import run_tool
 
 #: A line on the terminal has at most this many characters.
-LONGEST_PRINTED = 1000
+MAX_PRINTED_LENGTH = 1000
 
 
 def parse(argv):
@@ -72,7 +72,7 @@ def _fail(problem):
 
 def _print(text):
     """Print words on the terminal. Words from a stranger's bag may not be printable."""
-    print(f'lab_report.py: {printable(str(text)[:LONGEST_PRINTED])}', file=sys.stderr)
+    print(f'lab_report.py: {printable(str(text)[:MAX_PRINTED_LENGTH])}', file=sys.stderr)
 
 
 if __name__ == '__main__':

@@ -23,7 +23,7 @@ SCRIPT = os.path.join(rospkg.RosPack().get_path('tb3_labs'), 'scripts', 'demo.sh
 ROW = re.compile(r'^drive \d .*?([\d.]+) mm ([\d.]+) deg .* ok$', re.MULTILINE)
 #: The report takes its origin from the first local_pose after a reset. Its heading is as noisy as that
 #: of the reset: together 0.007 deg, or 0.1 mm after 0.86 m. The limits are five times as large [mm], [deg].
-MOST_DIFFERENCE = 0.5, 0.05
+MAX_DIFFERENCE = 0.5, 0.05
 
 
 def demo(*arguments, **options):
@@ -61,7 +61,7 @@ class DemoTest(unittest.TestCase):
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
         for drive, printed in zip(reported, table):
             true = 1000.0 * drive.true[0], abs(math.degrees(drive.true[1]))
-            for value, expected, most in zip(true, printed, MOST_DIFFERENCE):
+            for value, expected, most in zip(true, printed, MAX_DIFFERENCE):
                 self.assertLess(abs(value - expected), most)    # NaN is not less
 
     def test_ctrl_c_ends_the_script_at_once_without_a_line(self):

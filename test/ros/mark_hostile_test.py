@@ -2,7 +2,7 @@
 false poses and reads secrets. The second one fills the master. All names of the third one are odd.
 
 They try to harm a throw-away folder alone. If the sandbox does not hold, the node forks at most
-MOST_FORKS processes.
+MAX_FORKS processes.
 """
 import csv
 import io
@@ -28,7 +28,7 @@ from sandboxes import hand_in
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 NODE = PACKAGE / 'scripts' / 'imu_sub.py'
 START, END = '    IMU()\n', '        self.ctrl_c = True\n'
-MOST_FORKS = 600
+MAX_FORKS = 600
 #: Only this test's node sleeps for this time [s], not even the same test of another checkout.
 SLEEP = str(800000 + os.getpid())
 #: A variable of the instructor's programs has this value.
@@ -145,7 +145,7 @@ class HostileTest(unittest.TestCase):
         misdeeds = MISDEEDS.format(victim=str(cls.marks), secret=SECRET, seconds=SLEEP)
         hand_in(base / 'submissions', {
             'mallory/imu_sub.py': replaced(
-                NODE, (START, misdeeds + START), (END, FORK.format(most=MOST_FORKS))),
+                NODE, (START, misdeeds + START), (END, FORK.format(most=MAX_FORKS))),
             'whale/imu_sub.py': replaced(NODE, (START, START + FILL))})
         cls.hand_in_odd(base / 'submissions')
         cls.done = subprocess.run(
@@ -201,12 +201,12 @@ class HostileTest(unittest.TestCase):
     def test_it_cannot_fork_without_end(self):
         # either the marker or Linux ended it
         self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
-            processes.MOST_PROCESSES))
+            processes.MAX_PROCESSES))
 
     def test_it_cannot_fill_the_memory_of_the_master(self):
         self.assertRegex(self.done.stdout, r'whale: \d of \d+ points')
         self.assertIn('since it used more than {:g} MB of the memory of master, robot and check'.format(
-            processes.MOST_OTHER_MEMORY / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
+            processes.MAX_OTHER_MEMORY / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
         sizes = [path.stat().st_size for path in self.marks.rglob('*') if path.is_file()]
         self.assertLess(max(sizes), 1000000)
 

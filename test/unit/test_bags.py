@@ -26,7 +26,7 @@ from tf2_msgs.msg import TFMessage
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.report.bag import messages, records, ros_bag
-from tb3_labs.report.bag.messages import LONGEST_LINE
+from tb3_labs.report.bag.messages import MAX_LINE_LENGTH
 from tb3_labs.report.bag.ros_bag import CLOCK_JUMPED, BagProblem, read_run
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.completion import completed
@@ -232,9 +232,9 @@ def read_within(path, log=lambda line: None):
 @pytest.fixture
 def small(monkeypatch):
     """A budget of a thousandth."""
-    monkeypatch.setattr(records, 'MOST_CHUNK', 2 ** 19)
-    for what, most in records.MOST_READ.items():
-        monkeypatch.setitem(records.MOST_READ, what, max(2, most // 1000))
+    monkeypatch.setattr(records, 'MAX_CHUNK_BYTES', 2 ** 19)
+    for what, most in records.MAX_READ.items():
+        monkeypatch.setitem(records.MAX_READ, what, max(2, most // 1000))
 
 
 @pytest.mark.parametrize('content, said', [
@@ -274,7 +274,7 @@ from tb3_labs.report.bag.ros_bag import read_run
 pages = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (pages + {} * 2 ** 20,) * 2)
 for path in sys.argv[1:]:
-    records.MOST_TIME = 8.0 if path.endswith('/6.bag') else 0.2     # its piece is unpacked in about 0.2 s
+    records.MAX_CPU_TIME = 8.0 if path.endswith('/6.bag') else 0.2     # its piece is unpacked in about 0.2 s
     begun = time.process_time()
     try:
         print(read_run(path).duration)
@@ -310,7 +310,7 @@ def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
         for time, topic, message in sorted(sensors(known_run()), key=lambda row: row[0]):
             bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
     assert read_run(path, log=told.append).duration == pytest.approx(12.0) and not told
-    monkeypatch.setitem(records.MOST_READ, 'MiB', 0.2)
+    monkeypatch.setitem(records.MAX_READ, 'MiB', 0.2)
     run = read_run(path, log=told.append)
     line, = told
     assert 0.5 < run.duration < 6.0 and re.search(
@@ -326,14 +326,14 @@ def crowd(run):
 
 @pytest.mark.parametrize('most, sources, end', [(2000, (sensors, crowd), 6.0), (700, (sensors,), 5.8)])
 def test_samples_are_read_up_to_the_budget(most, sources, end, tmp_path, monkeypatch):
-    monkeypatch.setitem(records.MOST_READ, 'samples', most)
+    monkeypatch.setitem(records.MAX_READ, 'samples', most)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=sources))
     assert run.notes == ('it has more than {:,} samples: the report ends at {:.1f} s'.format(most, run.duration),)
     assert run.duration == pytest.approx(end, abs=0.1)
 
 
 def test_characters_that_take_four_bytes_count_with_their_lines(tmp_path, monkeypatch):
-    monkeypatch.setattr(messages, 'MOST_LETTERS', 10 * LONGEST_LINE)
+    monkeypatch.setattr(messages, 'MAX_LETTERS', 10 * MAX_LINE_LENGTH)
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, lambda run: (
         (0.1 * k, '/rosout', Log(name='/x', msg='\U0001f916' * 9000)) for k in range(20)))))
     assert len(run.log) == 9 and 'the later ones are left out' in run.notes[0]
@@ -346,7 +346,7 @@ def chatty(run):
 
 
 def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(messages, 'MOST_LINES', 100)
+    monkeypatch.setattr(messages, 'MAX_LINES', 100)
     told = []
     run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), log=told.append)
     assert len(run.log) == 100 and run.dropped['log'] == 1 and len(run.notes) == 1
@@ -358,7 +358,7 @@ def test_no_message_is_lost_if_the_records_just_fill_the_memory(tmp_path, monkey
     size = sum(ros_bag.RECORD_OVERHEAD + len(raw[1]) for _, raw, _ in rosbag.Bag(path).read_messages(raw=True))
     whole = read_run(path)
     for most in (size - 1, size, size + 1):
-        monkeypatch.setattr(ros_bag, 'MOST_KEPT', most)
+        monkeypatch.setattr(ros_bag, 'MAX_KEPT_BYTES', most)
         run = read_run(path)
         assert (len(run.imu), len(run.odometry)) == (len(whole.imu), len(whole.odometry))
 

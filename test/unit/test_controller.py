@@ -6,7 +6,7 @@ import pytest
 
 from known_motion import angle_between
 from rollout import control, run
-from tb3_labs.control.commands import LONGEST_IDLE, LawStep
+from tb3_labs.control.commands import MAX_IDLE, LawStep
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
 from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, Repetitions, TurnConfig, make_turn
@@ -115,7 +115,7 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
         assert not desk.watched and desk.core.problem(desk.now) == ''
         desk.law.remaining, desk.law.times, desk.log_lines = 1.0, [], []
         desk.request_turn()
-        assert desk.core.idle_for(desk.now) < LONGEST_IDLE
+        assert desk.core.idle_for(desk.now) < MAX_IDLE
         desk.run(0.2)
         assert desk.watched
         assert desk.told('Turning 90 degrees') and desk.law.times[0] == 0.1    # from standing

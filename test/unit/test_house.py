@@ -235,7 +235,7 @@ def test_a_node_is_read_in_one_sitting(node, files, lines):
 # ----- scripts/ -----
 
 #: rosrun completes at most this number of programs.
-MOST_PROGRAMS = 21
+MAX_PROGRAMS = 21
 
 
 @pytest.mark.parametrize('path', [path for path in SCRIPTS if not re.match('plain_|imu_sub', path.name)],
@@ -256,4 +256,4 @@ def test_rosrun_lists_the_scripts_alone():
         paths = [pathlib.Path(folder, name) for name in names if not name.startswith('.')]
         found += [path for path in paths if os.access(str(path), os.X_OK)]
     assert {path.parent for path in found} == {ROOT / 'scripts'}
-    assert set(SCRIPTS) <= set(found) and len(found) <= MOST_PROGRAMS, found
+    assert set(SCRIPTS) <= set(found) and len(found) <= MAX_PROGRAMS, found

@@ -99,7 +99,7 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
     """The submission has sixty zip bombs of 90 kB each, and a sparse file of zeros."""
-    monkeypatch.setattr(archives, 'MOST_BYTES', 100000)
+    monkeypatch.setattr(archives, 'MAX_BYTES', 100000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000}).read_bytes()
     (tmp_path / 'in').mkdir()
     for number in range(60):
@@ -245,7 +245,7 @@ def test_a_platforms_whole_zip_file_with_or_without_a_folder_around_it(tmp_path,
     assert laid_out(found[1], tmp_path) == ({'b.unpacked/' + NODE}, [])
     flat = zipped(tmp_path / 'flat.zip', {'Cy/' + NODE: 'x' * 150, 'Di/' + NODE: 'x'})
     assert [submission.student for submission in in_zip(flat, tmp_path / 'other')] == ['Cy', 'Di']
-    monkeypatch.setattr(archives, 'MOST_BYTES', 100)     # a class has more room than a submission
+    monkeypatch.setattr(archives, 'MAX_BYTES', 100)     # a class has more room than a submission
     cy, di = in_zip(flat, tmp_path / 'third')
     assert laid_out(cy, tmp_path) == (set(), ['More than 0.0001 MB: not all of it was unpacked.'])
     assert laid_out(di, tmp_path) == ({NODE}, [])
@@ -323,7 +323,7 @@ def test_no_link_within_a_submission_is_followed(tmp_path):
 
 @pytest.mark.parametrize('is_zip', [False, True])
 def test_the_packages_of_a_python_environment_leave_room_for_the_node(tmp_path, monkeypatch, is_zip):
-    monkeypatch.setattr(archives, 'MOST_FILES', 20)
+    monkeypatch.setattr(archives, 'MAX_FILES', 20)
     files = {'my_env/lib/site-packages/p{}/x.py'.format(number): '' for number in range(30)}
     files.update({'a/deep/pictures/{}.png'.format(number): '' for number in range(30)}, **{NODE: 'x'})
     path = zipped(tmp_path / 'work.zip', files)

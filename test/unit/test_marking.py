@@ -24,7 +24,7 @@ from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Ver
 from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
-from tb3_labs.marking.trial.observation import MOST_FINDINGS, NodeProcess, Observation, Stimulus
+from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observation, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.trial.ros_stimuli import changes_of_settings
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
@@ -119,14 +119,14 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDING_HEADINGS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
-            '{:g} MB and {} files'.format(archives.MOST_BYTES / 1e6, archives.MOST_FILES),
-            '{:g} GB of the zip file of a class'.format(archives.SUBMISSIONS_PER_CLASS_ZIP * archives.MOST_BYTES / 1e9),
-            'files above {:g} MB are left out'.format(submissions.LARGEST_COPIED / 1e6),
-            '{} processes, {:g} GB of memory'.format(processes.MOST_PROCESSES, processes.MOST_MEMORY / 1e9),
-            '{:g} MB in th'.format(processes.MOST_DISK / 1e6),      # their folders
-            'with more than {:g} MB'.format(processes.MOST_OTHER_MEMORY / 1e6),
+            '{:g} MB and {} files'.format(archives.MAX_BYTES / 1e6, archives.MAX_FILES),
+            '{:g} GB of the zip file of a class'.format(archives.SUBMISSIONS_PER_CLASS_ZIP * archives.MAX_BYTES / 1e9),
+            'files above {:g} MB are left out'.format(submissions.MAX_COPIED_BYTES / 1e6),
+            '{} processes, {:g} GB of memory'.format(processes.MAX_PROCESSES, processes.MAX_MEMORY / 1e9),
+            '{:g} MB in th'.format(processes.MAX_DISK / 1e6),      # their folders
+            'with more than {:g} MB'.format(processes.MAX_OTHER_MEMORY / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                sandbox.ADDRESS_SPACE / 1e9, node_start.LARGEST_FILE / 1e6)):
+                sandbox.ADDRESS_SPACE / 1e9, node_start.MAX_FILE_BYTES / 1e6)):
         assert said in words
 
 
@@ -159,7 +159,7 @@ def test_settings_that_the_marker_did_not_change():
 
 def test_findings_are_kept_once_and_not_without_end():
     seen = observation(findings=['first', *map(str, range(100)), 'first'])
-    assert marks_of('', seen).observation.findings == ['first', *map(str, range(MOST_FINDINGS - 1))]
+    assert marks_of('', seen).observation.findings == ['first', *map(str, range(MAX_FINDINGS - 1))]
 
 
 # -- pads

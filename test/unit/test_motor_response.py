@@ -11,7 +11,7 @@ from tb3_labs.control.commands import CommandHistory
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
-    LEAST_CRUISE_SHARE, LEAST_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, MotorResponse, identify_at_start)
+    MIN_CRUISE_SHARE, MIN_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, MotorResponse, identify_at_start)
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
@@ -20,7 +20,7 @@ from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 from tb3_labs.supervision.events import Event, Output
-from tb3_labs.supervision.timeouts import LONGEST_AGE
+from tb3_labs.supervision.timeouts import MAX_AGE
 
 PERIOD = 0.02
 
@@ -98,8 +98,8 @@ def test_a_robot_that_has_hardly_begun_to_move_or_moves_otherwise_tells_nothing(
 
 @pytest.mark.parametrize('what', [
     {'begin_speed': 0.2},                      # it moved already: by what command?
-    {'command': 0.9 * LEAST_CRUISE_SHARE, 'prompt': False},    # too slow
-    {'age': 1.1 * LONGEST_AGE},                # the network stalls
+    {'command': 0.9 * MIN_CRUISE_SHARE, 'prompt': False},    # too slow
+    {'age': 1.1 * MAX_AGE},                # the network stalls
     {'seconds': 0.1}])                         # over before it was steady
 def test_what_tells_nothing_teaches_nothing(what):
     _, learned = identified(0.2, 0.1, **what)
@@ -109,8 +109,8 @@ def test_what_tells_nothing_teaches_nothing(what):
 # The node's own turns show how late the samples of a robot are ------------------------------------
 
 @pytest.mark.parametrize('delay, expected', [
-    (0.03, LEAST_SAMPLE_DELAY),               # the delay of a command's way
-    (0.06, LEAST_SAMPLE_DELAY),
+    (0.03, MIN_SAMPLE_DELAY),               # the delay of a command's way
+    (0.06, MIN_SAMPLE_DELAY),
     (0.107, 0.107 - 0.5 / 30.0 - 0.008),      # which is 8 ms and half a control period
     (0.3, 0.15)])                             # clipped
 def test_what_exceeds_the_way_of_a_command_is_the_age_of_the_samples(delay, expected):

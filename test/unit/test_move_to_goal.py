@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from story_nodes import Ahead
-from tb3_labs.control.commands import LONGEST_IDLE
+from tb3_labs.control.commands import MAX_IDLE
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
@@ -156,7 +156,7 @@ def test_a_reset_wants_every_sample_of_the_imu():
     assert robot.core.idle_for(robot.now) == 0.0
     robot.imu = True
     robot.run(0.05)
-    assert robot.core.idle_for(robot.now) == LONGEST_IDLE
+    assert robot.core.idle_for(robot.now) == MAX_IDLE
 
 
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():

@@ -16,10 +16,10 @@ from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import mounts, sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
-from tb3_labs.marking.node_start import HOME, IDENTITY, LARGEST_FILE, OWN_FOLDERS
+from tb3_labs.marking.node_start import HOME, IDENTITY, MAX_FILE_BYTES, OWN_FOLDERS
 from tb3_labs.marking.intake.mounts import OWN_FOLDER_BYTES
 from tb3_labs.marking.intake.sandbox import (
-    ADDRESS_SPACE, MOST_TASKS, UNUSED_USER_IDS, NoSandbox, Sandbox, protection_problem)
+    ADDRESS_SPACE, MAX_TASKS, UNUSED_USER_IDS, NoSandbox, Sandbox, protection_problem)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: This program prints what it sees. Its arguments are a folder of its own, and paths that it must not see.
@@ -118,12 +118,12 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
 
 
 @pytest.mark.parametrize('limit, most, words', [
-    ('MOST_PROCESSES', 1, 'more than 1 processes'), ('MOST_MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
-    ('MOST_DISK', 0, 'files of more than 0 MB'),
-    ('MOST_OTHER_MEMORY', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
+    ('MAX_PROCESSES', 1, 'more than 1 processes'), ('MAX_MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
+    ('MAX_DISK', 0, 'files of more than 0 MB'),
+    ('MAX_OTHER_MEMORY', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):
     monkeypatch.setattr(processes, 'LIMITS_POLL_PERIOD', 0.01)
-    monkeypatch.setattr(processes, 'MOST_OTHER_MEMORY', 10 ** 12)
+    monkeypatch.setattr(processes, 'MAX_OTHER_MEMORY', 10 ** 12)
     calm = ResourceWatch(family.pid, [], os.getpid())
     calm.over.set()
     assert calm._exceeded_limit() == ''
@@ -189,8 +189,8 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     assert (seen.pop('user') in UNUSED_USER_IDS) is (os.geteuid() == 0)
     assert 0 <= seen.pop('room') - OWN_FOLDER_BYTES < 1e6 or not mounts.can_limit_folder_size()
     limits = seen.pop('limits')
-    assert limits[:3] == [LARGEST_FILE, ADDRESS_SPACE, 0]
-    assert limits[3] == MOST_TASKS or os.geteuid() != 0      # for others only a new Linux counts
+    assert limits[:3] == [MAX_FILE_BYTES, ADDRESS_SPACE, 0]
+    assert limits[3] == MAX_TASKS or os.geteuid() != 0      # for others only a new Linux counts
     assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
 
@@ -206,7 +206,7 @@ def test_without_a_sandbox_a_program_keeps_all_but_large_files():
     given = {'PATH': os.environ['PATH'], 'TOKEN': 'x'}
     assert subprocess.check_output(
         NoSandbox().program_command(['sh', '-c', 'echo $TOKEN $(ulimit -f)']), text=True,
-        env=NoSandbox().program_environment(given)) == 'x {}\n'.format(LARGEST_FILE // 512)
+        env=NoSandbox().program_environment(given)) == 'x {}\n'.format(MAX_FILE_BYTES // 512)
 
 
 @pytest.mark.parametrize('ends, words', [

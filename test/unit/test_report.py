@@ -20,7 +20,7 @@ from recorded_run import (  # noqa: F401
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.page.document import number, table
-from tb3_labs.report.run_data import LEAST_LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
+from tb3_labs.report.run_data import MIN_LEAP, Commands, ImuSamples, OdometrySamples, Poses, States
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
@@ -172,7 +172,7 @@ def test_the_true_path_is_drawn_along_an_odometry_that_is_set_to_zero(run):
     assert [line.get_color() == '#bbbbbb' for line in lines] == 2 * [False, True]
     for line in lines:
         x, y = line.get_data()
-        assert np.nanmax(np.hypot(np.diff(x), np.diff(y))) < LEAST_LEAP
+        assert np.nanmax(np.hypot(np.diff(x), np.diff(y))) < MIN_LEAP
         near = np.hypot(x[:, None] - run.odometry.x, y[:, None] - run.odometry.y).min(axis=1)
         assert np.nanmax(near) < 0.06                  # it truly ends 0.05 m beside
     true_in_local = [line for line in in_local.get_lines() if line.get_color() == '#bbbbbb'][0]

@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from pages import ROOT
-from tb3_labs.marking.source_analysis import LARGEST_TEXT, analyse, text_of
+from tb3_labs.marking.source_analysis import MAX_TEXT_BYTES, analyse, text_of
 
 #: The result for a text in which nothing is found.
 NOTHING = {'up': 0, 'remarks': [], 'assigned': {}}
@@ -67,7 +67,7 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
 # ----- the lines that assign a variable -----
 
 @pytest.mark.parametrize('begin, more, times', [
-    ('', '[', LARGEST_TEXT), ('', '[', 10 ** 7), ('1', '-1', 90000), ('', '(a\n)', 40000),
+    ('', '[', MAX_TEXT_BYTES), ('', '[', 10 ** 7), ('1', '-1', 90000), ('', '(a\n)', 40000),
     ('if a: pass\n', 'elif a: pass\n', 15000)])
 def test_a_file_that_was_made_to_be_hard_shows_nothing(tmp_path, begin, more, times):
     path = tmp_path / 'node.py'

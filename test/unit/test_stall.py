@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.sensors_and_stalls import (
-    AWAY_LIMIT, LONGEST_REST, STALL_STEP, STALL_TIME, StallWatch)
+    AWAY_LIMIT, MAX_REST, STALL_STEP, STALL_TIME, StallWatch)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -38,5 +38,5 @@ def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
 
 def test_a_rest_is_no_stall_but_has_an_end():
     progress = StallWatch()
-    assert after(progress, LONGEST_REST - DT, 1.0, must_move=False) == ''
+    assert after(progress, MAX_REST - DT, 1.0, must_move=False) == ''
     assert UNSETTLED in after(progress, 3 * DT, 1.0, must_move=False)

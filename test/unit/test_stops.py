@@ -6,7 +6,7 @@ from tb3_labs.control.goal_state import DRIVING, GoalState
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.supervision.timeouts import FROZEN_TIME
 
-FASTEST, FASTEST_TURN = 0.2108, 1.5     # [m/s], [rad/s]
+FASTEST, MAX_TURN_RATE = 0.2108, 1.5     # [m/s], [rad/s]
 #: Time from a zero command to rest: its delay, the firmware's period, five times the motors' lag.
 COASTING = ROBOT.command_latency + 1.0 / 30.0 + 5.5 * ROBOT.motor_lag
 SILENCE = 0.3
@@ -25,7 +25,7 @@ def assert_stands(stop, within):
     assert stop.to_zero <= within
     assert stop.to_rest <= within + COASTING
     assert stop.way <= FASTEST * (within + COASTING)
-    assert stop.turn <= FASTEST_TURN * (within + COASTING)
+    assert stop.turn <= MAX_TURN_RATE * (within + COASTING)
 
 
 @pytest.mark.parametrize('lost', [('imu',), ('odom',), ('imu', 'odom')])
@@ -51,7 +51,7 @@ def test_the_same_sample_again_and_again(lost):
 def test_motors_that_do_nothing():
     for motion, stop in stops(setting(motors_off=True)):
         assert stop.to_zero <= STUCK, (motion, stop)
-        assert stop.way <= FASTEST * COASTING and stop.turn <= FASTEST_TURN * COASTING
+        assert stop.way <= FASTEST * COASTING and stop.turn <= MAX_TURN_RATE * COASTING
         assert 'does not move' in stop.reason
 
 

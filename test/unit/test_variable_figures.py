@@ -113,5 +113,5 @@ def test_the_largest_page_is_bounded():
     time = np.arange(18000) / 20.0
     noise = np.random.RandomState(1).normal(0.0, 1.0, len(time))
     (points, breaks) = variable_figures.line(time, noise)
-    assert len(points) <= variable_figures.MOST_LINE_POINTS and breaks == []
+    assert len(points) <= variable_figures.MAX_LINE_POINTS and breaks == []
     assert variable_figures.line(time, np.full(len(time), math.nan)) == NO_LINE

@@ -20,7 +20,7 @@ from tb3_labs.robot.turtlebot3 import Twist2
 #: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
 #: A node that does not drive reads the next sample after this time, about one period [s].
-LONGEST_IDLE = 0.036
+MAX_IDLE = 0.036
 #: In 95 of 100 cases the estimate is off by less than this [standard deviations].
 STANDARD_ERRORS = 2.0
 #: A sample that is off by more standard deviations than this contradicts the estimate.
@@ -28,7 +28,7 @@ CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
 #: Smaller lags are raised to this, which avoids a division by zero [s].
-LEAST_LAG = 1e-6
+MIN_LAG = 1e-6
 
 
 class LawStep(NamedTuple):
@@ -150,7 +150,7 @@ class CommandHistory:
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
     """Returns the speed of a motor `dt` [s] after it had `speed`, at a constant `command`."""
-    return speed - math.expm1(-dt / max(lag, LEAST_LAG)) * (command - speed)
+    return speed - math.expm1(-dt / max(lag, MIN_LAG)) * (command - speed)
 
 
 class Estimate:

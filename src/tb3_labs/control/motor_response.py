@@ -36,7 +36,7 @@ import numpy as np
 from tb3_labs.control.commands import CommandHistory
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
-from tb3_labs.supervision.timeouts import LONGEST_AGE
+from tb3_labs.supervision.timeouts import MAX_AGE
 
 #: Lag of the motors before the first measurement [s].
 FIRST_LAG = 0.05
@@ -49,7 +49,7 @@ COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
 #: A sample delay is clipped to these limits [s]. The least is that of the firmware on a fast host.
-LEAST_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
+MIN_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
 #: A measured delay and a measured lag are clipped to these limits [s].
 MAX_DELAY, MAX_LAG = 0.4, 0.15
 #: Standard deviations of the values with which an approach begins.
@@ -63,13 +63,13 @@ TIME_DEVIATION = 0.002
 #: Weight of each measurement at steady speed in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
 #: Least weight of a measurement in the usual delay, which is learned over several approaches.
-LEAST_LEARNING_WEIGHT = 0.01
+MIN_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
 #: A speed is steady only if the command did not change for this time [s].
 CRUISE_TIME = 0.12
 #: Samples are used if the command has at least this share of the fastest speed.
-LEAST_CRUISE_SHARE = 0.5
+MIN_CRUISE_SHARE = 0.5
 #: Samples are used until this time after the start [s].
 LEARNING_TIME = 1.5
 #: A robot that is faster than this has begun to move [rad/s or m/s].
@@ -77,7 +77,7 @@ ONSET_SPEED = 0.03
 #: A robot that speeds up has a speed between these shares of the command.
 SPEEDING_UP_SHARES = 0.1, 1.5
 #: A first command that is slower than this does not show delay and lag well [rad/s].
-SLOWEST_FIRST_COMMAND = 0.2
+MIN_FIRST_COMMAND = 0.2
 #: If the first sample shows more than this share of the commanded speed, the lag is 0.
 PROMPT_SHARE = 0.98
 
@@ -98,15 +98,15 @@ class MotorResponse:
     def sample_delay(self) -> float:
         """The part of a sample's age that its stamp does not show [s]."""
         excess = self._usual_delay - COMMAND_TIME
-        if excess <= LEAST_SAMPLE_DELAY + COMMAND_SPREAD:
-            return LEAST_SAMPLE_DELAY
+        if excess <= MIN_SAMPLE_DELAY + COMMAND_SPREAD:
+            return MIN_SAMPLE_DELAY
         return min(excess, MAX_SAMPLE_DELAY)
 
     def learn(self, other: 'MotorResponse') -> None:
         """Take in one measurement of delay, lag and gain."""
         delay = clamp(other.delay, 0.0, MAX_DELAY)
         self._count += 1
-        weight = max(LEAST_LEARNING_WEIGHT, 1.0 / self._count)
+        weight = max(MIN_LEARNING_WEIGHT, 1.0 / self._count)
         self._usual_delay += weight * (delay - self._usual_delay)
         self.delay += LEARNING_WEIGHT * (delay - self.delay)
         self.lag += LEARNING_WEIGHT * (clamp(other.lag, 0.0, MAX_LAG) - self.lag)
@@ -121,7 +121,7 @@ def identify_at_start(time: float, steady_speed: float, travelled: float,
     The sample has the travel `travelled`, and the `speed` at this moment, not the mean of a period.
     The first command was given `time` [s] ago, and was not changed. It leads to `steady_speed`.
     """
-    if abs(steady_speed) < SLOWEST_FIRST_COMMAND or not 0.0 < speed * steady_speed:
+    if abs(steady_speed) < MIN_FIRST_COMMAND or not 0.0 < speed * steady_speed:
         return None
     r, w = speed / steady_speed, travelled / steady_speed
     lag = 0.0 if r > PROMPT_SHARE else w / (-math.log1p(-r) - r)
@@ -155,7 +155,7 @@ class Identification:
     def update(self, history: CommandHistory, travelled: float, speed: float,
                fastest: float, age: float = 0.0) -> None:
         """Take in the travel since the start and the `speed`, which were measured `age` [s] ago."""
-        if age > LONGEST_AGE:
+        if age > MAX_AGE:
             self._from_rest = False    # then commands may be delayed, too
         if not self._from_rest:
             return
@@ -163,7 +163,7 @@ class Identification:
         if self._speed_is_prompt and starts:
             self._identify_at_start(history, travelled, speed, age)
         command = history.command
-        if abs(command) < LEAST_CRUISE_SHARE * fastest or history.now > LEARNING_TIME:
+        if abs(command) < MIN_CRUISE_SHARE * fastest or history.now > LEARNING_TIME:
             return
         cruises = (history.unchanged_for > CRUISE_TIME
                    and abs(speed - command) < CRUISE_DEVIATION * abs(command))

@@ -62,7 +62,7 @@ class PreciseTurn:
     period = 1.0 / CONTROL_RATE    # one command in each control period of the firmware [s]
     MAX_ANGLE = 200.0 * math.pi    # the largest turn [rad]
     #: If the IMU is noisy, a turn at rest waits for more samples, at most for this time [s].
-    LONGEST_WAIT_AT_REST = 0.6
+    MAX_WAIT_AT_REST = 0.6
     #: The remaining angle is known well if its uncertainty is at most this share of the tolerance.
     KNOWN_WELL_SHARE = 0.35
 
@@ -116,5 +116,5 @@ class PreciseTurn:
         uncertainty = self._approach.way_after_stop.uncertainty
         if uncertainty <= self.KNOWN_WELL_SHARE * self._tolerance:
             return abs(self.remaining) <= self._tolerance
-        return (self._settling.rested_for >= self.LONGEST_WAIT_AT_REST
+        return (self._settling.rested_for >= self.MAX_WAIT_AT_REST
                 and abs(self.remaining) <= self._tolerance + uncertainty)

@@ -16,7 +16,7 @@ CLOCK_WARNING_OFFSET = 0.1
 #: With a larger offset, nodes that use stamps do not work [s].
 CLOCK_FAULT_OFFSET = 1.0
 #: A larger drift disturbs a lab [deg/min].
-MOST_DRIFT = 2.0
+MAX_DRIFT = 2.0
 #: A node still works if it refuses at most this share of a sensor's messages.
 TOLERATED_REFUSALS = 0.05
 #: A wheel that turns by less than this while the doctor listens stands still [rad].
@@ -107,7 +107,7 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
 def judge_drift(drift: float, namespace: str = '/') -> Line:
     """Does the heading stay constant while the wheels stand still? `drift` is in [deg/min]."""
     text = f'{drift:+.1f} deg/min at rest'
-    if abs(drift) > MOST_DRIFT:
+    if abs(drift) > MAX_DRIFT:
         return warning('Drift', text + ': headings and goals will be off', 'calibrate the gyro of '
                        'the standing robot: rostopic pub -1 {}reset std_msgs/Empty'.format(
                            namespace))

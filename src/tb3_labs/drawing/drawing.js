@@ -5,7 +5,7 @@
 
 const NAMES = ['paper', 'grid', 'grid-strong', 'ink', 'faint', 'odom', 'local', 'goal', 'truth', 'bad'];
 const GAP = 6;                      // [px] between two rows of names
-const LEAST_SCALE = 4, MOST_SCALE = 5000;    // [px/m]
+const MIN_SCALE = 4, MAX_SCALE = 5000;    // [px/m]
 const NARROWEST = 0.8;              // [m] View.fit() shows at least this width
 
 export const colours = {};
@@ -75,7 +75,7 @@ export class View {
   /** Zoom. The point at the pixel (px, py) stays there. */
   zoom(factor, px = this.width / 2, py = this.height / 2) {
     const [x, y] = this.point(px, py);
-    this.scale = Math.max(LEAST_SCALE, Math.min(MOST_SCALE, this.scale * factor));
+    this.scale = Math.max(MIN_SCALE, Math.min(MAX_SCALE, this.scale * factor));
     this.x = x - (px - this.width / 2) / this.scale;
     this.y = y + (py - this.height / 2) / this.scale;
     this.auto = false;
@@ -98,7 +98,7 @@ export class View {
     const across = this.width - 2 * side, up = this.height - top - bottom;
     const scale = Math.min(
       across / Math.max(x1 - x0, NARROWEST), up / Math.max(y1 - y0, NARROWEST));
-    this.scale = Math.max(LEAST_SCALE, Math.min(MOST_SCALE, scale));
+    this.scale = Math.max(MIN_SCALE, Math.min(MAX_SCALE, scale));
     this.x = (x0 + x1) / 2;
     this.y = (y0 + y1) / 2 + (top - bottom) / 2 / this.scale;
   }

@@ -8,8 +8,8 @@ import {
 export const FRAMES = ['odom', 'local'];
 const AXIS = 0.35;           // [m] length of a frame's axes, within AXIS_PIXELS
 const AXIS_PIXELS = [34, 90];
-const LEAST_SIZE = 13;       // [px] radius of the robot
-const MOST_POINTS = 2000;    // a trail with more points loses every other point
+const MIN_SIZE = 13;       // [px] radius of the robot
+const MAX_POINTS = 2000;    // a trail with more points loses every other point
 const STEP = 0.004;          // [m] a nearer point is not added to a trail
 const JUMP = 0.5;            // [m] after a longer step the robot was put elsewhere
 
@@ -27,7 +27,7 @@ class Trail {
     this.points.push([pose[0], pose[1]]);
     // Breaks stay, so that thinning never joins two pieces.
     let keep = false;
-    if (this.points.length > MOST_POINTS) {
+    if (this.points.length > MAX_POINTS) {
       this.points = this.points.filter((point) => { keep = !keep; return point === null || keep; });
     }
   }
@@ -206,7 +206,7 @@ export class RobotMap {
     const at = this.drawn('odom', place);
     if (!at) return;
     const [px, py, yaw] = at;
-    const size = Math.max(this.radius * this.view.scale, LEAST_SIZE);
+    const size = Math.max(this.radius * this.view.scale, MIN_SIZE);
     c.lineWidth = 2;
     c.setLineDash([3, 3]);
     circle(c, px, py, size, colour);
@@ -221,7 +221,7 @@ export class RobotMap {
     const at = this.drawn('odom', this.picture.odom) || this.drawn('local', this.picture.local);
     if (!at) return;
     const [px, py, yaw] = at;
-    const size = Math.max(this.radius * this.view.scale, LEAST_SIZE);    // seen on any map
+    const size = Math.max(this.radius * this.view.scale, MIN_SIZE);    // seen on any map
     c.lineWidth = 2;
     disc(c, px, py, size, colours.ink, 0.25);
     circle(c, px, py, size, colours.ink);

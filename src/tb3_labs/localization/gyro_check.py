@@ -31,9 +31,9 @@ from tb3_labs.supervision.timeouts import (
     GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
 
 #: The gyro shows a turn of the wheels at most this time after the wheels [s].
-LONGEST_GYRO_LAG = 0.13
+MAX_GYRO_LAG = 0.13
 #: The gyro shows a turn of the wheels at most this time before the wheels [s].
-LONGEST_GYRO_LEAD = 0.04
+MAX_GYRO_LEAD = 0.04
 #: A healthy gyro differs from slipping wheels by up to this share of the turn.
 SLIP_SHARE = 0.055
 #: A healthy gyro differs from uneven wheels by up to this share of _WheelTurn.rate_of_one_wheel.
@@ -41,9 +41,9 @@ UNEVEN_SHARE = 0.033
 #: A healthy gyro drifts by up to this [rad/s].
 GYRO_DRIFT = 0.02
 #: After the gyro agreed with resting wheels, a slip up to this share is possible, as on a carpet.
-WORST_SLIP_SHARE = 0.45
+MAX_SLIP_SHARE = 0.45
 #: After the gyro agreed with resting wheels, worn wheels may be uneven by up to this share.
-WORST_UNEVEN_SHARE = 0.1
+MAX_UNEVEN_SHARE = 0.1
 #: The slip of the wheels is known after steady turns for this time in total [s].
 SLIP_TIME = 0.1
 #: A steady turn is faster than this [rad/s].
@@ -142,7 +142,7 @@ class _Comparison:
 
     def turns_around(self, reading: _GyroRate) -> Optional[List[_WheelTurn]]:
         """Returns the turns of the wheels that `reading` may show; None if not all are known."""
-        first, last = reading.begin - LONGEST_GYRO_LAG, reading.end + LONGEST_GYRO_LEAD
+        first, last = reading.begin - MAX_GYRO_LAG, reading.end + MAX_GYRO_LEAD
         turns = [turn for turn in self.turns if turn.end > first and turn.begin < last]
         if not turns or turns[0].begin > first:    # `turns` is in order of time
             return None
@@ -159,10 +159,10 @@ class _Comparison:
         margin = SLIP_SHARE * max(-least, most) + GYRO_DRIFT
         if not self.is_calibrated:
             return least, most, margin + UNEVEN_SHARE * one_wheel
-        slips = (self.slip,) if self.turned_for >= SLIP_TIME else (0.0, WORST_SLIP_SHARE)
+        slips = (self.slip,) if self.turned_for >= SLIP_TIME else (0.0, MAX_SLIP_SHARE)
         lowest = min(least * (1.0 - slip) for slip in slips)
         highest = max(most * (1.0 - slip) for slip in slips)
-        return lowest, highest, margin + WORST_UNEVEN_SHARE * one_wheel
+        return lowest, highest, margin + MAX_UNEVEN_SHARE * one_wheel
 
     def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
         """If the gyro is calibrated, learn the share of a steady turn that the wheels lose."""
@@ -172,7 +172,7 @@ class _Comparison:
         if needs_turn and is_fast and is_steady:
             seconds = reading.end - reading.begin
             self.turned_for += seconds
-            slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, WORST_SLIP_SHARE)
+            slip = clamp(1.0 - 2.0 * reading.rate / (least + most), 0.0, MAX_SLIP_SHARE)
             self.slip += seconds / self.turned_for * (slip - self.slip)
 
 
@@ -218,7 +218,7 @@ class GyroWatch:
             self._add_turn(last, sample)
         self._comparison.wheels = sample
         readings = self._comparison.readings
-        while readings and readings[0].end + LONGEST_GYRO_LEAD <= time:
+        while readings and readings[0].end + MAX_GYRO_LEAD <= time:
             self._compare_with_wheels(readings.popleft())
 
     def problem(self) -> str:

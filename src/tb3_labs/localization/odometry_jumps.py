@@ -26,7 +26,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.sample_timing import TimedSample
 from tb3_labs.robot.samples import REST_LINEAR, ImuSample, OdometrySample, WheelSample, is_at_rest
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
-from tb3_labs.supervision.timeouts import LONGEST_SILENCE, RESET_SILENCE
+from tb3_labs.supervision.timeouts import MAX_SILENCE, RESET_SILENCE
 
 #: No TurtleBot3 drives faster than this [m/s].
 SPEED_BOUND = 0.5
@@ -85,8 +85,8 @@ class _Gap:
 
     @property
     def longest(self) -> float:
-        """The time by stamps or by arrivals, whichever is longer, up to LONGEST_SILENCE [s]."""
-        return min(max(self._by_stamps, self._by_arrival, 0.0), LONGEST_SILENCE)
+        """The time by stamps or by arrivals, whichever is longer, up to MAX_SILENCE [s]."""
+        return min(max(self._by_stamps, self._by_arrival, 0.0), MAX_SILENCE)
 
     @property
     def shortest(self) -> float:
@@ -170,7 +170,7 @@ class JumpFinder:
         """Returns (shift, jump) of a reset. The pose is kept if the robot was surely at rest."""
         turned = difference(after.imu.yaw, before.imu.yaw)
         stood = before.rests and driven_at < before.arrival - COMMAND_TIMEOUT
-        is_short = self._since_received.longest < LONGEST_SILENCE
+        is_short = self._since_received.longest < MAX_SILENCE
         was_turned = abs(turned) > RESTING_TURN
         if stood and is_short and not was_turned:
             return (_shift(before.sample.pose, after.sample.pose),

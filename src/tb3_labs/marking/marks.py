@@ -22,13 +22,13 @@ from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import remarks_on, tracebacks_before_the_end
-from tb3_labs.marking.trial.observation import LONGEST, LONGEST_FAIR_GAP, NO_RECORDING, Observation
+from tb3_labs.marking.trial.observation import LONGEST, MAX_FAIR_GAP, NO_RECORDING, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
 from tb3_labs.watch.chains import Link, first_broken
 
 #: Marks have at most this many remarks, and at most this many findings.
-MOST_SENTENCES = 100
+MAX_SENTENCES = 100
 #: The words in place of points if a submission was not judged.
 NOT_JUDGED = 'not judged'
 #: The section of a lab's points for criteria beyond the handout.
@@ -127,9 +127,9 @@ class Marks:
         """A sentence on a machine that was too busy for a fair trial. It is '' after a fair trial,
         or if the node lost no points."""
         gap = self.observation.longest_gap if self.observation else 0.0
-        if gap <= LONGEST_FAIR_GAP or self.is_full:
+        if gap <= MAX_FAIR_GAP or self.is_full:
             return ''
-        return (f'The machine held the robot up for {gap:.2f} s (up to {LONGEST_FAIR_GAP:g} s are '
+        return (f'The machine held the robot up for {gap:.2f} s (up to {MAX_FAIR_GAP:g} s are '
                 'fair): the marks may be unfair.')
 
     @property
@@ -260,7 +260,7 @@ def _broken_link(observation: Observation,
 
 def _limited(sentences: Sequence[str]) -> List[str]:
     """Returns the first sentences, cut and printable, since they may quote a submission."""
-    return [printable(sentence[:LONGEST]) for sentence in sentences[:MOST_SENTENCES]]
+    return [printable(sentence[:LONGEST]) for sentence in sentences[:MAX_SENTENCES]]
 
 
 # -- points

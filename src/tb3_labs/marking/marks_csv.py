@@ -30,7 +30,7 @@ FIRST_COLUMNS = [STUDENT, POINTS, OF]
 #: cells with the cells that the marker wrote.
 DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
 #: A spreadsheet's cell has at most this many characters.
-LONGEST_CELL = 32767
+MAX_CELL_LENGTH = 32767
 csv.field_size_limit(2 ** 31 - 1)
 
 
@@ -114,7 +114,7 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
     reason = safe(marks.decision.reason) if marks.decision else ''
     cells.update({
-        'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:LONGEST_CELL - 10]),
+        'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:MAX_CELL_LENGTH - 10]),
         'id': safe(marks.number), 'late': late, DECIDED: decided, REASON: reason})
     return cells
 

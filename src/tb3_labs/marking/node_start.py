@@ -14,8 +14,8 @@ NODE_START_FILE = 'TB3_LABS_NODE_START'
 HOME = '/home/student'
 OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
 #: A submission's program cannot write a larger file [bytes].
-LARGEST_FILE = 50 * 10 ** 6
-LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={LARGEST_FILE}']
+MAX_FILE_BYTES = 50 * 10 ** 6
+LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={MAX_FILE_BYTES}']
 #: This command starts a node. The node dies with the process that starts it. On a busy processor,
 #: the robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']

@@ -19,11 +19,11 @@ from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple, Union
 #: The limits of a process that reads a stranger's text: memory [bytes], processor time [s].
 PROCESS_LIMITS = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0']
 #: A larger file is not read [bytes].
-LARGEST_TEXT = 200000
+MAX_TEXT_BYTES = 200000
 #: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
-#: The result has at most MOST_NAMES variables, and at most MOST_LINES lines for each variable.
-MOST_NAMES, MOST_LINES = 200, 6
+#: The result has at most MAX_NAMES variables, and at most MAX_LINES lines for each variable.
+MAX_NAMES, MAX_LINES = 200, 6
 #: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 #: A variable or a function with such a name has a position in pixels, where y points down.
@@ -82,7 +82,7 @@ def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
     names, NAME and FIELD.NAME."""
     lines: Dict[str, List[int]] = {}
     for node in nodes:
-        if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MOST_NAMES:
+        if isinstance(getattr(node, 'ctx', None), ast.Store) and len(lines) < MAX_NAMES:
             names = [node.id] if isinstance(node, ast.Name) else []
             if isinstance(node, ast.Attribute):
                 names = [node.attr]
@@ -90,7 +90,7 @@ def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
                     names.append(f'{node.value.attr}.{node.attr}')
             for name in names:
                 lines.setdefault(name, []).append(node.lineno)
-    return {name: sorted(set(at))[:MOST_LINES] for name, at in lines.items()}
+    return {name: sorted(set(at))[:MAX_LINES] for name, at in lines.items()}
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
@@ -203,7 +203,7 @@ def _python_texts(paths: Iterable[str]) -> Iterator[bytes]:
         below = [os.path.join(folder, name) for folder, _, names in os.walk(path)
                  for name in names if name.endswith('.py')]
         for file in below or [path]:
-            if os.path.isfile(file) and os.path.getsize(file) <= LARGEST_TEXT:
+            if os.path.isfile(file) and os.path.getsize(file) <= MAX_TEXT_BYTES:
                 with open(file, 'rb') as opened:
                     yield opened.read()
 

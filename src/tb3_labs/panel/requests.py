@@ -30,13 +30,13 @@ from tb3_labs.nodes.gamepad.pad import PadConfig
 
 #: A message with more characters is refused. The longest valid message has about 250. JSON of this
 #: length cannot be nested so deeply that Python fails.
-LONGEST_REQUEST = 500
+MAX_REQUEST_LENGTH = 500
 #: The largest valid time of sending [s].
 LATEST_TIME = 1e12
 #: The clock of a browser may be ahead of the panel's clock by this [s].
-MOST_CLOCK_AHEAD = 0.2
+MAX_CLOCK_AHEAD = 0.2
 #: The largest valid turn [deg].
-LARGEST_TURN_DEG = 360.0
+MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
@@ -85,7 +85,7 @@ class PageRequest(NamedTuple):
 
     def lateness(self, now: float) -> float:
         """The delay of the message [s]. Raises ``ValueError`` if `sent_at` is in the future."""
-        if self.sent_at > now + MOST_CLOCK_AHEAD:
+        if self.sent_at > now + MAX_CLOCK_AHEAD:
             raise ValueError(f't = {self.sent_at} is not valid: at most {now:.1f}, which is now')
         return max(0.0, now - self.sent_at)
 
@@ -114,9 +114,9 @@ class OpenPage:
 def read_request(text: Union[str, bytes]) -> PageRequest:
     """Returns the PageRequest in a message. Raises ``ValueError``, with the reason, if it is
     invalid."""
-    if len(text) > LONGEST_REQUEST:
+    if len(text) > MAX_REQUEST_LENGTH:
         raise ValueError(f'a message of {len(text)} characters is refused: at most '
-                         f'{LONGEST_REQUEST} are valid')
+                         f'{MAX_REQUEST_LENGTH} are valid')
     try:
         message = json.loads(text)
         read = READERS[message['type']]
@@ -160,7 +160,7 @@ def _read_grip(message: Dict) -> Grip:
 #: {type of a request: function that reads the value of a message}
 READERS: Dict[str, Callable[[Dict], Any]] = {
     'joy': _read_grip, 'goal': _read_pose, 'reset': _read_pose, 'stop': lambda message: None,
-    'turn': lambda message: _read_number(message, 'degrees', LARGEST_TURN_DEG, 'deg')}
+    'turn': lambda message: _read_number(message, 'degrees', MAX_TURN_DEG, 'deg')}
 
 
 def _read_number(message: Dict, name: str, most: float, unit: str = '') -> float:

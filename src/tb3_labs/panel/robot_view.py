@@ -48,16 +48,16 @@ YAW_JUMP = math.radians(60.0)
 POSE_SET_LINE = re.compile(
     PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
-MOST_TIME_APART = 0.3
+MAX_TIME_APART = 0.3
 #: A robot whose odometry is slower than this is at rest [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
 
 #: A page shows the variables of at most this number of nodes.
-MOST_NODES = 4
+MAX_NODES = 4
 #: A page shows at most this number of variables of a node.
-MOST_VARIABLES = 40
+MAX_VARIABLES = 40
 #: A name or text of a variable is cut after this number of characters.
-LONGEST_TEXT = 200
+MAX_TEXT_LENGTH = 200
 #: A page no longer shows a node's variables after a silence of this length [s].
 VARIABLES_TIMEOUT = 2.0
 
@@ -108,10 +108,10 @@ class RobotView:
         """Store the variables (name, text) of a node."""
         self._variables = {other: received for other, received in self._variables.items()
                            if other != node and now - received[0] <= VARIABLES_TIMEOUT}
-        if len(self._variables) < MOST_NODES:
-            shown = [[name[:LONGEST_TEXT], text[:LONGEST_TEXT]]
-                     for name, text in islice(values, MOST_VARIABLES)]
-            self._variables[node[:LONGEST_TEXT]] = now, shown
+        if len(self._variables) < MAX_NODES:
+            shown = [[name[:MAX_TEXT_LENGTH], text[:MAX_TEXT_LENGTH]]
+                     for name, text in islice(values, MAX_VARIABLES)]
+            self._variables[node[:MAX_TEXT_LENGTH]] = now, shown
 
     # -- output
 
@@ -200,7 +200,7 @@ class RobotView:
             return None
         pose, stamp = truth
         odom = self.latest('odom')
-        if odom is not None and abs(stamp - odom.stamp) < MOST_TIME_APART:
+        if odom is not None and abs(stamp - odom.stamp) < MAX_TIME_APART:
             ahead = stamp - odom.stamp
             pose = pose @ Pose2(ahead * odom.linear, 0.0, ahead * odom.angular).inverse()
         return origin.inverse() @ pose

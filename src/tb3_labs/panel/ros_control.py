@@ -19,11 +19,11 @@ from tb3_labs.ros.conversions import frame, to_pose_stamped
 from tb3_labs.ros.parameters import read_config
 from tb3_labs.ros.rospy_internals import subscribers_of
 from tb3_labs.ros.reset_client import call_reset
-from tb3_labs.supervision.timeouts import OLDEST_RESET
+from tb3_labs.supervision.timeouts import MAX_RESET_AGE
 from tb3_labs.supervision.dead_man import DeadMan
 
 #: A request with a larger delay is rejected, since the person expects no motion any more [s].
-LONGEST_DELAY = 2.0
+MAX_REQUEST_AGE = 2.0
 #: A stop is confirmed if the robot stands still within this time [s].
 CONFIRM_WITHIN = 1.5
 #: Time between two checks whether the robot stands still [s].
@@ -107,14 +107,14 @@ class PanelRobot:
         self._confirm(page, request, steady_time())
 
     def _send_turn(self, _page, request):
-        self._check_age(request, LONGEST_DELAY)
+        self._check_age(request, MAX_REQUEST_AGE)
         self._require(self._turn, 'turn: is the controller running?')
         self._refuse_beside_move_to_goal()
         self._turn.publish(request.value)
         return f'asked for {request.value:g} degrees'
 
     def _send_goal(self, _page, request):
-        self._check_age(request, LONGEST_DELAY)
+        self._check_age(request, MAX_REQUEST_AGE)
         self._require(self._goal, 'move_base_simple/goal: is move_to_goal running?')
         typed = request.value
         self._goal.publish(to_pose_stamped(typed.pose, frame('local'), rospy.get_time()))
@@ -122,7 +122,7 @@ class PanelRobot:
 
     def _reset(self, page, request):
         """Call the service in a separate thread: the call may take a second."""
-        self._check_age(request, OLDEST_RESET)    # a late reset would declare another place
+        self._check_age(request, MAX_RESET_AGE)    # a late reset would declare another place
         typed = request.value
 
         def call():

@@ -21,7 +21,7 @@ RELEASE_TIMEOUT = 0.5
 #: A new page gets at most this number of log lines from the time before it was opened.
 LINES_KEPT = 200
 #: A log line is cut after this number of characters.
-LONGEST_LINE = 500
+MAX_LINE_LENGTH = 500
 #: (least level of a message, its name on a page)
 LOG_LEVELS = ((Log.ERROR, 'error'), (Log.WARN, 'warn'), (Log.INFO, 'info'))
 
@@ -102,7 +102,7 @@ class Pages:
         if level is not None and message.name.startswith(rospy.get_namespace()):
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
-                    'text': message.msg[:LONGEST_LINE]}
+                    'text': message.msg[:MAX_LINE_LENGTH]}
             self._server.soon(lambda: self._add_line(line))
 
     def _add_line(self, line):

@@ -15,7 +15,7 @@ from tornado import httpserver, netutil, web, websocket
 
 from tb3_labs import drawing
 from tb3_labs.panel.access import LOOPBACK, Access
-from tb3_labs.panel.requests import LONGEST_REQUEST
+from tb3_labs.panel.requests import MAX_REQUEST_LENGTH
 from tb3_labs.ros.node import guarded
 
 #: Requests of files with these suffixes need no token. The page and the socket need the token.
@@ -33,11 +33,11 @@ PONG_TIMEOUT = 3.0
 #: A connection that sends no complete request within this time is closed [s].
 REQUEST_TIMEOUT = 10.0
 #: Most open connections of one address.
-MOST_OF_ONE_ADDRESS = 32
+MAX_OF_ONE_ADDRESS = 32
 #: Most open connections of all addresses, since this node may open about 1000 files.
-MOST_CONNECTIONS = 128
+MAX_CONNECTIONS = 128
 #: The panel tries at most this number of ports.
-MOST_PORTS = 10
+MAX_PORTS = 10
 #: With these headers the page loads files of this server only, and no site shows it in a frame.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self'; connect-src 'self' ws: wss:; "
@@ -94,7 +94,7 @@ class Server:
             (f'/({DRAWING_NAMES})', _File, {'access': self._access, 'path': str(drawing.FOLDER)}),
             (r'/(.*)', _File, {'access': self._access, 'path': str(PAGE_FILES),
                                'default_filename': 'index.html'})],
-            log_function=lambda handler: None, websocket_max_message_size=4 * LONGEST_REQUEST,
+            log_function=lambda handler: None, websocket_max_message_size=4 * MAX_REQUEST_LENGTH,
             websocket_ping_interval=PING_PERIOD, websocket_ping_timeout=PONG_TIMEOUT)
         # tornado reads a request's body before Access checks the request. The page sends no body,
         # so 1 byte is enough. tornado 5 would take 0 for no limit.
@@ -120,9 +120,9 @@ class _ConnectionLimit(httpserver.HTTPServer):
         self._open = [(older, its_host) for older, its_host in self._open if not older.closed()]
         self._open.append((stream, host))
         of_host = [older for older, its_host in self._open if its_host == host]
-        self._limit(of_host, MOST_OF_ONE_ADDRESS, host)
+        self._limit(of_host, MAX_OF_ONE_ADDRESS, host)
         of_all = [older for older, _ in self._open if not older.closed()]
-        self._limit(of_all, MOST_CONNECTIONS, host)
+        self._limit(of_all, MAX_CONNECTIONS, host)
         if not stream.closed():
             super().handle_stream(stream, address)
 
@@ -201,7 +201,7 @@ class _Socket(_CheckedHandler, websocket.WebSocketHandler):
 
 def _bind(port, address):
     """Returns (sockets, port) of the first free port. ``ValueError`` if no port can be used."""
-    for number in range(port, port + MOST_PORTS):
+    for number in range(port, port + MAX_PORTS):
         try:
             sockets = netutil.bind_sockets(number, address)
         except OSError as problem:

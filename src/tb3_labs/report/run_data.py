@@ -22,9 +22,9 @@ from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
 #: A pause of a topic's messages is a gap if it is longer than this [s].
-LEAST_GAP = 0.3
+MIN_GAP = 0.3
 #: The way from one pose to the next is a leap if it is longer than this [m].
-LEAST_LEAP = 0.3
+MIN_LEAP = 0.3
 
 SamplesType = TypeVar('SamplesType', bound='Samples')
 
@@ -110,7 +110,7 @@ class Poses(Yaws):
     @property
     def leaps(self) -> np.ndarray:
         """The index of the first pose after each leap."""
-        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > LEAST_LEAP) + 1
+        return np.flatnonzero(np.hypot(np.diff(self.x), np.diff(self.y)) > MIN_LEAP) + 1
 
     def pose(self, index: int) -> Pose2:
         return Pose2(float(self.x[index]), float(self.y[index]), float(self.yaw[index]))
@@ -273,7 +273,7 @@ def yaw_offset(run: RunData) -> YawOffset:
     imu_time, at = run.imu.time, run.odometry.time
     after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
     before = np.abs(imu_time[after - 1] - at)
-    is_close = (np.abs(imu_time[after] - at) < LEAST_GAP) & (before < LEAST_GAP)
+    is_close = (np.abs(imu_time[after] - at) < MIN_GAP) & (before < MIN_GAP)
     if not is_close.any():
         return YawOffset(math.nan, math.nan, math.nan)
     offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[is_close])

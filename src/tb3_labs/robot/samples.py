@@ -9,17 +9,17 @@ from tb3_labs.geometry.angles import difference
 
 #: A robot turns at most this far between two samples of the IMU [rad], since a node that drives by
 #: the IMU stops the robot when the IMU is silent.
-FARTHEST_TURN = 1.0
+MAX_TURN_PER_SAMPLE = 1.0
 #: The place of the odometry is at most this far from zero, a day of driving [m].
-FARTHEST_PLACE = 2e4
+MAX_ODOMETRY_DISTANCE = 2e4
 #: Largest speed of the odometry, if a person spins the wheels [m/s].
-FASTEST_DRIVE = 3.0
+MAX_DRIVE_SPEED = 3.0
 #: Largest turn rate in the odometry: the firmware's spike, two pi in at least 1 ms [rad/s].
-FASTEST_SPIKE = 7e3
+MAX_SPIKE_SPEED = 7e3
 #: Largest rate that the board's gyro can measure, 2000 deg/s [rad/s].
-FASTEST_GYRO = 35.0
+MAX_GYRO_RATE = 35.0
 #: The angle of a wheel is at most this [rad], since the encoder counts to 2^31.
-FARTHEST_WHEEL = 3.5e6
+MAX_WHEEL_ANGLE = 3.5e6
 #: The latest stamp that ROS can send, in the year 2106 [s].
 LAST_STAMP = 2.0 ** 32 - 2.0
 #: A robot at rest has at most this forward speed in its samples [m/s].
@@ -86,6 +86,6 @@ def is_at_rest(linear: float, angular: float) -> bool:
 def heading_jump(before: Optional[ImuSample], after: ImuSample) -> str:
     """Returns a text about a jump of the heading between two samples, or ''."""
     turned = difference(after.yaw, before.yaw) if before else 0.0
-    if abs(turned) <= FARTHEST_TURN:
+    if abs(turned) <= MAX_TURN_PER_SAMPLE:
         return ''
     return f"the IMU's heading jumped by {abs(math.degrees(turned)):.0f} degrees"

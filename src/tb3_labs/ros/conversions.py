@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, Twist
 from tb3_labs.geometry.angles import quaternion_from_yaw, yaw_from_quaternion
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import (
-    FARTHEST_PLACE, FASTEST_DRIVE, FASTEST_SPIKE, LAST_STAMP, OdometrySample, bounded)
+    MAX_ODOMETRY_DISTANCE, MAX_DRIVE_SPEED, MAX_SPIKE_SPEED, LAST_STAMP, OdometrySample, bounded)
 
 #: The environment variable with the path of a named pipe. For each true pose the simulated robot
 #: writes a line with x, y [m], yaw [rad] into the pipe, since a student's node could read a topic.
@@ -49,11 +49,11 @@ def transform_to_pose2(transform):
 def to_odometry_sample(message):
     """Returns the OdometrySample of a nav_msgs/Odometry."""
     twist, pose = message.twist.twist, to_pose2(message.pose.pose)
-    bounded('place', max(abs(pose.x), abs(pose.y)), FARTHEST_PLACE, 'm')
+    bounded('place', max(abs(pose.x), abs(pose.y)), MAX_ODOMETRY_DISTANCE, 'm')
     return OdometrySample(
         bounded('stamp', message.header.stamp.to_sec(), LAST_STAMP, 's'), pose,
-        bounded('speed', twist.linear.x, FASTEST_DRIVE, 'm/s'),
-        bounded('rate of turn', twist.angular.z, FASTEST_SPIKE, 'rad/s'))
+        bounded('speed', twist.linear.x, MAX_DRIVE_SPEED, 'm/s'),
+        bounded('rate of turn', twist.angular.z, MAX_SPIKE_SPEED, 'rad/s'))
 
 
 def to_pose_stamped(pose, frame_id, stamp):

@@ -30,7 +30,7 @@ from tb3_labs.supervision.timeouts import (
 
 #: A smaller speed is sent as 0. It would not turn a motor, and the firmware takes a speed such as
 #: 1e-40 for full speed [m/s], [rad/s].
-LEAST_SPEED = 1e-4
+MIN_SPEED = 1e-4
 #: Time between two reports [s, wall clock].
 REPORT_PERIOD = 1.0
 
@@ -121,13 +121,13 @@ class CmdVel:
         return self._publisher.get_num_connections() > 0
 
     def send(self, command):
-        """Send `command`, a Twist2. A speed below LEAST_SPEED is zero. For zero, and while the
+        """Send `command`, a Twist2. A speed below MIN_SPEED is zero. For zero, and while the
         clock stands still, call :meth:`stop`. ``ValueError`` if a speed is not finite."""
         linear, angular = command
         if not math.isfinite(linear + angular):
             raise ValueError(f'command ({linear}, {angular}) is not finite')
-        linear = linear if abs(linear) >= LEAST_SPEED else 0.0
-        angular = angular if abs(angular) >= LEAST_SPEED else 0.0
+        linear = linear if abs(linear) >= MIN_SPEED else 0.0
+        angular = angular if abs(angular) >= MIN_SPEED else 0.0
         if linear == angular == 0.0 or not self._clock_runs:
             self.stop()
         elif not self._closed:

@@ -27,7 +27,7 @@ from tb3_labs.terminal import run_tool
 
 SERVICE = '/set_parameters'
 #: Longest wait for a node's answer [s].
-LONGEST_ANSWER = 2.0
+MAX_ANSWER_TIME = 2.0
 #: rospy's text of a refusal. The second group is the node's reason.
 REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
                      r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
@@ -43,7 +43,7 @@ def configurable_nodes():
 def change_settings(node, config):
     """Change settings of `node`. Returns {name: value} of all settings of the node. ``ValueError``
     with the reason if the node refuses the change."""
-    rospy.wait_for_service(node + SERVICE, LONGEST_ANSWER)
+    rospy.wait_for_service(node + SERVICE, MAX_ANSWER_TIME)
     try:
         return decode(rospy.ServiceProxy(node + SERVICE, Reconfigure)(config).config)
     except rospy.ServiceException as problem:

@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.robot.samples import (
-    FARTHEST_WHEEL, FASTEST_GYRO, LAST_STAMP, ImuSample, WheelSample, bounded)
+    MAX_WHEEL_ANGLE, MAX_GYRO_RATE, LAST_STAMP, ImuSample, WheelSample, bounded)
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS
 from tb3_labs.ros.topics import publishers_of, subscribe
 
@@ -26,14 +26,14 @@ def to_imu_sample(message):
         raise ValueError('it has no gyro (gyro covariance -1)')
     q = message.orientation
     return ImuSample(_stamp(message), yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z), bounded(
-        'rate of turn', message.angular_velocity.z, FASTEST_GYRO, 'rad/s'))
+        'rate of turn', message.angular_velocity.z, MAX_GYRO_RATE, 'rad/s'))
 
 
 def to_wheel_sample(message):
     """Returns the WheelSample of a sensor_msgs/JointState. ``ValueError`` if a wheel is missing."""
     angles = dict(zip(message.name, message.position))
     try:
-        left, right = (bounded(joint, angles[joint], FARTHEST_WHEEL, 'rad')
+        left, right = (bounded(joint, angles[joint], MAX_WHEEL_ANGLE, 'rad')
                        for joint in WHEEL_JOINTS)
     except KeyError as missing:
         raise ValueError(f'no angle of {missing}') from None

@@ -17,7 +17,7 @@ from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 #: Longest arc while the speed changes [s].
-LONGEST_ARC = 1.0 / 60.0
+MAX_ARC_TIME = 1.0 / 60.0
 #: A motor whose speed differs from the goal by less than this has reached the goal [rad/s].
 STEADY_SPEED = 1e-6
 
@@ -88,7 +88,7 @@ class Drivetrain:
             if self._left_goal or self._right_goal:
                 self._roll(self._left_goal * dt, self._right_goal * dt)
             return
-        arcs = math.ceil(dt / LONGEST_ARC - 1e-9) or 1
+        arcs = math.ceil(dt / MAX_ARC_TIME - 1e-9) or 1
         dt /= arcs
         decay = math.exp(-dt / self._lag)
         excess_time = self._lag * (1.0 - decay)

@@ -24,17 +24,17 @@ from tb3_labs.ros.conversions import (
     TRUTH_PIPE, frame, to_pose_stamped, to_quaternion, to_transform)
 from tb3_labs.ros.node import guarded
 from tb3_labs.ros.rospy_internals import publish_together, write_at_once
-from tb3_labs.simulation.sensors import MOST_SAMPLES
+from tb3_labs.simulation.sensors import MAX_SAMPLES
 from tb3_labs.simulation.simulator import Simulator
 
 SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
 #: If the computer pauses for at most this time [s], the robot catches up.
-LONGEST_CATCH_UP = 0.5
+MAX_CATCH_UP = 0.5
 #: A robot that publishes /clock catches up after a pause of at most this time [s, wall clock].
 #: After a longer pause it does not catch up, since /clock would jump, and nodes would treat the
 #: sensors as silent.
-LONGEST_CATCH_UP_ON_CLOCK = 0.02
+MAX_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
 #: The tilt of the board of a recorded robot [rad].
 ROLL = math.radians(0.7)
@@ -133,7 +133,7 @@ def start(robot, speed):
 
 def keep_pace(robot, clock, speed):
     """Step `robot` without end, `speed` times as fast as real time."""
-    longest_catch_up = LONGEST_CATCH_UP_ON_CLOCK if clock else LONGEST_CATCH_UP
+    longest_catch_up = MAX_CATCH_UP_ON_CLOCK if clock else MAX_CATCH_UP
     due = time.monotonic()    # the time of the next step
     epoch = time.time()       # the ROS time of the simulator's time 0
     for step in itertools.count():
@@ -208,7 +208,7 @@ def _wheels_at(wheels, stamp):
 
 def _send(publisher, samples, message_of):
     if samples and publisher.get_num_connections():
-        publish_together(publisher, [message_of(sample) for sample in samples[-MOST_SAMPLES:]])
+        publish_together(publisher, [message_of(sample) for sample in samples[-MAX_SAMPLES:]])
 
 
 def make_publisher(topic, kind, **options):

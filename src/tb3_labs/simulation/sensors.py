@@ -18,7 +18,7 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: After a stall at most this number of samples of a sensor is sent, since buffers are finite. An
 #: IMU at 200 Hz makes this many samples in the longest stall.
-MOST_SAMPLES = 2000
+MAX_SAMPLES = 2000
 #: Values of the left and the right wheel.
 WheelPair = Tuple[float, float]
 #: The serial node sets the board's clock with this period [s].
@@ -101,7 +101,7 @@ class Sensors:
         self.world_T_odom = Pose2()
         #: (stamp, angles [rad], speeds [rad/s]) of the wheels at each odometry sample, even if the
         #: sample was not sent.
-        self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MOST_SAMPLES)
+        self.wheel_readings: Deque[Tuple[float, WheelPair, WheelPair]] = deque(maxlen=MAX_SAMPLES)
         # {'imu' or 'odom': sample that the frozen sensor repeats}
         self._frozen: Dict[str, Sample] = {}
 

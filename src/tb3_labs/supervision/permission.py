@@ -15,7 +15,7 @@ a stop holds until a person releases the machine again.
   arrives while the process wakes is ignored, since the True may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
-* A True is ignored if it was sent more than `OLDEST_GRANT` ago, or before another sender's False,
+* A True is ignored if it was sent more than `MAX_GRANT_AGE` ago, or before another sender's False,
   or before this node started or woke. A True was delayed if the renewals after it arrive faster
   than one in each `RENEWAL_PERIOD`.
 
@@ -28,7 +28,7 @@ from typing import Dict, Set
 
 from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import (
-    CONFIRMED_AFTER, EXPIRE_AFTER, OLDEST_GRANT, RENEWAL_PERIOD, RESUME_TIME, ROBOT_START,
+    CONFIRMED_AFTER, EXPIRE_AFTER, MAX_GRANT_AGE, RENEWAL_PERIOD, RESUME_TIME, ROBOT_START,
     SUSPEND_AFTER, Freshness, SleepWatch)
 
 
@@ -125,7 +125,7 @@ class Permission:
             return    # this False does not end the grant at the start
         if not is_grant:
             self._stops = {other: at for other, at in self._stops.items()
-                           if now - at <= OLDEST_GRANT}
+                           if now - at <= MAX_GRANT_AGE}
             self._stops[sender] = now
             self._grants = {}
             self._refused.discard(sender)
@@ -173,8 +173,8 @@ class Permission:
     def _check_delay(self, sender: str, grant: _Grant) -> None:
         """End a grant if its renewals show that its True was sent too long ago."""
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
-        if grant.granted_at - grant.sent_before > OLDEST_GRANT:
-            self._end(sender, f'the network delayed it by more than {OLDEST_GRANT:.0f} s')
+        if grant.granted_at - grant.sent_before > MAX_GRANT_AGE:
+            self._end(sender, f'the network delayed it by more than {MAX_GRANT_AGE:.0f} s')
         elif grant.sent_before < min(self._began_at, grant.granted_at):
             self._end(sender, 'it was given before this node started, or woke')
         elif grant.sent_before < max(stops_of_others, default=-math.inf):

@@ -24,7 +24,7 @@ STALL_TIME = 1.3
 #: The robot got nearer to its goal if the remaining way is shorter by at least this [m or rad].
 STALL_STEP = 0.004
 #: One drive may command rest for at most this time in total [s].
-LONGEST_REST = 4.0
+MAX_REST = 4.0
 #: The goal is missed if the remaining way grows again by more than this [m or rad]. In a short
 #: stall of the network a robot overshoots by less than this.
 AWAY_LIMIT = 0.8
@@ -183,7 +183,7 @@ class StallWatch:
         `must_move`: does the command tell the robot to move?"""
         if not must_move:
             self._rested_for += dt
-            if self._rested_for <= LONGEST_REST:
+            if self._rested_for <= MAX_REST:
                 return ''
             return 'the robot does not settle although it is told to rest (a noisy IMU?)'
         remaining = abs(remaining)

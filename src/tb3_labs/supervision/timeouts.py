@@ -31,7 +31,7 @@ PAD_TIMEOUT = 0.25
 #: An active mouse that is silent for longer than this is lost.
 MOUSE_TIMEOUT = 0.2
 #: The step that the odometry may make grows with the silence before it, up to this silence.
-LONGEST_SILENCE = 5.0
+MAX_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
 
@@ -70,7 +70,7 @@ MAX_RECEIVED_STEP = 0.1
 #: The usual delay of a pad is known this long after its first message.
 LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
-LONGEST_AGE = 0.1
+MAX_AGE = 0.1
 #: A sender that repeats an old message to a new connection does so within this time.
 REPEATS_WITHIN = 2.0
 #: A message that was latched before a node began to listen arrives within this time.
@@ -92,16 +92,16 @@ SUSPEND_AFTER = 0.5
 #: A grant expires after this silence.
 EXPIRE_AFTER = 2.0
 #: A True that was sent longer ago than this is ignored.
-OLDEST_GRANT = 2.0
+MAX_GRANT_AGE = 2.0
 #: A reset that was requested longer ago than this is refused, since the robot may have moved.
-OLDEST_RESET = 1.0
+MAX_RESET_AGE = 1.0
 #: After this silence a sender of goals or turns has paused, and may send the same request again.
 SENDER_PAUSE = 2.0
 
 # -- this process sleeps, or its clock stands
 
 #: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
-SHORTEST_SLEEP = 1.0
+MIN_SLEEP = 1.0
 #: Messages within this time after a sleep may have been sent before or during the sleep.
 WAKING_TIME = 0.3
 #: A simulated clock that does not change for this long stands still.
@@ -160,12 +160,12 @@ class SleepWatch:
         self.is_waking = False
         #: The end of the last sleep [s].
         self.woke_at = -math.inf
-        self._looks = Freshness('look at the clock', SHORTEST_SLEEP)
+        self._looks = Freshness('look at the clock', MIN_SLEEP)
 
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
         gap = self._looks.received(now)
-        self.slept_for = gap if SHORTEST_SLEEP < gap < math.inf else 0.0
+        self.slept_for = gap if MIN_SLEEP < gap < math.inf else 0.0
         if self.slept_for:
             self.woke_at = now
         self.is_waking = now - self.woke_at < WAKING_TIME

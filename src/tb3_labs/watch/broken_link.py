@@ -14,16 +14,16 @@ from tb3_labs.watch.quantities import Quantity, headings, matching_quantities, m
 from tb3_labs.watch.variables import Series, bare_name, variables_of
 
 #: A variable is late if its pauses are longer than this while its quantity changes [s].
-LONGEST_UPDATE_GAP = 0.3
+MAX_UPDATE_GAP = 0.3
 #: A node whose variables were not read for longer than this may have ended [s].
-LONGEST_READING_GAP = 0.4
+MAX_READING_GAP = 0.4
 #: A longer pause between commands is a mistake [s].
-LONGEST_COMMAND_GAP = 0.45
+MAX_COMMAND_GAP = 0.45
 #: If a variable follows no quantity, it is compared with the headings a second time, with a
 #: tolerance that is larger by this factor.
 COARSE_FACTOR = 30.0
 #: A variable with at most this many values is not called constant.
-FEWEST_READINGS = 10
+MIN_READINGS = 10
 
 
 class BrokenLink(NamedTuple):
@@ -91,15 +91,15 @@ class NodeRun:
             series.time for series in self.variables.values()]))
 
     def runs_at(self, time: float) -> bool:
-        """Was a variable read at most LONGEST_READING_GAP before this time?"""
+        """Was a variable read at most MAX_READING_GAP before this time?"""
         before = self.reading_times[self.reading_times < time]
-        return bool(len(before) and time - before[-1] <= LONGEST_READING_GAP)
+        return bool(len(before) and time - before[-1] <= MAX_READING_GAP)
 
     def end_after(self, time: float) -> float:
         """Returns the time of the last reading before the next gap in the readings; inf if there
         is no reading after `time`."""
         later = self.reading_times[self.reading_times >= time]
-        is_last = np.diff(later, append=np.inf) > LONGEST_READING_GAP
+        is_last = np.diff(later, append=np.inf) > MAX_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
 
     def constant_text(self, name: str, value: float) -> str:
@@ -149,7 +149,7 @@ def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
 def is_constant(series: Series) -> bool:
     """Are all values of a variable equal? The first twentieth of the values is ignored."""
     count = len(series.text)
-    return count > FEWEST_READINGS and len(set(series.text[count // 20:])) == 1
+    return count > MIN_READINGS and len(set(series.text[count // 20:])) == 1
 
 
 def worst_index(series: Series, should: np.ndarray) -> int:
@@ -193,7 +193,7 @@ def followed_heading(series: Series, quantities: List[Quantity]
         return None, wrong_value(series, expected(followed, correct.name), correct)
     pause = median_pause(series, correct)
     behaviour = 'does not follow ' + correct.name
-    if pause > LONGEST_UPDATE_GAP:
+    if pause > MAX_UPDATE_GAP:
         behaviour += f', but changes only every {pause:.1f} s while that changes'
     return None, wrong_value(series, behaviour, correct)
 
@@ -206,7 +206,7 @@ def expected(observation: str, correct: Any) -> str:
 def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
     """Yields a BrokenLink at `begin` if the commands at these times come too seldom."""
     pause = np.median(np.diff(times))
-    if pause > LONGEST_COMMAND_GAP:
+    if pause > MAX_COMMAND_GAP:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 

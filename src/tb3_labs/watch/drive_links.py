@@ -13,7 +13,7 @@ from tb3_labs.handout import (
 from tb3_labs.watch.broken_link import (
     BrokenLink, NodeRun, expected, is_constant, other_field_text, slow_commands)
 from tb3_labs.watch.drive_states import (
-    HANDOUT_GOAL, LONGEST_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval,
+    HANDOUT_GOAL, MAX_PROBE_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval,
     control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
@@ -34,7 +34,7 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
         if not starts and not node_run.runs_at(begin):
             continue
         known_until = end if starts else min(end, node_run.end_after(begin))
-        part = series.between(begin + LONGEST_LAG, known_until)
+        part = series.between(begin + MAX_PROBE_LAG, known_until)
         if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
             yield BrokenLink(f'{part.time[-1] - begin:.1f} s after a {bool(value)} on ctrl_relinq '
                              f'{series.name} was {part.text[-1]}', part.time[0], series.name)
@@ -46,8 +46,8 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
     if series is None:
         return
     for frame in node_run.cached(local_frames):
-        part = series.between(frame.begin + LONGEST_LAG, frame.end)
-        soon = series.between(frame.begin - SHORT_LAG, frame.begin + LONGEST_LAG).text
+        part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
+        soon = series.between(frame.begin - SHORT_LAG, frame.begin + MAX_PROBE_LAG).text
         if not frame.is_reset or not len(part.text) or ROTATE_TO_GOAL in soon:
             continue
         stayed = series.text_at(frame.begin - SHORT_LAG) == part.text[0]
@@ -192,7 +192,7 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     if part.next_state or not len(near) or part.end - times[near[0]] <= 1.0:
         return
     is_left = error[near[0]:].max() > tolerance + POSE_TOLERANCE
-    if is_left or not part.angular[part.time > times[near[0]] + LONGEST_LAG].any():
+    if is_left or not part.angular[part.time > times[near[0]] + MAX_PROBE_LAG].any():
         yield BrokenLink(
             f'state stayed {part.state} at ' + error_text(part.state, error[near[-1]]),
             times[near[-1]], 'state')
@@ -216,10 +216,10 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
              for begin, end, value in control_intervals(node_run)
              if not value and node_run.runs_at(begin)]
     for begin, end, event, is_counted in sorted(ends, key=lambda each: each[0]):
-        if end <= begin + LONGEST_LAG:
+        if end <= begin + MAX_PROBE_LAG:
             continue
-        last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < begin + LONGEST_LAG))
-        late = np.flatnonzero((sent.arrival > begin + LONGEST_LAG) & (sent.arrival < end)
+        last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < begin + MAX_PROBE_LAG))
+        late = np.flatnonzero((sent.arrival > begin + MAX_PROBE_LAG) & (sent.arrival < end)
                               & is_counted)
         if len(late) > 3:
             k = late[0]

@@ -12,13 +12,13 @@ import numpy as np
 
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, worst_index
 from tb3_labs.watch.drive_states import (
-    LONGEST_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, local_frames,
+    MAX_PROBE_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, local_frames,
     part_with_control, unit_of)
 from tb3_labs.watch.quantities import SAME_SHARE, Quantity, matching_quantities, sample_ages
 from tb3_labs.watch.variables import Series, shortened_value
 
 #: A variable with fewer values in a frame is not judged.
-FEWEST_VALUES = 10
+MIN_VALUES = 10
 #: The values in a window of this length, with the worst value in its middle, are used to find the
 #: quantity that a wrong variable follows [s].
 FOLLOWED_WINDOW = 60.0
@@ -165,7 +165,7 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
     series, is_local = node_run.variable(name), name in REFERENCES_OF
     if series is None or np.isnan([frame.place, frame.odometry_yaw, frame.imu_yaw]).any():
         return
-    window = (frame.begin - LONGEST_LAG, frame.end)
+    window = (frame.begin - MAX_PROBE_LAG, frame.end)
     accepted = list(islice(pose_quantities(node_run, frame, name, window), 2))
     correct = accepted[0]
     # the node receives its first message shortly after the frame's start
@@ -175,9 +175,9 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
     unit = unit_of(series) if is_local else 1.0
     value = comparable(name, series.value * unit)
     in_frame = Series(name, series.time, series.text, value).between(
-        first[0] + LONGEST_LAG, frame.end)
+        first[0] + MAX_PROBE_LAG, frame.end)
     part = part_with_control(node_run, in_frame)
-    if np.isfinite(part.value).sum() < FEWEST_VALUES:
+    if np.isfinite(part.value).sum() < MIN_VALUES:
         return
     if matching_quantities(part, accepted, RIGHT_SHARE):
         return

@@ -10,15 +10,15 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOVE_FORWARD, ROTATE_TO_GOAL, STATES
-from tb3_labs.watch.broken_link import LONGEST_READING_GAP, NodeRun
+from tb3_labs.watch.broken_link import MAX_READING_GAP, NodeRun
 from tb3_labs.watch.variables import Series
 
 #: A pose is correct if it is at most this far from the correct pose [m], [rad].
 POSE_TOLERANCE = 0.03
 #: A node keeps a law if at least this share of its values is correct.
 RIGHT_SHARE = 0.9
-#: The probe shows each change within LONGEST_LAG, and most changes within SHORT_LAG [s].
-LONGEST_LAG, SHORT_LAG = 0.4, 0.1
+#: The probe shows each change within MAX_PROBE_LAG, and most changes within SHORT_LAG [s].
+MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
 #: The robot rests for this time after the node's start [s].
 REST_TIME = 1.5
 #: A jump of a variable is a reset if the variable has at most two other jumps within this time [s].
@@ -103,7 +103,7 @@ def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Fram
         if series is None:
             values.append(np.nan)
         else:
-            values.append(series.value[0] if is_first else series.at(frame.begin + LONGEST_LAG))
+            values.append(series.value[0] if is_first else series.at(frame.begin + MAX_PROBE_LAG))
     x, y, odometry_yaw, imu_yaw = values
     return frame._replace(place=complex(x, y), odometry_yaw=odometry_yaw, imu_yaw=imu_yaw)
 
@@ -113,7 +113,7 @@ def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
     the readings pause, or the node's references or pose jump. `known` are the recorded starts of
     frames; times near them are left out."""
     read = node_run.reading_times
-    begins = list(read[1:][np.diff(read) > LONGEST_READING_GAP])
+    begins = list(read[1:][np.diff(read) > MAX_READING_GAP])
     for name in (*REFERENCES, *REFERENCES_OF):
         series = node_run.variable(name)
         if series is None:
@@ -127,7 +127,7 @@ def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
         begins += list(series.time[1:][is_none[1:] != is_none[:-1]])
     found: List[float] = []
     for begin in sorted(begins):
-        is_known = (np.abs(np.subtract(known, begin)) <= 2.0 * LONGEST_LAG).any()
+        is_known = (np.abs(np.subtract(known, begin)) <= 2.0 * MAX_PROBE_LAG).any()
         if not is_known and begin - SHORT_LAG > max(found, default=-np.inf):
             found.append(float(begin) - SHORT_LAG)
     return found
@@ -143,9 +143,9 @@ def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
         samples = node_run.run.odometry
         steps = np.abs(np.diff(series.value))
         sensor_steps = np.hypot(np.diff(samples.x), np.diff(samples.y))
-    # the length of the sensor's path until each reading, and until LONGEST_LAG before the reading
+    # the length of the sensor's path until each reading, and until MAX_PROBE_LAG before the reading
     way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(sensor_steps)))
-    way_before = np.interp(series.time - LONGEST_LAG, series.time, way) if len(way) else way
+    way_before = np.interp(series.time - MAX_PROBE_LAG, series.time, way) if len(way) else way
     return series.time[1:][steps > 2.0 * POSE_TOLERANCE + way[1:] - way_before[:-1]]
 
 
@@ -187,7 +187,7 @@ def unit_of(series: Series) -> float:
     return np.pi / 180.0 if (np.abs(series.value) > 7.0).any() else 1.0
 
 
-def part_with_control(node_run: NodeRun, part: Series, seconds: float = LONGEST_LAG) -> Series:
+def part_with_control(node_run: NodeRun, part: Series, seconds: float = MAX_PROBE_LAG) -> Series:
     """Returns the readings in `part` at which the node has had control for at least these seconds.
     The variable has_control shows who has control; without it, ctrl_relinq does. If both are
     missing, all readings are returned."""
@@ -231,7 +231,7 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         return []
     # a new frame, a message on ctrl_relinq, or a gap of the readings ends an interval, too
     cuts = [*(each.begin for each in node_run.cached(local_frames)), *node_run.run.control.arrival]
-    gaps = series.time[1:][np.diff(series.time) > LONGEST_READING_GAP]
+    gaps = series.time[1:][np.diff(series.time) > MAX_READING_GAP]
     edges = np.unique([*series.changes, *cuts, *gaps, node_run.run.duration])
     found = []
     for begin, end in zip(edges[:-1], edges[1:]):

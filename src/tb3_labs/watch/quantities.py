@@ -23,9 +23,9 @@ RECENT_TIME = 0.5
 #: The node may receive a sample up to this time before the recorder does [s].
 ARRIVAL_LEAD = 0.03
 #: Longer delays between a quantity and a variable are not found [s].
-LONGEST_DELAY = 8.0
+MAX_VARIABLE_DELAY = 8.0
 #: About this number of values of a variable is compared.
-MOST_VALUES = 400
+MAX_VALUES = 400
 #: Each fourth value is compared first, because this excludes most quantities in little time.
 COARSE_STEP = 4
 #: A quantity is at rest while it changes by at most this share of its scale.
@@ -85,9 +85,9 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
 
 
 def subsampled(series: Series) -> Series:
-    """Returns every n-th of the values that are numbers, at most about MOST_VALUES."""
+    """Returns every n-th of the values that are numbers, at most about MAX_VALUES."""
     known = np.flatnonzero(np.isfinite(series.value))
-    return series.take(known[::max(1, len(known) // MOST_VALUES)])
+    return series.take(known[::max(1, len(known) // MAX_VALUES)])
 
 
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
@@ -124,7 +124,7 @@ def misses(series: Series, quantity: Quantity, samples: RecentSamples) -> int:
 def longest_delay(series: Series, quantity: Quantity) -> float:
     """Returns the longest delay with which a variable follows a quantity [s]; inf if the variable
     does not follow the quantity."""
-    ages = np.sort(sample_ages(subsampled(series), quantity, LONGEST_DELAY))
+    ages = np.sort(sample_ages(subsampled(series), quantity, MAX_VARIABLE_DELAY))
     if not len(ages):
         return math.inf
     return float(ages[int(FOLLOWING_SHARE * (len(ages) - 1))])

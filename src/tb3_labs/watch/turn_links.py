@@ -6,7 +6,7 @@ import numpy as np
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
-    LONGEST_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
+    MAX_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
 from tb3_labs.watch.typed_turns import (
     CLEAR_ERROR, OVER_TOLERANCE, READING_PERIOD, NodeTurn, letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
@@ -14,7 +14,7 @@ from tb3_labs.watch.variables import shortened_value, to_number
 #: A goal_yaw is correct if it differs by at most this from the correct angle [deg].
 GOAL_TOLERANCE_DEG = 3.0
 #: A node ends its turn within this time after the error is half the handout's tolerance [s].
-LONGEST_STOP_TIME = 0.5
+MAX_STOP_TIME = 0.5
 #: A node with a finer tolerance than the handout's ends its turn within this time [s].
 FINE_STOP_TIME = 2.5
 
@@ -106,7 +106,7 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
         if not len(moving):
             continue
         ends_moving = moving[-1] == len(turn.time) - 1
-        then_silent = turn.end - turn.time[-1] > LONGEST_COMMAND_GAP
+        then_silent = turn.end - turn.time[-1] > MAX_COMMAND_GAP
         if len(moving) < 3:
             if ends_moving and then_silent:
                 often = 'once' if len(moving) == 1 else 'twice'
@@ -183,7 +183,7 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
                 f'the turn after {turn.letter} was ended at an error of {turn.error[last + 1]:+.0f}'
                 f' degrees; {HDG_TOL:g} are the tolerance'
                 + (own_tolerance or same_time_text(node_run)), turn.time[last + 1], 'turning')
-        if not is_ended and turn.end - turn.time[last] > LONGEST_COMMAND_GAP:
+        if not is_ended and turn.end - turn.time[last] > MAX_COMMAND_GAP:
             yield BrokenLink(f'no zero followed the last command of the turn after {turn.letter}: '
                              + turn.command_text(last), turn.time[last], 'angular.z')
         inner = np.flatnonzero(np.abs(turn.error[:last + 1]) < HDG_TOL / 2.0)
@@ -195,7 +195,7 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
         # a node with a finer tolerance comes nearer to the goal before it ends the turn
         stayed_inside = np.abs(turn.error[first:last + 1]).max() < HDG_TOL
         is_fine_stop = (is_ended or turn.is_cut) and time_inside < FINE_STOP_TIME
-        if time_inside > LONGEST_STOP_TIME and not (is_fine_stop and stayed_inside):
+        if time_inside > MAX_STOP_TIME and not (is_fine_stop and stayed_inside):
             is_on = turning is not None and turning.at(begin + 0.3) == 1.0
             clause = ', with turning still True' if is_on else ''
             yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'

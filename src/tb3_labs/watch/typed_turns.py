@@ -20,7 +20,7 @@ CLEAR_ERROR = 20.0
 #: The error at the end of a turn may exceed the handout's tolerance by this [deg].
 OVER_TOLERANCE = 4.0
 #: A variable that is not named curr_yaw is the heading only if its values differ by more than this.
-LEAST_RANGE = 0.5
+MIN_RANGE = 0.5
 #: (begin, end, is_cut, side): the first fields of a NodeTurn.
 TypedLetter = Tuple[float, float, bool, int]
 
@@ -121,7 +121,7 @@ def renamed_heading(node_run: NodeRun) -> Optional[Series]:
     followers = []
     for series in node_run.variables.values():
         numbers = series.value[np.isfinite(series.value)]
-        if 'goal' in series.name or not len(numbers) or np.ptp(numbers) <= LEAST_RANGE:
+        if 'goal' in series.name or not len(numbers) or np.ptp(numbers) <= MIN_RANGE:
             continue
         found = matching_quantities(series, node_run.imu_quantities)
         if found and is_usable_heading(found[0], node_run.heading):

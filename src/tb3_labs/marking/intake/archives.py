@@ -19,8 +19,8 @@ from typing import IO, Dict, Iterable, List, Pattern, Sequence, Tuple
 from tb3_labs.command_line import printable
 
 ZIP = '.zip'
-#: An unpacked submission has at most MOST_FILES files and MOST_BYTES bytes.
-MOST_FILES, MOST_BYTES = 5000, 200000000
+#: An unpacked submission has at most MAX_FILES files and MAX_BYTES bytes.
+MAX_FILES, MAX_BYTES = 5000, 200000000
 #: The limits of a class's zip file are the limits of one submission, multiplied by this number.
 SUBMISSIONS_PER_CLASS_ZIP = 50
 #: Deeper folders are neither read nor unpacked.
@@ -42,7 +42,7 @@ DUPLICATE, LINK = 'the zip file has it twice, and the last one counts', 'each is
 BAD_NAME = 'no file here can have that name'
 DAMAGED = 'the zip file is damaged there, or has a password'
 #: A remark shows at most this many characters of a path.
-LONGEST_SHOWN_PATH = 200
+MAX_SHOWN_PATH_LENGTH = 200
 
 
 class NotJudged(Exception):
@@ -108,16 +108,16 @@ class UnpackLimits:
 
     def __init__(self, submissions: int = 1) -> None:
         self._submissions = submissions
-        self._files, self._bytes = submissions * MOST_FILES, submissions * MOST_BYTES
+        self._files, self._bytes = submissions * MAX_FILES, submissions * MAX_BYTES
         #: A sentence on the exceeded limit; '' if no file exceeded a limit.
         self.exceeded = ''
 
     def spend(self, size: int) -> bool:
         """Count a file. Returns False if the file exceeds a limit. `size` is in bytes."""
         if self._files < 1:
-            most = f'{self._submissions * MOST_FILES:g} files'
+            most = f'{self._submissions * MAX_FILES:g} files'
         elif self._bytes < size:
-            most = f'{self._submissions * MOST_BYTES / 1e6:g} MB'
+            most = f'{self._submissions * MAX_BYTES / 1e6:g} MB'
         else:
             self._files -= 1
             self._bytes -= size
@@ -246,5 +246,5 @@ def shortened(names: Sequence[str], most: int = 6) -> str:
 
 def omission_remarks(why: str, paths: Iterable[object]) -> List[str]:
     """Returns a list with one remark, that these paths are left out; [] if there are no paths."""
-    shown = [printable(path[:LONGEST_SHOWN_PATH]) for path in sorted(map(str, paths))]
+    shown = [printable(path[:MAX_SHOWN_PATH_LENGTH]) for path in sorted(map(str, paths))]
     return [f'Left out, because {why}: {shortened(shown, 3)}.'] if shown else []

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
 from tb3_labs.marking.intake.archives import NotJudged, files_in, shortened
-from tb3_labs.marking.intake.imports import LARGEST_PROGRAM, is_main_program, programs_of
+from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, is_main_program, programs_of
 from tb3_labs.marking.intake.packages import (
     FOLDERS, MANIFEST, is_aside, name_in, package_folder, source_of)
 from tb3_labs.marking.names import LAB_NODES, NodeNames
@@ -142,7 +142,7 @@ def _is_doubtful(best, other, names):
 
 
 def _is_program(path):
-    if path.stat().st_size > LARGEST_PROGRAM:
+    if path.stat().st_size > MAX_PROGRAM_BYTES:
         return False
     begin = path.read_bytes()[:300]
     if RELAY_TEXT in begin:

@@ -26,7 +26,7 @@ CHANGES_PATH = 'append', 'insert', 'load_manifest', 'join', 'dirname', 'abspath'
 #: The types that the course gives to the students. tb3_labs has a file of each type.
 COURSE_TYPES = {MESSAGES: ('MouseController',), SERVICES: ('SetInitialPose', 'ResetPose')}
 #: A larger file is not a program [bytes].
-LARGEST_PROGRAM = 1000000
+MAX_PROGRAM_BYTES = 1000000
 #: This program prints {module: error} of the modules that cannot be imported. Its memory is not
 #: limited, since a large module needs more memory than the reading of a submission.
 TRY_IMPORTS = '''import importlib, json, resource, sys
@@ -106,7 +106,7 @@ def programs_of(node: Path, package: Path) -> Dict[Path, Program]:
     of these modules if its name is in an import of the node, or in an import of such a module."""
     modules: Dict[str, List[Path]] = {}
     for path in files_in(package):
-        if path.suffix == '.py' and path.stat().st_size <= LARGEST_PROGRAM:
+        if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
             name = path.parent.name if path.stem == '__init__' else path.stem
             modules.setdefault(name, []).append(path)
     programs: Dict[Path, Program] = {}

@@ -22,7 +22,7 @@ from genpy.generate_initpy import write_modules
 from genpy.generator import MsgGenerator, SrvGenerator
 
 #: A larger example is left out [bytes].
-LONGEST_EXAMPLE = 100000
+MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 #: The types of the fields that the check fills in, and their formats for struct. In a header the
 #: check fills in the stamp alone.
@@ -92,7 +92,7 @@ def example_of(kind):
 def _bytes_of(message):
     buffer = io.BytesIO()
     message.serialize(buffer)
-    if buffer.tell() > LONGEST_EXAMPLE:
+    if buffer.tell() > MAX_EXAMPLE_BYTES:
         raise ValueError('it is too large')
     return buffer.getvalue()
 

@@ -15,7 +15,7 @@ from tb3_labs.marking.names import NAME, is_name
 
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml or a CMakeLists.txt is read [bytes].
-LARGEST_MANIFEST = 100000
+MAX_MANIFEST_BYTES = 100000
 #: The folders of a package's messages, services and actions, and the endings of these files.
 INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
 #: The folders of a package where nodes usually are, likeliest first.
@@ -43,7 +43,7 @@ def name_in(manifest: Path) -> Tuple[str, str]:
     if not manifest.is_file():
         return '', 'The package has no package.xml.'
     try:
-        text = manifest.read_bytes()[:LARGEST_MANIFEST].decode('utf-8-sig', errors='replace')
+        text = manifest.read_bytes()[:MAX_MANIFEST_BYTES].decode('utf-8-sig', errors='replace')
         if '<!ENTITY' in text:      # an entity may expand to millions of entities
             raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
@@ -94,7 +94,7 @@ def gather_definitions(folder: Path) -> None:
         is_definition = kind in (MESSAGES, SERVICES) and is_name(path.stem)
         is_misplaced = is_definition and path.parent.name != kind
         is_unused = is_aside(str(path.relative_to(folder)))
-        if is_misplaced and not is_unused and path.stat().st_size <= LARGEST_MANIFEST:
+        if is_misplaced and not is_unused and path.stat().st_size <= MAX_MANIFEST_BYTES:
             package = package_folder(path, folder) or path.parent
             with suppress(OSError):
                 (package / kind).mkdir(exist_ok=True)
@@ -125,7 +125,7 @@ def source_of(node: Path, folder: Path) -> Path:
 def calls_of(command: str, package: Path) -> List[str]:
     """Returns the arguments of each call of a command in the CMakeLists.txt of a package."""
     file = package / 'CMakeLists.txt'
-    text = file.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace') if file.is_file() else ''
+    text = file.read_bytes()[:MAX_MANIFEST_BYTES].decode(errors='replace') if file.is_file() else ''
     text = CMAKE_COMMENT.sub('', text).replace('"', ' ')
     parts = re.split(re.escape(command), text, flags=re.IGNORECASE)[1:]
     return [part.partition(')')[0].lstrip(' (') for part in parts]
@@ -137,7 +137,7 @@ def modules_of(package: Path, name: str) -> List[Path]:
     setup = package / 'setup.py'
     if not setup.is_file():
         return []
-    text = setup.read_bytes()[:LARGEST_MANIFEST].decode(errors='replace')
+    text = setup.read_bytes()[:MAX_MANIFEST_BYTES].decode(errors='replace')
     names = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}
     found = []
     for parent in sorted({'src', *names, *map(os.path.dirname, names)}):

@@ -31,7 +31,7 @@ LOGS = HOME + '/.ros/log'
 #: The limit of a process's address space [bytes], and the limit of threads and processes together.
 #: (On 64 cores numpy starts 64 threads, and reserves 3 GB for them.)
 ADDRESS_SPACE = 6 * 10 ** 9
-MOST_TASKS = 500
+MAX_TASKS = 500
 #: This command limits the master, the robot, the check, and the node in a sandbox.
 LIMIT_COMMAND = LIMIT_FILES_COMMAND + [f'--as={ADDRESS_SPACE}']
 #: Root's sandboxes use these users, which own nothing. systemd uses them for the same purpose.
@@ -86,7 +86,7 @@ class OtherUser(Protection):
     def program_command(self, words: List[str]) -> List[str]:
         become_user = ['setpriv', f'--reuid={self.user}', f'--regid={self.user}',
                        '--clear-groups', '--no-new-privs', '--pdeathsig', 'KILL']
-        return become_user + LIMIT_COMMAND + [f'--nproc={MOST_TASKS}'] + words
+        return become_user + LIMIT_COMMAND + [f'--nproc={MAX_TASKS}'] + words
 
     def program_environment(self, base: Mapping[str, str]) -> Dict[str, str]:
         home = base.get('TMPDIR', '/tmp') + '/ws'
@@ -122,7 +122,7 @@ class Sandbox(Protection):
         options += [*mount_options(self._readable), '--chdir', HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
         if self.user is not None or version_of(platform.release()) >= LINUX_WITH_COUNT:
-            limit_command.append(f'--nproc={MOST_TASKS}')
+            limit_command.append(f'--nproc={MAX_TASKS}')
         entered = {'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS, 'logs': LOGS}
         enter_command = ['/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)]
         # Ctrl+C must end the program and not bubblewrap

@@ -35,9 +35,9 @@ COURSE_FOLDER = re.compile(
 #: A student's files get other names than these, which the folder of marks or Linux uses.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: The longest name [bytes]. Linux allows 255 bytes, which leaves space for an ending.
-LONGEST_NAME = 180
+MAX_NAME_LENGTH = 180
 #: A larger file is not copied, unless it is a zip file [bytes].
-LARGEST_COPIED = 20000000
+MAX_COPIED_BYTES = 20000000
 #: The endings of archives. If the copy has a file with such an ending, this file was not unpacked.
 ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
 
@@ -48,8 +48,8 @@ def file_name(text: str) -> str:
     if RESERVED_NAMES.fullmatch(name):
         name = f'_{name}_'
     data = name.encode()
-    if len(data) > LONGEST_NAME:
-        name = '{}-{}'.format(data[:LONGEST_NAME - 9].decode(errors='ignore'),
+    if len(data) > MAX_NAME_LENGTH:
+        name = '{}-{}'.format(data[:MAX_NAME_LENGTH - 9].decode(errors='ignore'),
                               hashlib.sha256(data).hexdigest()[:8])
     return name
 
@@ -235,10 +235,10 @@ def _files_of_folder(folder, remarks, ignored):
     """Returns {path below the folder: file to copy}. The other files get a line in `remarks`."""
     files, refused = submitted_files(folder, ignored)
     large = {path for path in files
-             if path.stat().st_size > LARGEST_COPIED and not is_zip(path.name)}
+             if path.stat().st_size > MAX_COPIED_BYTES and not is_zip(path.name)}
     for why, paths in (
             ('each is a link, a device, too deep, or may not be read', refused),
-            (f'each is larger than {LARGEST_COPIED / 1e6:g} MB', large)):
+            (f'each is larger than {MAX_COPIED_BYTES / 1e6:g} MB', large)):
         remarks += omission_remarks(why, [path.relative_to(folder) for path in paths])
     return {path.relative_to(folder): path for path in files if path not in large}
 

@@ -41,7 +41,7 @@ EMPTY_MODULE = '''def __getattr__(name):
         raise AttributeError(name)
 '''
 #: At most this number of packages is built: the packages that are nearest to the node.
-MOST_PACKAGES = 20
+MAX_PACKAGES = 20
 #: The text of the program that makes the modules of messages and services.
 MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encoding='utf-8')
 #: The name of a file that MAKE_MODULES makes.
@@ -71,7 +71,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     source, node = copy / reading.package, copy / reading.node
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own = [name for name in reading.packages if name not in system_messages()]
-    packages = {name: copy / reading.packages[name] for name in own[-MOST_PACKAGES:]}
+    packages = {name: copy / reading.packages[name] for name in own[-MAX_PACKAGES:]}
     for name, files in reading.substituted.items():
         packages[name] = _stand_in(name, files, workspace / 'substituted' / name, remarks)
     _repair(node, source, remarks, reading.findings)

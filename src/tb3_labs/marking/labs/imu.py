@@ -18,7 +18,7 @@ from tb3_labs.watch.chains import HEADING_EXERCISE
 HEADING_TOLERANCE = 1.0
 #: A node may print this many headings after its goodbye. In the handout's code a callback may
 #: already run when the flag is set.
-MOST_LATE_HEADINGS = 1
+MAX_LATE_HEADINGS = 1
 
 LISTENING_STEP, EXERCISE_STEP, CTRL_C_STEP = (
     HEADING_EXERCISE.at_step(step) for step in (2, 3, 4))
@@ -73,7 +73,7 @@ def _why_no_goodbye(observation: Observation) -> Reason:
         return reason
     printed = observation.scene(CTRL_C[0], may_die=True).printed
     late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
-    if late <= MOST_LATE_HEADINGS:
+    if late <= MAX_LATE_HEADINGS:
         return ''
     return f'{late} headings were printed after "{IMU_GOODBYE}"'
 
@@ -108,7 +108,7 @@ CRITERIA = [
               _why_not_from_0_to_360),
     Criterion('says_goodbye', HEADING, f'at Ctrl+C says "{IMU_GOODBYE}", then nothing',
               CTRL_C_STEP, _why_no_goodbye,
-              limits=f'{MOST_LATE_HEADINGS} more heading may follow'),
+              limits=f'{MAX_LATE_HEADINGS} more heading may follow'),
     clean_exit_criterion(HEADING, CTRL_C_STEP),
     Criterion('never_360', ODD_SAMPLES, 'never prints 360.000000', IMU_EXTRAS, _why_360_printed,
               extra=True),

@@ -31,7 +31,7 @@ from tb3_labs.watch.chains import (
 #: After its arrival the node may send commands for this time [s].
 SILENT_AFTER = 0.5
 #: After a reset in a drive, the node turns the robot by at least this angle [deg].
-LEAST_TURN_IN_DRIVE = 20.0
+MIN_TURN_IN_DRIVE = 20.0
 REACHED = re.compile(PRINTED_REACHED, re.IGNORECASE)
 
 TOLERANCE_DEG = math.degrees(ANGLE_TOLERANCE)
@@ -154,7 +154,7 @@ def _why_not_reset(observation: Observation) -> Reason:
         return reason
     if not scene.facts[DROVE_STRAIGHT]:
         return 'turned to its goal by hand after a reset, it did not drive straight there'
-    if reason or abs(scene.turned_deg) >= LEAST_TURN_IN_DRIVE:
+    if reason or abs(scene.turned_deg) >= MIN_TURN_IN_DRIVE:
         return reason
     return ('after a reset in the middle of a drive it did not turn to the goal of the new frame, '
             f'but by {scene.turned_deg:.0f} degrees in {TURN_TIME_IN_DRIVE:g} s')
@@ -228,7 +228,7 @@ CRITERIA = [
     Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
               'a drive', THE_RESET, _why_not_reset,
               limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
-              f'turns by {LEAST_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
+              f'turns by {MIN_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
               THE_RESET, _why_no_reset_printed, limits=within(PRINT_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '

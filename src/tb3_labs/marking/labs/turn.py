@@ -29,7 +29,7 @@ TURNS_ACROSS = [name for name, turn in TURN_STIMULI.items() if turn.crossing]
 #: After a stop command the robot may coast by this angle [deg].
 COAST_DEG = 1.0
 #: A person can read an answer of at most this many lines.
-MOST_LEGIBLE_LINES = 1000
+MAX_LEGIBLE_LINES = 1000
 #: For the criterion beyond the handout, a turn may differ by this from the requested angle [deg].
 EXACT_DEG = 1.0
 NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
@@ -122,7 +122,7 @@ def _why_not_answered(observation: Observation) -> Reason:
     scene = observation.scene(NONSENSE)
     if len(scene.moving):
         return f'the robot moved after "{TYPED_NONSENSE}" was typed'
-    if scene.lines > MOST_LEGIBLE_LINES:
+    if scene.lines > MAX_LEGIBLE_LINES:
         return (f'an answer to "{TYPED_NONSENSE}" could not be read: {scene.lines} lines were '
                 f'printed in {scene.end - scene.begin:.1f} s')
     words = set(re.findall(r'[a-z]+', scene.printed.lower()))
@@ -228,7 +228,7 @@ CRITERIA = [
               _why_not_on_the_spot, limits=f'less than {ROUNDING:g} m/s'),
     Criterion('answers_nonsense', TURNS, 'answers any other input by an error that names the valid '
               'ones', RIGHT_STEP, _why_not_answered, limits=f'{within(ANSWER_TIME)}, in at '
-              f'most {MOST_LEGIBLE_LINES} lines; the robot rests'),
+              f'most {MAX_LEGIBLE_LINES} lines; the robot rests'),
     Criterion('mouse_drives', MOUSE, f'mouse up drives forward, left turns left, {MOUSE_FULL:g} at '
               'the edge', MOUSE_STEP, _why_not_driven_by_mouse, limits=MOUSE_LIMITS),
     Criterion('mouse_dead_zone', MOUSE, f'a mouse within {MOUSE_DEAD_ZONE:g} of the middle moves '

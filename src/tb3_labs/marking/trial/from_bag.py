@@ -8,7 +8,7 @@ from typing import Any, Dict, Sequence, Type
 import numpy as np
 
 from tb3_labs.marking.trial.observation import (
-    GOAL_POSE, MOST_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
+    GOAL_POSE, MAX_FINDINGS, NOT_FINITE, REQUESTED_DEG, NodeProcess, Observation, Stimulus)
 from tb3_labs.report.bag.ros_bag import CLOCK_JUMPED, read_run
 from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, States
 
@@ -17,7 +17,7 @@ from tb3_labs.report.run_data import Numbers, Poses, RunData, SamplesType, State
 SAME_RESET = 1.0
 #: Of the output of a process, only the beginning and the end are kept. Each of the two has at most
 #: this many characters.
-MOST_PRINTED = 20000
+MAX_OUTPUT_LENGTH = 20000
 #: A program prints such a code to set the colour of its text on a terminal.
 COLOUR = re.compile(r'\x1b\[[\d;]*m')
 #: kind of event -> name of the Observation's list to which the event's sentence is added
@@ -58,9 +58,9 @@ def read_trial(path: Any, path_prefixes: Sequence[str] = ()) -> Observation:
     for printer in observation.processes + observation.stimuli:
         printer.printed = COLOUR.sub('', cleaned(printer.printed))
     for process in observation.processes:
-        if len(process.printed) > 2 * MOST_PRINTED:
+        if len(process.printed) > 2 * MAX_OUTPUT_LENGTH:
             process.printed = '{}\n...\n{}'.format(
-                process.printed[:MOST_PRINTED], process.printed[-MOST_PRINTED:])
+                process.printed[:MAX_OUTPUT_LENGTH], process.printed[-MAX_OUTPUT_LENGTH:])
     observation.recording = with_stimuli(recording, observation)
     return observation
 
@@ -118,7 +118,7 @@ def _add_output(observation: Observation, text: str, lines: int) -> None:
         observation.processes[-1].printed += text
     if observation.stimuli and math.isnan(observation.stimuli[-1].end):
         stimulus = observation.stimuli[-1]
-        stimulus.printed = (stimulus.printed + text)[-MOST_PRINTED:]
+        stimulus.printed = (stimulus.printed + text)[-MAX_OUTPUT_LENGTH:]
         stimulus.lines += lines
 
 
@@ -164,5 +164,5 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         observation.marker_error = facts['text']
     elif kind in SENTENCE_LISTS:
         known = getattr(observation, SENTENCE_LISTS[kind])
-        if facts['text'] not in known and len(known) < MOST_FINDINGS:
+        if facts['text'] not in known and len(known) < MAX_FINDINGS:
             known.append(facts['text'])

@@ -27,9 +27,9 @@ GOAL_POSE = 'goal'                  # the goal of a drive, in the local frame
 LOCAL_T_WORLD = 'local_T_world'     # in a drive, from the robot's true frame to the local frame
 #: A busy machine delays the simulated robot. A trial is fair if no gap between two true poses is
 #: longer than this [s].
-LONGEST_FAIR_GAP = 0.15
+MAX_FAIR_GAP = 0.15
 #: An Observation has at most this many findings, and at most this many remarks.
-MOST_FINDINGS = 20
+MAX_FINDINGS = 20
 #: A finding or a remark has at most this many characters.
 LONGEST = 2000
 #: The words for commands that the marker counts, but does not record.

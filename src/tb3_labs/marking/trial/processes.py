@@ -15,12 +15,12 @@ from pathlib import Path
 from typing import Iterable
 
 #: All programs in a sandbox together may use this much.
-MOST_MEMORY = 2 * 10 ** 9       # [bytes]
-MOST_DISK = 300 * 10 ** 6       # size of the files in the sandbox's own folders [bytes]
-MOST_PROCESSES = 100
+MAX_MEMORY = 2 * 10 ** 9       # [bytes]
+MAX_DISK = 300 * 10 ** 6       # size of the files in the sandbox's own folders [bytes]
+MAX_PROCESSES = 100
 #: Master, robot and check together may use this memory [bytes]. The three need about 180 MB, but a
 #: node can fill their memory by its messages.
-MOST_OTHER_MEMORY = 600 * 10 ** 6
+MAX_OTHER_MEMORY = 600 * 10 ** 6
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
 #: At most this many characters of the output are recorded in each second, or a tenth of this number
@@ -161,19 +161,19 @@ class ResourceWatch:
 
     def _exceeded_limit(self):
         processes = _descendants(self._pid)
-        if len(processes) > MOST_PROCESSES:
-            return f'more than {MOST_PROCESSES} processes'
-        if sum(map(_memory, processes)) > MOST_MEMORY:     # the exact sum takes longer
-            if sum(map(_own_memory, processes)) > MOST_MEMORY:
-                return f'more than {MOST_MEMORY / 1e9:g} GB of memory'
+        if len(processes) > MAX_PROCESSES:
+            return f'more than {MAX_PROCESSES} processes'
+        if sum(map(_memory, processes)) > MAX_MEMORY:     # the exact sum takes longer
+            if sum(map(_own_memory, processes)) > MAX_MEMORY:
+                return f'more than {MAX_MEMORY / 1e9:g} GB of memory'
         family = {self._check_parent_pid, *_descendants(self._check_parent_pid)}
-        if sum(map(_memory, family - {self._pid, *processes})) > MOST_OTHER_MEMORY:
-            return (f'more than {MOST_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '
+        if sum(map(_memory, family - {self._pid, *processes})) > MAX_OTHER_MEMORY:
+            return (f'more than {MAX_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '
                     'check')
         if not processes:
             return ''
-        if sum(_disk_used(processes[-1], folder) for folder in self._own_folders) > MOST_DISK:
-            return f'files of more than {MOST_DISK / 1e6:g} MB'
+        if sum(_disk_used(processes[-1], folder) for folder in self._own_folders) > MAX_DISK:
+            return f'files of more than {MAX_DISK / 1e6:g} MB'
         return ''
 
 

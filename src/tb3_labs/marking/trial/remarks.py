@@ -39,7 +39,7 @@ SYNTAX_ERROR = re.compile(
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
 CLOSED_TOPIC, CLOSED_IN_PUBLISH = 'publish() to a closed topic', 'topic was closed during publish()'
 #: A quoted exception, or a quoted line, has at most this many characters.
-LONGEST_ERROR, LONGEST_LINE = 160, 160
+MAX_ERROR_LENGTH, MAX_LINE_LENGTH = 160, 160
 
 
 def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
@@ -213,7 +213,7 @@ def exceptions(printed: str, file: str = '') -> List[str]:
         if CLOSED_TOPIC in searched or CLOSED_IN_PUBLISH in searched:
             continue
         if error:
-            error = error[:LONGEST_ERROR] + _line_of(piece, file)
+            error = error[:MAX_ERROR_LENGTH] + _line_of(piece, file)
         errors.append(error)
     return errors
 
@@ -245,7 +245,7 @@ def quoted_error(error: str, number: int) -> str:
 def last_line(printed: str) -> str:
     """Returns the last line of a node's output in quotes; a clause for an empty output."""
     lines = list(filter(None, map(str.strip, printed.splitlines())))
-    return repr(lines[-1][:LONGEST_LINE]) if lines else 'it printed nothing'
+    return repr(lines[-1][:MAX_LINE_LENGTH]) if lines else 'it printed nothing'
 
 
 def last_words(printed: str, file: str) -> str:

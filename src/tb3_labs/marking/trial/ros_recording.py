@@ -43,15 +43,15 @@ TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variabl
 #: The name of the robot's node.
 ROBOT_NODE = 'turtlebot3'
 #: A bag has at most this many messages of each kind.
-MOST_COMMANDS = 40000
-MOST_MESSAGES = 100000      # messages of each sensor's or device's topic
-MOST_NOT_FINITE = 1000      # events on commands that are not finite numbers
-MOST_LINES = 1000           # lines of the log
-MOST_EVENTS = 5000          # events of all kinds
+MAX_COMMANDS = 40000
+MAX_MESSAGES = 100000      # messages of each sensor's or device's topic
+MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
+MAX_LINES = 1000           # lines of the log
+MAX_EVENTS = 5000          # events of all kinds
 #: A line of the log is cut after this many characters.
 LINE_LENGTH = 300
 #: A message of more bytes than this is not recorded.
-MOST_BYTES = 10000
+MAX_BYTES = 10000
 #: A command that equals the last command is recorded only after this time [s].
 SAME_COMMAND = 0.04
 #: A bag of this size is full [bytes].
@@ -96,7 +96,7 @@ class Recording:
         """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
         LONGEST characters."""
         self._event_count += 1
-        if self._event_count > MOST_EVENTS:      # a node may cause events for ever
+        if self._event_count > MAX_EVENTS:      # a node may cause events for ever
             return ros_time()
         for name, fact in facts.items():
             if isinstance(fact, str):
@@ -180,7 +180,7 @@ class Recorder:
         if connection_of(message)['process'] == rospy.get_node_uri():
             return      # the marker itself sent this command
         if not (math.isfinite(linear) and math.isfinite(angular)):
-            if self._is_within(NOT_FINITE, MOST_NOT_FINITE):
+            if self._is_within(NOT_FINITE, MAX_NOT_FINITE):
                 self.recording.event('odd', text=f'{linear:g} m/s and {angular:g} rad/s')
             return
         with self._lock:
@@ -188,7 +188,7 @@ class Recorder:
                 last_at, *last = self._commands[-1]
                 if last == [linear, angular] and at - last_at < SAME_COMMAND:
                     return
-            if not self._is_within('commands', MOST_COMMANDS):
+            if not self._is_within('commands', MAX_COMMANDS):
                 return
             self._commands.append([at, linear, angular])
         self.recording.add(CMD_VEL_TOPIC, message, at)
@@ -199,22 +199,22 @@ class Recorder:
         buffer = BytesIO()
         message.serialize(buffer)
         data = buffer.getvalue()
-        if connection_of(message)['md5sum'] != kind._md5sum or len(data) > MOST_BYTES:
+        if connection_of(message)['md5sum'] != kind._md5sum or len(data) > MAX_BYTES:
             return
-        if self._is_within(topic, MOST_MESSAGES):
+        if self._is_within(topic, MAX_MESSAGES):
             self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
 
     def _on_log(self, line):
         if line.name in (rospy.get_name(), '/' + ROBOT_NODE):
             return
-        if self._is_within('log lines', MOST_LINES):
+        if self._is_within('log lines', MAX_LINES):
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
                 name=line.name[:LINE_LENGTH], msg=line.msg[:LINE_LENGTH]), self.now)
 
     def finish(self):
         """Record how many messages were not recorded."""
-        for kind, most in (('commands', MOST_COMMANDS), (NOT_FINITE, MOST_NOT_FINITE)):
+        for kind, most in (('commands', MAX_COMMANDS), (NOT_FINITE, MAX_NOT_FINITE)):
             if self._counts.get(kind, 0) > most:
                 self.recording.event('left out', what=f'{kind} after the first {most}',
                                      number=self._counts[kind] - most)

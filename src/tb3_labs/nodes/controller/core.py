@@ -8,7 +8,7 @@ back (`steady_now`, and the `at` of an Event); radians, m/s. Turns are requested
 import math
 from typing import Optional
 
-from tb3_labs.control.commands import LONGEST_IDLE, Pace
+from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
@@ -176,7 +176,7 @@ class ControllerCore:
         return self._sensors.problem(now) or self._gyro.problem()
 
     def idle_for(self, now: float) -> float:
-        return self._pace.idle_for(now) if self.driver is Driver.TURN else LONGEST_IDLE
+        return self._pace.idle_for(now) if self.driver is Driver.TURN else MAX_IDLE
 
     def _command(self, now: float) -> Twist2:
         self._mouse_is_due = False

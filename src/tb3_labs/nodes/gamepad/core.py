@@ -20,7 +20,7 @@ from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
 from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
-    CROSSING_TIME, EXPIRE_AFTER, HAND_BACK_TIME, OLDEST_GRANT, OLDEST_RESET, SleepWatch)
+    CROSSING_TIME, EXPIRE_AFTER, HAND_BACK_TIME, MAX_GRANT_AGE, MAX_RESET_AGE, SleepWatch)
 
 #: If a pushed stick does not drive for this long, a warning gives the reason [s].
 STICK_WARNING_TIME = 3.0
@@ -76,7 +76,7 @@ class GamepadCore:
             self.messages.stop(pushed_at)
             self._handle(ControlEvent.REGAIN, now)
         elif relinquishes and not state.regain:
-            if self._is_accepted('A', OLDEST_GRANT, now) and not self.messages.must_renew:
+            if self._is_accepted('A', MAX_GRANT_AGE, now) and not self.messages.must_renew:
                 self.messages.grant(now, self._pad.lateness)
                 self._handle(ControlEvent.RELINQUISH, now)
         is_held_anew = state.hold and not before.hold
@@ -88,7 +88,7 @@ class GamepadCore:
         elif self._drives() and pushed_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
         asks_for_reset = state.reset and not before.reset
-        if asks_for_reset and self._is_accepted('Y', OLDEST_RESET, now):
+        if asks_for_reset and self._is_accepted('Y', MAX_RESET_AGE, now):
             self._reset_requested = True
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:

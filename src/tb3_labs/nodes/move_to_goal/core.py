@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Dict, Optional
 
 from tb3_labs.config import Config, setting
-from tb3_labs.control.commands import LONGEST_IDLE, Pace
+from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import MotorResponse
@@ -286,7 +286,7 @@ class MoveToGoalCore:
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
             return 0.0
-        return self._pace.idle_for(now) if self._drives else LONGEST_IDLE
+        return self._pace.idle_for(now) if self._drives else MAX_IDLE
 
     # -- the drive
 

@@ -35,7 +35,7 @@ STATUS_PERIOD = 0.5
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
 #: A sender's frame name that is longer than this is cut in the log [characters].
-LONGEST_QUOTE = 40
+MAX_QUOTE_LENGTH = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal that ends: the method of actionlib that answers the client}
 END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
@@ -225,8 +225,8 @@ def to_requested_pose(header, pose):
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        if len(name) > LONGEST_QUOTE:
-            name = name[:LONGEST_QUOTE] + '...'
+        if len(name) > MAX_QUOTE_LENGTH:
+            name = name[:MAX_QUOTE_LENGTH] + '...'
         raise ValueError(
             f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
     return RequestedPose(to_pose2(pose), in_odom)

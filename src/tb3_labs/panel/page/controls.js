@@ -15,7 +15,7 @@ const ABSENT_TEXTS = {
   mouse: 'no node hears mouse_info: start a turtlebot_controller.py',
 };
 
-const SHORTEST_DRAG = 14;    // [px] a shorter drag does not set the heading
+const MIN_DRAG_LENGTH = 14;    // [px] a shorter drag does not set the heading
 /** id of a button -> turn [degrees] */
 const TURNS = new Map([['turn-left', 90], ['turn-about', 180], ['turn-right', -90]]);
 const HANDS = ['pad', 'mouse'];      // the two ways to drive by hand
@@ -201,7 +201,7 @@ class PoseInput extends MapInput {
   _show(at) {
     const {pixel, point} = this._start, end = this.map.localAt(...at);
     if (!end) return;
-    const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= SHORTEST_DRAG;
+    const isFar = Math.hypot(at[0] - pixel[0], at[1] - pixel[1]) >= MIN_DRAG_LENGTH;
     const yaw = isFar ? Math.atan2(end[1] - point[1], end[0] - point[0])
       : radians(numberIn(this._tool + '-yaw') || 0);
     const words = `${this._tool === 'goal' ? 'goal' : 'robot is at'} ${point[0].toFixed(2)} `

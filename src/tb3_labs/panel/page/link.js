@@ -1,9 +1,9 @@
 // The socket to the node `panel`. A lost socket connects again. Answers are matched to requests.
 
 const RETRY_PERIOD = 1000;    // [ms] between two attempts to connect
-const LONGEST_SILENCE = 4000;    // [ms] after this time without a message the connection is broken
+const MAX_SILENCE = 4000;    // [ms] after this time without a message the connection is broken
 const ANSWER_TIMEOUT = 6000;    // [ms] after this time without an answer a request has failed
-const MOST_WAITING = 2000;    // [bytes] behind more waiting data a joy would arrive too late
+const MAX_WAITING = 2000;    // [bytes] behind more waiting data a joy would arrive too late
 
 export class Link {
   /** `handlers` is {type of a message: function of the message}. Its function `connection` gets
@@ -30,7 +30,7 @@ export class Link {
 
   /** Do so many messages wait in this browser that a joy would arrive too late? */
   get crowded() {
-    return this._socket !== null && this._socket.bufferedAmount > MOST_WAITING;
+    return this._socket !== null && this._socket.bufferedAmount > MAX_WAITING;
   }
 
   /** The time on the panel's clock [s], without the delay of the last picture. So the panel may
@@ -102,6 +102,6 @@ export class Link {
 
   _watch() {
     // A broken network does not close the socket. So the page closes the socket after a silence.
-    if (this._socket && performance.now() - this._receivedAt > LONGEST_SILENCE) this._lost();
+    if (this._socket && performance.now() - this._receivedAt > MAX_SILENCE) this._lost();
   }
 }

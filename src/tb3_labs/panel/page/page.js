@@ -3,7 +3,7 @@
 import {degrees, wrap} from './drawing.js';
 
 const MESSAGE_TIME = 9000;    // [ms] a message stays for this time
-const MOST_LINES = 300;    // most lines of the log
+const MAX_LINES = 300;    // most lines of the log
 const LATE_AGE = 0.5;    // [s] a sensor whose last message is older is silent
 const MARKS = {info: '', warn: '\u25b2 ', error: '\u2716 '};
 const SHAPES = {
@@ -73,7 +73,7 @@ export const log = {
     // If the person has scrolled back, the log does not scroll.
     const atEnd = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
     list.append(...lines.map(entry));
-    while (list.childElementCount > MOST_LINES) list.firstElementChild.remove();
+    while (list.childElementCount > MAX_LINES) list.firstElementChild.remove();
     if (atEnd) list.scrollTop = list.scrollHeight;
   },
 };

@@ -13,9 +13,9 @@ SAME_CLOCK = 0.1
 LATE_BY = 0.5
 #: No recorder is busy for longer than this. If the delay of a message is longer, its stamp is
 #: ignored [s].
-LONGEST_BELIEVED_DELAY = 10.0
+MAX_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
-LEAST_IN_TIME_SHARE = 0.25
+MIN_IN_TIME_SHARE = 0.25
 #: If more than this share of a sender's messages is late, and all these messages are at the begin
 #: or at the end of the recording, the sender's clock was set.
 OTHER_CLOCK_SHARE = 0.1
@@ -60,9 +60,9 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
         clock = robot_clock
     delay = np.abs(arrival - stamp - clock.lag)
     in_time = np.flatnonzero(delay < LATE_BY)
-    if len(in_time) < LEAST_IN_TIME_SHARE * len(stamp):
+    if len(in_time) < MIN_IN_TIME_SHARE * len(stamp):
         return np.maximum.accumulate(arrival)
-    by_stamp = delay < LONGEST_BELIEVED_DELAY
+    by_stamp = delay < MAX_BELIEVED_DELAY
     most_late = OTHER_CLOCK_SHARE * len(stamp)
     first, last = in_time[0], in_time[-1]
     if first > most_late:       # the sender's clock was set at `first`

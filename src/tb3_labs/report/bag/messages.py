@@ -34,19 +34,19 @@ RESET_LINE = re.compile(
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 
 #: Only this many characters of a line are searched for a reset.
-LONGEST_RESET = 500
+MAX_RESET_LENGTH = 500
 #: A run has at most this many resets.
-MOST_RESETS = 1000
+MAX_RESETS = 1000
 #: The largest numbers of a topic's lines, of the characters of a line, and of all its characters.
-MOST_LINES, LONGEST_LINE, MOST_LETTERS = 20000, 4000, 2 ** 23
+MAX_LINES, MAX_LINE_LENGTH, MAX_LETTERS = 20000, 4000, 2 ** 23
 #: At most this many readings of variables are kept. A node with 15 variables makes them in 15
 #: minutes.
-MOST_VARIABLES = 300000
+MAX_VARIABLES = 300000
 #: An event of a trial, or a text that a node printed in a trial, has at most this many characters.
-LONGEST_EVENT = 200000
+MAX_EVENT_LENGTH = 200000
 #: A sample with a larger number is invalid [m, rad, m/s, rad/s]. The firmware's spikes are below
 #: 1000 rad/s.
-LARGEST_NUMBER = 1e5
+MAX_NUMBER = 1e5
 #: A row has this yaw until the yaws of all rows are computed from their quaternions.
 YAW_LATER = 0.0
 
@@ -54,7 +54,7 @@ YAW_LATER = 0.0
 def declared_by(line: str) -> Optional[Pose2]:
     """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
     line."""
-    found = RESET_LINE.search(line[:LONGEST_RESET])
+    found = RESET_LINE.search(line[:MAX_RESET_LENGTH])
     if found is None:
         return None
     x, y, yaw = (float(word) for word in found.groups()[:3])
@@ -72,8 +72,8 @@ def resets_in(log: LogLines) -> Poses:
         if pose is not None:
             indices.append(k)
             rows.append((pose.x, pose.y, pose.yaw))
-    lines = log.take(indices[:MOST_RESETS])
-    return Poses(lines.arrival, lines.time, *np.array(rows[:MOST_RESETS]).reshape(-1, 3).T)
+    lines = log.take(indices[:MAX_RESETS])
+    return Poses(lines.arrival, lines.time, *np.array(rows[:MAX_RESETS]).reshape(-1, 3).T)
 
 
 def make_collectors(parts, prefix, limits):
@@ -90,8 +90,8 @@ def make_collectors(parts, prefix, limits):
         'commands': (Twists, lambda message: [
             (None, message.linear.x, message.angular.z, *map(_finite, (
                 message.linear.y, message.linear.z, message.angular.x, message.angular.y)))]),
-        'states': (States, _text), 'events': (States, _text, LONGEST_EVENT),
-        'printed': (States, _text, LONGEST_EVENT),
+        'states': (States, _text), 'events': (States, _text, MAX_EVENT_LENGTH),
+        'printed': (States, _text, MAX_EVENT_LENGTH),
         'turn_requests': (Numbers, lambda message: [(None, math.radians(message.data))]),
         'control': (Numbers, lambda message: [(None, float(message.data))]),
         'mouse': (MouseSamples, lambda message: [
@@ -118,7 +118,7 @@ class Collector:
     placeholder YAW_LATER where the yaw belongs. The quaternion w, x, y, z is at the row's end.
     """
 
-    def __init__(self, limits, kind, rows_of, longest=LONGEST_LINE):
+    def __init__(self, limits, kind, rows_of, longest=MAX_LINE_LENGTH):
         """`kind` is the class of the samples. A word is cut after `longest` characters."""
         self._limits, self._kind, self._rows_of, self._longest = limits, kind, rows_of, longest
         self._has_words = kind in (States, LogLines, Variables)
@@ -144,8 +144,8 @@ class Collector:
         if self._has_words:
             row = [word[:self._longest] for word in row]
             self._letters += sum(map(len, row))
-            most = MOST_VARIABLES if self._kind is Variables else MOST_LINES
-            if len(self.arrival) >= most or self._letters > MOST_LETTERS:
+            most = MAX_VARIABLES if self._kind is Variables else MAX_LINES
+            if len(self.arrival) >= most or self._letters > MAX_LETTERS:
                 self.is_full = True
             if self.is_full:
                 return
@@ -166,7 +166,7 @@ class Collector:
         self._values = np.array(self._values).reshape(-1, width)
         if issubclass(self._kind, Yaws):
             self._values[:, columns.index('yaw')] = yaws_from_quaternions(*self._values[:, -4:].T)
-        is_valid = (np.abs(self._values) < LARGEST_NUMBER).all(axis=1)      # NaN is invalid
+        is_valid = (np.abs(self._values) < MAX_NUMBER).all(axis=1)      # NaN is invalid
         self.bad += int((~is_valid).sum())
         self.arrival, self.stamp = self.arrival[is_valid], self.stamp[is_valid]
         self._values = self._values[is_valid]
@@ -192,7 +192,7 @@ def samples_of(collectors):
 
 def _finite(speed):
     """Returns the speed, cut to a finite number, so that the command is not dropped."""
-    return max(-LARGEST_NUMBER / 2.0, min(LARGEST_NUMBER / 2.0, speed))
+    return max(-MAX_NUMBER / 2.0, min(MAX_NUMBER / 2.0, speed))
 
 
 def _wxyz(q):

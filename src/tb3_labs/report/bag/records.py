@@ -18,16 +18,17 @@ from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
 
 #: The budget of one reading. `MiB` limits the bytes that are read or unpacked. A recording of one
 #: hour by record.launch has 1.4 million records, and is read in 20 s.
-MOST_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
+MAX_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
 #: The most processor time of one reading [s].
-MOST_TIME = 30.0
+MAX_CPU_TIME = 30.0
 #: The clock of the processor time is slow, so `spend` reads it only in each 64th call.
 CLOCK_EVERY = 64
 MIB = 2.0 ** 20
 #: The largest header, connection and message, and the longest name [bytes].
-MOST_HEADER, MOST_CONNECTION, MOST_MESSAGE, MOST_NAME = 10000, 2 ** 20, 2 ** 18, 200
+MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
+MAX_CONNECTION_BYTES, MAX_MESSAGE_BYTES = 2 ** 20, 2 ** 18
 #: The largest packed chunk, when it is unpacked [bytes].
-MOST_CHUNK = 2 ** 26
+MAX_CHUNK_BYTES = 2 ** 26
 #: The size of the parts in which a packed chunk is read, and of the pieces in which it is unpacked
 #: [bytes].
 PACKED_PART, UNPACKED_PIECE = 2 ** 12, 2 ** 20
@@ -64,18 +65,18 @@ class ReadLimits:
     """The rest of the budget of one reading."""
 
     def __init__(self) -> None:
-        self._left: Dict[str, float] = dict(MOST_READ)
-        self._end = time.thread_time() + MOST_TIME
+        self._left: Dict[str, float] = dict(MAX_READ)
+        self._end = time.thread_time() + MAX_CPU_TIME
         self._calls = 0
 
     def spend(self, what: str, amount: float = 1) -> None:
-        """Subtract `amount` from the budget of `what`, a key of MOST_READ. May raise TooLarge."""
+        """Subtract `amount` from the budget of `what`, a key of MAX_READ. May raise TooLarge."""
         self._left[what] -= amount
         if self._left[what] < 0:
-            raise TooLarge(f'it has more than {MOST_READ[what]:,} {what}')
+            raise TooLarge(f'it has more than {MAX_READ[what]:,} {what}')
         self._calls += 1
         if self._calls % CLOCK_EVERY == 0 and time.thread_time() > self._end:
-            raise TooLarge(f'to read it takes longer than {MOST_TIME:g} s')
+            raise TooLarge(f'to read it takes longer than {MAX_CPU_TIME:g} s')
 
 
 class Connection(NamedTuple):
@@ -137,7 +138,7 @@ class Bag:
             self._limits.spend('records')
             header_size, = UINT32.unpack(length)
             # the size of the record's data follows the header
-            head = self._read(source, header_size + UINT32.size, MOST_HEADER)
+            head = self._read(source, header_size + UINT32.size, MAX_HEADER_BYTES)
             header = _fields(head[:header_size])
             size, = UINT32.unpack(head[header_size:])
             kind = header[b'op'][0]
@@ -145,7 +146,7 @@ class Bag:
                 yield self._message(source, header, size)
             elif kind == CONNECTION:
                 self._limits.spend('connections')
-                connection = _connection(header, self._read(source, size, MOST_CONNECTION))
+                connection = _connection(header, self._read(source, size, MAX_CONNECTION_BYTES))
                 self._connections[UINT32.unpack(header[b'conn'])[0]] = (
                     connection, is_wanted(connection))
             elif kind == CHUNK and header[b'compression'] == b'none':
@@ -160,12 +161,12 @@ class Bag:
     def _message(self, source: BinaryIO, header: Dict[bytes, bytes], size: int) -> Record:
         connection, is_wanted = self._connections[UINT32.unpack(header[b'conn'])[0]]
         seconds, nanoseconds = TIME.unpack(header[b'time'])
-        if is_wanted and size <= MOST_MESSAGE:
+        if is_wanted and size <= MAX_MESSAGE_BYTES:
             return Record(connection, (seconds, nanoseconds), self._read(source, size))
         source.seek(size, os.SEEK_CUR)
         return Record(connection, (seconds, nanoseconds), b'')
 
-    def _read(self, source: BinaryIO, size: int, most: int = MOST_MESSAGE) -> bytes:
+    def _read(self, source: BinaryIO, size: int, most: int = MAX_MESSAGE_BYTES) -> bytes:
         if size > most:
             raise ValueError(f'{size} bytes in place of {most} at most')
         if source is self._file:        # `_unpacked` has subtracted the bytes of unpacked chunks
@@ -182,8 +183,8 @@ class Bag:
         for at in range(0, size, PACKED_PART):
             for piece in pieces_of(self._read(self._file, min(PACKED_PART, size - at))):
                 self._limits.spend('MiB', len(piece) / MIB)
-                if chunk.tell() + len(piece) > MOST_CHUNK:
-                    raise TooLarge(f'a packed chunk holds more than {MOST_CHUNK / MIB:g} MiB')
+                if chunk.tell() + len(piece) > MAX_CHUNK_BYTES:
+                    raise TooLarge(f'a packed chunk holds more than {MAX_CHUNK_BYTES / MIB:g} MiB')
                 chunk.write(piece)
         chunk.seek(0)
         return chunk
@@ -233,7 +234,7 @@ def _connection(header: Dict[bytes, bytes], data: bytes) -> Connection:
     known = _fields(data)
     names = [header[b'topic'], known.get(b'type', b'?'), known.get(b'md5sum', b'?'),
              known.get(b'callerid', b'?')]
-    return Connection(*(name[:MOST_NAME].decode(errors='replace') for name in names))
+    return Connection(*(name[:MAX_NAME_BYTES].decode(errors='replace') for name in names))
 
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:

@@ -37,15 +37,15 @@ CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, Joy,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
 #: The first reading keeps the records for the second reading if their size is below this [bytes].
-MOST_KEPT = 2 ** 26
+MAX_KEPT_BYTES = 2 ** 26
 #: A record takes this memory in addition to its data [bytes].
 RECORD_OVERHEAD = 500
 #: The recorder's clock was set back if a message of a topic arrived by more than this before the
 #: previous message [s]. A busy recorder may exchange two messages that are nearer to each other.
-LEAST_SET_BACK = 0.2
+MIN_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.
-LONGEST_OUTAGE = 3600.0
+MAX_OUTAGE = 3600.0
 #: The problem of a recording whose clock jumped. The recording is read until the jump, since all
 #: times after the jump are wrong.
 CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
@@ -82,7 +82,7 @@ def _contents(bag):
     for record in bag.messages(_class_of, ReadLimits()):
         numbers[record.connection] += 1
         size += RECORD_OVERHEAD + len(record.data)
-        if size < MOST_KEPT:
+        if size < MAX_KEPT_BYTES:
             records.append(record)
     types, senders, unknown = {}, {}, set()
     for connection, number in numbers.items():
@@ -93,7 +93,7 @@ def _contents(bag):
             unknown.add(f'{topic} ({connection.kind})')
         else:
             senders.setdefault(topic, set()).add(connection.sender)
-    is_whole = size < MOST_KEPT and not bag.problem
+    is_whole = size < MAX_KEPT_BYTES and not bag.problem
     return types, senders, sorted(unknown), records if is_whole else None
 
 
@@ -180,8 +180,8 @@ def _collect(records, of_topic, sender_index, names):
                 collector.bad += 1
                 continue
             arrival = (seconds - start) + 1e-9 * nanoseconds
-            is_set_back = arrival < last_of_topic.get(topic, arrival) - LEAST_SET_BACK
-            if is_set_back or arrival > last + LONGEST_OUTAGE:
+            is_set_back = arrival < last_of_topic.get(topic, arrival) - MIN_SET_BACK
+            if is_set_back or arrival > last + MAX_OUTAGE:
                 return start, CLOCK_JUMPED
             last = last_of_topic[topic] = arrival
             collector.add(message, arrival, start)

@@ -16,7 +16,7 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
-from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData
+from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0
@@ -100,7 +100,7 @@ def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
     """Returns (distance, angle) from the last pose to the goal; UNKNOWN if there is no pose near
     the end of the drive."""
-    if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - LEAST_GAP:
+    if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - MIN_GAP:
         return UNKNOWN
     last = poses.pose(-1)
     return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)

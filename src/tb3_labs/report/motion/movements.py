@@ -5,7 +5,7 @@ A *movement* is a stretch of commands that are not zero. Its pauses are shorter 
 
 * turn, if no command has a forward speed;
 * drive, if a turn, a straight line and a turn were commanded; one of the two turns may be missing.
-  The line is straight if the heading stays within `MOST_BEND` of the heading at the line's start;
+  The line is straight if the heading stays within `MAX_BEND` of the heading at the line's start;
 * movement by hand, if it is not a turn and not a drive.
 
 The commands do not name their sender. Other topics help to find it if they were recorded:
@@ -43,17 +43,17 @@ PERSONS_PROGRAM = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
 #: The program that sends commands which a person types in a terminal.
 TERMINAL = 'rostopic pub'
 #: A part of a movement by hand is joined to the part before it if it is shorter than this [s].
-SHORTEST_PART = 0.4
+MIN_PART_TIME = 0.4
 #: At most this many movements of a run are found.
-MOST_MOVEMENTS = 1000
+MAX_MOVEMENTS = 1000
 #: A speed below this counts as zero [m/s], [rad/s].
 NO_SPEED = 1e-3
 #: On a straight line the heading differs by at most this from the heading at its start [rad].
-MOST_BEND = math.radians(20.0)
+MAX_BEND = math.radians(20.0)
 #: The turn before a straight line may go on for this time after the line's first command [s].
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
-SHORTEST_DRIVE = 0.1
+MIN_DRIVE_LENGTH = 0.1
 
 
 class MovementKind(Enum):
@@ -98,9 +98,9 @@ def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
         changes = np.flatnonzero(is_ahead[k:] != is_ahead[k])
         until = commands.time[k + changes[0]] if len(changes) else movement.end
         begin = float(commands.time[k])
-        if min(until - begin, begin - begins[-1]) > SHORTEST_PART:
+        if min(until - begin, begin - begins[-1]) > MIN_PART_TIME:
             begins.append(begin)
-    return list(zip(begins, begins[1:] + [movement.end]))[:MOST_MOVEMENTS]
+    return list(zip(begins, begins[1:] + [movement.end]))[:MAX_MOVEMENTS]
 
 
 @cached_per_run
@@ -114,7 +114,7 @@ def movements(run: RunData) -> List[Movement]:
     is_cut = np.diff(np.searchsorted(cut, time[moves])) > 0
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE
     parts = np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)
-    return [_movement(run, part, ends, cut) for part in parts[:MOST_MOVEMENTS]]
+    return [_movement(run, part, ends, cut) for part in parts[:MAX_MOVEMENTS]]
 
 
 def cuts(run: RunData) -> np.ndarray:
@@ -179,6 +179,6 @@ def has_control(run: RunData, time: float) -> bool:
 def _is_line(run: RunData, begin: float, end: float) -> bool:
     """Was the way from `begin` to `end` [s] straight, and long enough for a drive?"""
     yaw = np.unwrap(run.imu.between(begin + STRAIGHT_AFTER, end).yaw)
-    if len(yaw) and np.abs(yaw - yaw[0]).max() > MOST_BEND:
+    if len(yaw) and np.abs(yaw - yaw[0]).max() > MAX_BEND:
         return False
-    return run.odometry.at(begin).distance_to(run.odometry.at(end)) >= SHORTEST_DRIVE
+    return run.odometry.at(begin).distance_to(run.odometry.at(end)) >= MIN_DRIVE_LENGTH

@@ -32,7 +32,7 @@ RADIANS_PER_METRE = 1.0
 LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
 #: new frame, but at most this time before the first message of the new frame [s].
-MOST_BEFORE = 0.05
+MAX_TIME_BEFORE = 0.05
 #: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
 #: A goal belongs to a state if their messages arrived within this time [s].
@@ -126,7 +126,7 @@ def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
 def _begins_of_frames(frames: Poses) -> np.ndarray:
     """Returns the times at which the frames come into force, without the first frame [s]."""
     last, first = frames.time[:-1], frames.time[1:]
-    return np.maximum((last + first) / 2.0, first - MOST_BEFORE)
+    return np.maximum((last + first) / 2.0, first - MAX_TIME_BEFORE)
 
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:

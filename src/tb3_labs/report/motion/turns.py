@@ -3,7 +3,7 @@
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
 the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
-this message is not a turn if its angle is below `LEAST_TURN` or above `MOST_TURN`.
+this message is not a turn if its angle is below `MIN_TURN` or above `MAX_TURN`.
 
 Units: radians, positive to the left; seconds. The IMU's yaw is unwrapped, so that an angle may be
 larger than half a turn. Edge case: without ground truth, the true values are NaN.
@@ -29,14 +29,14 @@ REST_WAIT = 2.0
 REST_MEAN = 0.3
 #: The recorder may miss the first commands of a new node. So the rest before a turn may end this
 #: time before the turn's first recorded command [s].
-MOST_MISSED = 1.0
+MAX_MISSED = 1.0
 #: If the sender is not known, a movement is a turn only if its angle is between these two [rad].
-LEAST_TURN = math.radians(45.0)
-MOST_TURN = math.radians(225.0)
+MIN_TURN = math.radians(45.0)
+MAX_TURN = math.radians(225.0)
 #: If a node is the sender, a movement is a turn if its angle is above this [rad].
-LEAST_BY_NODE = math.radians(5.0)
+MIN_TURN_BY_NODE = math.radians(5.0)
 #: At most this many turns of one movement are found.
-MOST_PARTS = 100
+MAX_PARTS = 100
 #: A turn may be requested this time before it begins [s].
 REQUESTED_BEFORE = 2.0
 
@@ -105,7 +105,7 @@ def _separate_turns(run: RunData, movement: Movement,
     stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
     parts = []
     begin = movement.begin
-    for k in stops[:MOST_PARTS]:
+    for k in stops[:MAX_PARTS]:
         stop = float(commands.time[k])
         go = float(commands.time[k + int(np.argmax(turning[k:]))])
         if go <= stop:
@@ -122,7 +122,7 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
     """Returns the report of the turn by the commands from `begin` to `end`, or None if they are not
     a turn. The next command comes at `next_command`. A request before `since` belongs to another
     turn."""
-    times_before = begin - np.arange(0.0, MOST_MISSED, REST_WINDOW / 3.0)
+    times_before = begin - np.arange(0.0, MAX_MISSED, REST_WINDOW / 3.0)
     rest_before = _first_time(
         times_before, lambda time: _rests(run.imu, time - REST_WINDOW, time))
     latest = min(end + REST_WAIT, next_command)
@@ -165,8 +165,8 @@ def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[f
     if len(sent):
         return float(sent.value.sum()), True
     is_by_node = len({*programs(run, since, end)} - {TERMINAL}) > 0
-    is_nodes_turn = is_by_node and abs(turned) > LEAST_BY_NODE
-    if not is_nodes_turn and not LEAST_TURN <= abs(turned) <= MOST_TURN:
+    is_nodes_turn = is_by_node and abs(turned) > MIN_TURN_BY_NODE
+    if not is_nodes_turn and not MIN_TURN <= abs(turned) <= MAX_TURN:
         return 0.0, False
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
     return math.copysign(quarters * math.pi / 2.0, turned), False

@@ -22,7 +22,7 @@ GRID_LINES = 4
 #: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. The
 #: curve of a stranger's bag may need a depth that would take hours. So a stretch at this depth is
 #: not split, and all its samples are kept.
-MOST_DEPTH = 500
+MAX_DEPTH = 500
 #: The points (time, value) of a line, and the indices of the points that are not joined to the
 #: previous point.
 Line = Tuple[List[Tuple[float, float]], List[int]]
@@ -64,7 +64,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
     while stretches and splits <= most:
         first, last, depth = stretches.pop()
         is_kept[[first, last]] = True
-        if depth == MOST_DEPTH:
+        if depth == MAX_DEPTH:
             is_kept[first:last] = True
         elif last - first > 1:
             inner = slice(first + 1, last)

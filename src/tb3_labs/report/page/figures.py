@@ -41,13 +41,13 @@ matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
 #: A figure shows at most this many turns, or paths between two resets.
-MOST_DRAWN = 40
+MAX_DRAWN = 40
 #: The legend names at most this many turns.
-MOST_NAMED_TURNS = 12
+MAX_NAMED_TURNS = 12
 #: The width and height of a letter in a frame's name, as a share of a panel's width.
 LETTER_WIDTH, LETTER_HEIGHT = 0.028, 0.05
 #: The frames and paths have names up to this reset, since there is no room for more names.
-MOST_NAMED_RESETS = 6
+MAX_NAMED_RESETS = 6
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -77,7 +77,7 @@ def turns_figure(run: RunData) -> Optional[Figure]:
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in found[1:]] + [math.inf]
-    for number, (turn, next_begin) in enumerate(zip(found[:MOST_DRAWN], next_begins)):
+    for number, (turn, next_begin) in enumerate(zip(found[:MAX_DRAWN], next_begins)):
         until = min(turn.end + SHOWN_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
@@ -87,7 +87,7 @@ def turns_figure(run: RunData) -> Optional[Figure]:
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
         left.plot(imu.time - turn.begin, np.degrees(remaining),
-                  label=name if number < MOST_NAMED_TURNS else None, **looks)
+                  label=name if number < MAX_NAMED_TURNS else None, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
@@ -109,12 +109,12 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
-    for number, epoch in enumerate(frames[:MOST_DRAWN]):
+    for number, epoch in enumerate(frames[:MAX_DRAWN]):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
         looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label=name if number <= MOST_NAMED_RESETS else None)
+                     label=name if number <= MAX_NAMED_RESETS else None)
         draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
         draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
@@ -128,7 +128,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _draw_ends(in_local, local, [goal for _, goal in goals])
     chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
-              for number, epoch in enumerate(frames[:MOST_DRAWN])]
+              for number, epoch in enumerate(frames[:MAX_DRAWN])]
     size = _same_scale((in_odom, [pose for pose, _ in chosen]),
                        (in_local, [pose.inverse() for pose, _ in chosen]))
     _draw_frames(in_odom, size, 'odom', [(pose, 'local' + after) for pose, after in chosen])
@@ -185,7 +185,7 @@ def _draw_frames(axes: Axes, width: float, own: str,
             drawn.append(np.linspace(begin, end, 9))
     boxes: List[np.ndarray] = []
     # before the first reset, a panel already has the names of its own and of the other frame
-    for number, (pose, name) in enumerate(named[:MOST_NAMED_RESETS + 2]):
+    for number, (pose, name) in enumerate(named[:MAX_NAMED_RESETS + 2]):
         size = width * np.array((LETTER_WIDTH * len(name), LETTER_HEIGHT))
         boxes.append(_box_of_name(axes, pose, size, boxes, np.concatenate(drawn)))
         axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,

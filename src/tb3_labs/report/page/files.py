@@ -26,7 +26,7 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 #: A pose belongs to the row of an odometry message if their times differ by at most this [s].
 SAME_INSTANT = 0.02
 #: A path shorter than this is not drawn [m].
-SHORTEST_PATH = 0.05
+MIN_PATH_LENGTH = 0.05
 CAPTIONS = {
     'paths': 'The same path in the global and in the local frame, with the axes of both.',
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
@@ -56,7 +56,7 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
         'report.html', 'run.csv', 'turns.csv', 'drives.csv', 'turns.png', 'paths.png'))
     write_csv(run, files[1])
     tables.write_reports(folder, name, turned, driven)
-    has_path = run.odometry.length >= SHORTEST_PATH
+    has_path = run.odometry.length >= MIN_PATH_LENGTH
     turns = write_figure(figures.turns_figure(run), turns_png)
     paths = write_figure(figures.paths_figure(run, driven) if has_path else None, paths_png)
     files += [path for path, figure in ((turns_png, turns), (paths_png, paths)) if figure]

@@ -15,7 +15,7 @@ from tb3_labs.report.motion.resets_and_goals import epochs, spans
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
 from tb3_labs.report.page.timeline import Mark, mark
-from tb3_labs.report.run_data import LEAST_GAP, RunData
+from tb3_labs.report.run_data import MIN_GAP, RunData
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.chains import broken_links_of_nodes
 
@@ -24,9 +24,9 @@ EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 #: A line of a traceback that names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A page shows at most this many different exceptions.
-MOST_ERRORS = 5
+MAX_ERRORS = 5
 #: A page shows at most this many characters of an exception.
-LONGEST_ERROR = 300
+MAX_ERROR_LENGTH = 300
 #: A node of the skeletons prints this when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
@@ -57,7 +57,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
         kind, verb = ('start', 'given to') if is_given[k] else ('stop', 'taken from')
         found.append(mark(kind, run.control.time[k], f'control {verb} the node'))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
-        for k in np.flatnonzero(np.diff(samples.time) > LEAST_GAP):
+        for k in np.flatnonzero(np.diff(samples.time) > MIN_GAP):
             begin, end = samples.time[k:k + 2]
             found.append(mark('lost', begin, f'{name} silent for {end - begin:.1f} s', end))
     return found
@@ -89,8 +89,8 @@ def printed_faults(run: RunData) -> str:
         if todo:
             todos.setdefault(todo.group(), time)
     parts = [FAULT_LINE.format(escape('An exception came {}: {}.'.format(
-        'once' if len(times) == 1 else f'{len(times)} times', error[:LONGEST_ERROR])), times[0])
-        for error, times in list(errors.items())[:MOST_ERRORS]]
+        'once' if len(times) == 1 else f'{len(times)} times', error[:MAX_ERROR_LENGTH])), times[0])
+        for error, times in list(errors.items())[:MAX_ERRORS]]
     if todos:
         parts.append(FAULT_LINE.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
     return '\n'.join(parts)

@@ -16,7 +16,7 @@ from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import number, safe, table
 
 #: A table on a page has at most this many rows.
-MOST_ROWS = 200
+MAX_ROWS = 200
 
 
 def _goal(drive: DriveReport) -> Tuple[float, float, float]:
@@ -79,11 +79,11 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
     """Returns an HTML table with a numbered row for each report. `word` names a row, 'turn' or
     'drive'."""
     rows = []
-    for count, report in enumerate(reports[:MOST_ROWS], 1):
+    for count, report in enumerate(reports[:MAX_ROWS], 1):
         values = [(column.value(report), column.form) for column in columns]
         rows.append([str(count)] + [number(value, form) if form else value
                                     for value, form in values])
-    more = len(reports) - MOST_ROWS
+    more = len(reports) - MAX_ROWS
     note = f'<p>{word}s.csv has {more} more.</p>' if more > 0 else ''
     return table([word] + [column.head for column in columns], rows, texts=('outcome',)) + note
 

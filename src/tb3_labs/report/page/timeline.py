@@ -2,7 +2,7 @@
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
 the recording, but differs from each recorded value by at most its bound (`BOUNDS`). Only a track
-that would need more than `MOST_POINTS` differs by more. A track is interrupted at a time without
+that would need more than `MAX_POINTS` differs by more. A track is interrupted at a time without
 samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
@@ -23,7 +23,7 @@ from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
 from tb3_labs.report.page.curves import curves, mark_line, kept_samples, variable_curves
-from tb3_labs.report.run_data import LEAST_GAP, Commands, LogLines, Poses, RunData
+from tb3_labs.report.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: The HTML of the timeline. Its program and its style are in files with the same stem.
@@ -39,9 +39,9 @@ ROUNDED_DIGITS = 3
 TIMELINE_ROUNDING = 0.0005
 #: The largest numbers of the points of a track, of the marks of a page, and of the characters of a
 #: text.
-MOST_POINTS, MOST_MARKS, LONGEST_TEXT = 50000, 500, 1000
+MAX_POINTS, MAX_MARKS, MAX_TEXT_LENGTH = 50000, 500, 1000
 #: A page has at most this many lines of a log. If a log is longer, its middle is left out.
-MOST_LOG_LINES = 2000
+MAX_LOG_LINES = 2000
 #: The name of rosbag's node. Its log lines are not shown.
 RECORDER = 'record'
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
@@ -57,9 +57,9 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
-    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > LEAST_GAP) + 1)})
+    begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
     kept = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
-    shown = kept[::math.ceil(len(kept) / MOST_POINTS)]
+    shown = kept[::math.ceil(len(kept) / MAX_POINTS)]
     return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
             'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
@@ -86,10 +86,10 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
         'angle': track(time, [np.degrees(angle)], ['deg'],
                        [*goal_resets,
                         *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
-        'commands': _commands(run.commands)[:MOST_POINTS],
+        'commands': _commands(run.commands)[:MAX_POINTS],
         'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
-                  for span in spans(run)[:MOST_MARKS]],
-        'marks': sorted(marked, key=lambda moment: moment['begin'])[:MOST_MARKS],
+                  for span in spans(run)[:MAX_MARKS]],
+        'marks': sorted(marked, key=lambda moment: moment['begin'])[:MAX_MARKS],
         'log': _lines(run.log),
         'nodes': variable_figures.nodes(run), 'variables': variable_figures.texts(run),
         'figures': variable_figures.figures(run)}
@@ -130,13 +130,13 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
     if end is None:
         end = begin
     return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(end), 3),
-            'text': text[:LONGEST_TEXT]}
+            'text': text[:MAX_TEXT_LENGTH]}
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
     """Returns [time, level, text] of each log line. The text begins with the node's name. Equal
     lines that follow each other become one line."""
-    lines = [(level, f"{node.lstrip('/')}: {text}"[:LONGEST_TEXT], at)
+    lines = [(level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH], at)
              for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
              if node.rpartition('/')[2] != RECORDER]
     rows: List[List[Any]] = []
@@ -145,10 +145,10 @@ def _lines(log: LogLines) -> List[List[Any]]:
         if len(times) > 1:
             text += f' ({len(times)} times)'
         rows.append([round(float(times[0]), 3), str(level), text])
-    if len(rows) <= MOST_LOG_LINES:
+    if len(rows) <= MAX_LOG_LINES:
         return rows
-    first, last = rows[:MOST_LOG_LINES // 2], rows[-MOST_LOG_LINES // 2:]
-    return [*first, [first[-1][0], '', f'({len(rows) - MOST_LOG_LINES} lines are left out)'], *last]
+    first, last = rows[:MAX_LOG_LINES // 2], rows[-MAX_LOG_LINES // 2:]
+    return [*first, [first[-1][0], '', f'({len(rows) - MAX_LOG_LINES} lines are left out)'], *last]
 
 
 def section(data: Dict[str, Any]) -> str:

@@ -12,22 +12,22 @@ from typing import Any, Callable, List, NamedTuple, Tuple
 import numpy as np
 
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, kept_samples
-from tb3_labs.report.run_data import LEAST_GAP, Poses, RunData, cached_per_run
+from tb3_labs.report.run_data import MIN_GAP, Poses, RunData, cached_per_run
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
 #: The limits of a page.
-MOST_FIGURES = 12
-MOST_SHOWN_VARIABLES = 40
-MOST_LINE_POINTS = 2000     # of each line
-LONGEST_VALUE = 200         # characters of each text
+MAX_FIGURES = 12
+MAX_SHOWN_VARIABLES = 40
+MAX_LINE_POINTS = 2000     # of each line
+MAX_VALUE_LENGTH = 200         # characters of each text
 #: A variable with more different texts than this has no figure.
-MOST_LEVELS = 8
+MAX_LEVELS = 8
 #: A line differs from each recorded value by at most this share of the line's range.
 BOUND_SHARE = 1.0 / 500.0
 #: A larger number is not drawn, since the difference of two such numbers could be infinite.
-LARGEST_DRAWN = 1e300
+MAX_DRAWN_NUMBER = 1e300
 #: An angle above this is in degrees, not in radians.
-MOST_RADIANS = 7.0
+MAX_RADIANS = 7.0
 
 
 class Reference(NamedTuple):
@@ -67,7 +67,7 @@ HANDOUT_NAMES = ('turning', 'state', 'has_control')
 
 def nodes(run: RunData) -> List[str]:
     """Returns the names of the nodes whose variables were recorded."""
-    return list(dict.fromkeys(node[:LONGEST_VALUE] for node in run.variables.node))
+    return list(dict.fromkeys(node[:MAX_VALUE_LENGTH] for node in run.variables.node))
 
 
 @cached_per_run
@@ -80,12 +80,12 @@ def variables(run: RunData) -> List[Series]:
         for series in series_of.values():
             # here, True and False are texts; a comparison with NaN is False
             is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
-            is_drawn = ~is_truth & (np.abs(series.value) < LARGEST_DRAWN)
+            is_drawn = ~is_truth & (np.abs(series.value) < MAX_DRAWN_NUMBER)
             found.append(replace(
-                series, name=(prefix + series.name)[:LONGEST_VALUE],
-                text=np.array([text[:LONGEST_VALUE] for text in series.text], dtype=object),
+                series, name=(prefix + series.name)[:MAX_VALUE_LENGTH],
+                text=np.array([text[:MAX_VALUE_LENGTH] for text in series.text], dtype=object),
                 value=np.where(is_drawn, series.value, np.nan)))
-    return found[:MOST_SHOWN_VARIABLES]
+    return found[:MAX_SHOWN_VARIABLES]
 
 
 def is_number(variable: Series) -> bool:
@@ -106,7 +106,7 @@ def texts(run: RunData) -> List[List[Any]]:
     rows = []
     for each in variables(run):
         shown = changes(each)
-        shown = shown[::1 + len(shown) // MOST_LINE_POINTS]
+        shown = shown[::1 + len(shown) // MAX_LINE_POINTS]
         rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[shown], each.value[shown])]])
@@ -114,7 +114,7 @@ def texts(run: RunData) -> List[List[Any]]:
 
 
 def figures(run: RunData) -> List[Figure]:
-    """Returns the figures of the variables that change, at most MOST_FIGURES."""
+    """Returns the figures of the variables that change, at most MAX_FIGURES."""
     remaining = {each.name: each for each in variables(run)}
     found = []
     for reference in REFERENCES:
@@ -128,10 +128,10 @@ def figures(run: RunData) -> List[Figure]:
     handouts = [remaining.pop(name) for name in HANDOUT_NAMES if name in remaining]
     for each in [*handouts, *remaining.values()]:
         levels = [] if is_number(each) else _levels(each)
-        if len(changes(each)) > 1 and len(levels) <= MOST_LEVELS:
+        if len(changes(each)) > 1 and len(levels) <= MAX_LEVELS:
             shown = _level_steps(each, levels) if levels else line(each.time, each.value)
             found.append(Figure([each.name], '', NO_LINE, [shown], levels))
-    return found[:MOST_FIGURES]
+    return found[:MAX_FIGURES]
 
 
 def _levels(variable: Series) -> List[str]:
@@ -149,7 +149,7 @@ def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
         whole_turn = 360.0
     elif reference.name.startswith('yaw'):
         whole_turn = 2.0 * math.pi
-        if any(np.nanmax(np.abs(each.value)) > MOST_RADIANS for each in group):
+        if any(np.nanmax(np.abs(each.value)) > MAX_RADIANS for each in group):
             whole_turn, values = 360.0, np.degrees(values)
     return Figure([each.name for each in group], reference.name if len(time) else '',
                   line(time, values, whole_turn),
@@ -163,30 +163,30 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     if not known.any():
         return NO_LINE
     index, time, values = np.flatnonzero(known), time[known], values[known]
-    is_gap = (np.diff(time) > LEAST_GAP) | (np.diff(index) > 1)
+    is_gap = (np.diff(time) > MIN_GAP) | (np.diff(index) > 1)
     is_jump = np.abs(np.diff(values)) > whole_turn / 2.0
     breaks = np.flatnonzero(is_gap | is_jump) + 1
     bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
-    most = max(MOST_LINE_POINTS, 2 * len(breaks) + 2)
+    most = max(MAX_LINE_POINTS, 2 * len(breaks) + 2)
     kept = kept_samples(time, values[:, None], bound, breaks, most)
     while len(kept) > most:
         bound *= 2.0
         kept = kept_samples(time, values[:, None], bound, breaks, most)
     points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
-              for k in kept][:MOST_LINE_POINTS]
+              for k in kept][:MAX_LINE_POINTS]
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
 def _level_steps(variable: Series, levels: List[str]) -> Line:
     """Returns the line of a variable that steps between its levels."""
     heights = np.array([float(levels.index(text)) for text in variable.text])
-    begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > LEAST_GAP) + 1)
+    begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > MIN_GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
-    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MOST_LINE_POINTS]:
-        if begin and variable.time[begin] - variable.time[begin - 1] > LEAST_GAP:
+    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MAX_LINE_POINTS]:
+        if begin and variable.time[begin] - variable.time[begin - 1] > MIN_GAP:
             breaks.append(len(points))
-        is_silent = variable.time[end] - variable.time[end - 1] > LEAST_GAP
+        is_silent = variable.time[end] - variable.time[end - 1] > MIN_GAP
         last = end - 1 if is_silent else end
         points += [(round(float(variable.time[at]), 3), heights[begin]) for at in (begin, last)]
     return points, breaks

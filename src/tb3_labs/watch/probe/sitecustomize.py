@@ -22,20 +22,20 @@ from enum import Enum
 from types import FunctionType, MemberDescriptorType, ModuleType
 
 #: The pause between two readings, and the longest pause between two searches for objects [s].
-READ_PAUSE, LONGEST_PAUSE = 0.05, 16.0
+READ_PAUSE, MAX_PAUSE = 0.05, 16.0
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
 #: The largest numbers of variables, objects, and objects of one class that are shown.
-MOST_SHOWN, MOST_OBJECTS, MOST_OF_A_CLASS = 40, 20, 3
+MAX_SHOWN, MAX_OBJECTS, MAX_OF_A_CLASS = 40, 20, 3
 #: A longer text is cut [characters]. A list or array with more elements is not shown.
-LONGEST_VALUE, MOST_NUMBERS = 200, 9
+MAX_VALUE_LENGTH, MAX_NUMBERS = 200, 9
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
 #: The names of the attributes that each thread has.
 THREAD_ATTRIBUTES = frozenset(vars(threading.main_thread()))
 #: The parts of an object, and their parts, are shown down to this depth.
-MOST_NESTED = 3
+MAX_NESTED = 3
 
 
 def leave_the_path():
@@ -104,7 +104,7 @@ class WatchedNode:
             type(value), (type, Enum, tuple, BaseException))
 
     def variables(self, frames):
-        """{name: text of the value} of at most MOST_SHOWN variables."""
+        """{name: text of the value} of at most MAX_SHOWN variables."""
         if time.monotonic() > self._next:
             self._search()
         objects = [reference() for reference in self._objects]
@@ -134,15 +134,15 @@ class WatchedNode:
         for each in gc.get_objects():
             if self.is_object(each):
                 counts[type(each)] += 1
-                if counts[type(each)] <= MOST_OF_A_CLASS and len(self._objects) < MOST_OBJECTS:
+                if counts[type(each)] <= MAX_OF_A_CLASS and len(self._objects) < MAX_OBJECTS:
                     self._objects.append(reference_to(each))
         self._next = time.monotonic() + max(
             self._pause, (time.thread_time() - begin) / SEARCH_SHARE)
-        self._pause = min(LONGEST_PAUSE, 4.0 * self._pause)
+        self._pause = min(MAX_PAUSE, 4.0 * self._pause)
 
     def _add(self, found, held, owner, known):
         for name, value in held.items():
-            if len(found) >= MOST_SHOWN:
+            if len(found) >= MAX_SHOWN:
                 return
             try:
                 if type(value) in HIDDEN_TYPES or name.startswith('__'):
@@ -151,7 +151,7 @@ class WatchedNode:
                 name = name.replace(f"_{owner.lstrip('_')}__", '__')
                 for path, text in self._texts(name, value, known):
                     path = path if path not in found else f'{owner}.{path}'
-                    if len(found) < MOST_SHOWN:
+                    if len(found) < MAX_SHOWN:
                         found.setdefault(sendable(path), text)
             except Exception:       # the other values are shown if one cannot be read
                 pass
@@ -165,7 +165,7 @@ class WatchedNode:
         for k, each in enumerate(elements(value)):
             if type(each) in (bool, int, float):
                 yield from self._texts(f'{name}[{k}]', each, known)
-        if depth < MOST_NESTED:
+        if depth < MAX_NESTED:
             for part, each in self._parts(value, known).items():
                 yield from self._texts(f'{name}.{part}', each, known, depth + 1)
 
@@ -179,7 +179,7 @@ class WatchedNode:
             return attributes(value)
         if issubclass(kind, tuple) and self.is_own(kind):
             return dict(zip(kind._fields, tuple.__iter__(value)))
-        if kind is dict and len(value) <= MOST_NUMBERS:
+        if kind is dict and len(value) <= MAX_NUMBERS:
             return {part: each for part, each in list(value.items()) if type(part) is str}
         return {}
 
@@ -187,7 +187,7 @@ class WatchedNode:
 def simple_text(value):
     """The text of a simple value, None for any other value."""
     kind = type(value)
-    if kind in SIMPLE_TYPES or (kind is int and value.bit_length() <= 3 * LONGEST_VALUE):
+    if kind in SIMPLE_TYPES or (kind is int and value.bit_length() <= 3 * MAX_VALUE_LENGTH):
         return repr(value)
     if kind is str:
         return sendable(value)
@@ -201,10 +201,10 @@ def simple_text(value):
 def elements(value):
     """The elements of a short list, tuple or array of numpy; [] of any other value."""
     kind = type(value)
-    if kind in (list, tuple) and len(value) <= MOST_NUMBERS:
+    if kind in (list, tuple) and len(value) <= MAX_NUMBERS:
         return list(value)
     if module_of(kind) == 'numpy' and kind.__name__ == 'ndarray' and (
-            0 < value.size <= MOST_NUMBERS and value.dtype.kind in 'bif'):
+            0 < value.size <= MAX_NUMBERS and value.dtype.kind in 'bif'):
         return value.ravel().tolist()
     return []
 
@@ -225,7 +225,7 @@ def reference_to(thing):
 
 def sendable(text):
     """The beginning of a text, with '?' in place of characters that UTF-8 lacks."""
-    text = text[:LONGEST_VALUE]
+    text = text[:MAX_VALUE_LENGTH]
     return text if text.isascii() else text.encode('utf-8', 'replace').decode('utf-8')
 
 
