@@ -132,7 +132,7 @@ class PanelRobot:
             except Exception as problem:    # none may end the panel, which must stop robots
                 fulfilled = False
                 text = str(problem)
-            self._server.soon(lambda: page.answer(request, fulfilled, text))
+            self._server.call_soon(lambda: page.answer(request, fulfilled, text))
         run_in_thread(call)
 
     #: The method for each type of request.
@@ -201,7 +201,7 @@ class PanelRobot:
         elif steady_time() - since > CONFIRM_WITHIN:
             page.answer(request, fulfilled=False, text=problem)
         else:
-            self._server.later(CONFIRM_PERIOD, lambda: self._confirm(page, request, since))
+            self._server.call_later(CONFIRM_PERIOD, lambda: self._confirm(page, request, since))
 
     # -- messages
 

@@ -54,7 +54,7 @@ class Pages:
             if self._robot.dead_man.page is not None:
                 self._robot.stop()
             released.set()
-        self._server.soon(release)
+        self._server.call_soon(release)
         released.wait(RELEASE_TIMEOUT)
 
     # -- pages come and go
@@ -103,7 +103,7 @@ class Pages:
             self._robot.subscriptions.read_view(lambda view: view.on_log_line(message.msg))
             line = {'time': time.strftime('%H:%M:%S'), 'level': level, 'node': message.name,
                     'text': message.msg[:MAX_LINE_LENGTH]}
-            self._server.soon(lambda: self._add_line(line))
+            self._server.call_soon(lambda: self._add_line(line))
 
     def _add_line(self, line):
         self._lines.append(line)
