@@ -258,5 +258,5 @@ class PadNode(StoryNode):
             for _ in range(1 if word else 2):    # as GamepadNode does
                 self.world.tell(self.name, word, at)
             at = at if not word else None    # the others of a grant are renewals
-        if output.renews:
+        if output.renewal_is_due:
             self.world.tell(self.name, True, None)

@@ -231,7 +231,7 @@ def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, r
 @pytest.mark.parametrize('button, wanted', [(A, 'words'), (Y, 'reset_requested')])
 def test_a_press_counts_beside_a_stick_in_two_messages_of_one_stamp(stamped, button, wanted):
     hear(stamped, 101.05, 8.05, forward=1.0)
-    hear(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME)
+    hear(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME_STAMP)
     assert stamped.take(wanted) == [True]
 
 
@@ -243,7 +243,7 @@ def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
         commands = []
         for tick in range(round(seconds / 0.05)):
             now = stamped.now + 0.05
-            hear(stamped, now, 8.05 * clock_runs, *pressed, forward=1.0, age=Age.SAME)
+            hear(stamped, now, 8.05 * clock_runs, *pressed, forward=1.0, age=Age.SAME_STAMP)
             commands.append(stamped.tick(now).command)
         return set(commands)
 

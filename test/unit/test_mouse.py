@@ -101,7 +101,7 @@ def test_of_two_mice_the_one_that_falls_silent_stops_both():
     mouse = two_active_mice()
     for k in range(8):
         hear(mouse, True, 0.9, 0.0, 1.4 + 0.05 * k, 'mouse')
-    assert mouse.silence(1.75).startswith('no mouse for')
+    assert mouse.silence_text(1.75).startswith('no mouse for')
     mouse.lose(1.75)
     hear(mouse, True, 0.9, 0.0, 1.8, 'mouse')
     assert not mouse.active
@@ -123,12 +123,12 @@ def test_what_the_network_delayed_is_no_activation_but_a_stop():
 
 
 @pytest.mark.parametrize('stamp, age, drives', [
-    (0.0, Age.NEW, True), (510.0, Age.SAME, False),
-    (0.0, Age.SAME, False)])     # with a simulated clock
+    (0.0, Age.NEW, True), (510.0, Age.SAME_STAMP, False),
+    (0.0, Age.SAME_STAMP, False)])     # with a simulated clock
 def test_a_driver_that_hangs_repeats_its_stamp_and_is_silent(stamp, age, drives):
     mouse = inactive_mouse('laptop')
     for k in range(100):
         mouse.received(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
                              age if k else Age.NEW, sent_at=stamp))
-    assert (mouse.active and not mouse.silence(15.0)) is drives
+    assert (mouse.active and not mouse.silence_text(15.0)) is drives
     assert mouse.received(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

@@ -244,7 +244,7 @@ def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
 
 
 @pytest.mark.parametrize('stamp, clock, age', [
-    (7.0, 9.0, Age.SAME), (7.1, 9.0, Age.NEW), (0.0, 9.0, Age.NEW),
+    (7.0, 9.0, Age.SAME_STAMP), (7.1, 9.0, Age.NEW), (0.0, 9.0, Age.NEW),
     (7.0, 8.0, Age.NEW)])      # two messages within one step of a simulated clock, or while it stands
 def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock, age):
     message_ages = MessageAges([], 100.0)

@@ -19,7 +19,7 @@ from tb3_labs.marking.trial_runner import kill_processes, trial_environment
 from tb3_labs.marking.node_start import HOME, IDENTITY, MAX_FILE_BYTES, OWN_FOLDERS
 from tb3_labs.marking.intake.mounts import OWN_FOLDER_BYTES
 from tb3_labs.marking.intake.sandbox import (
-    ADDRESS_SPACE, MAX_TASKS, UNUSED_USER_IDS, NoSandbox, Sandbox, protection_problem)
+    ADDRESS_SPACE, MAX_TASKS, UNUSED_USER_IDS, Protection, Sandbox, protection_problem)
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: This program prints what it sees. Its arguments are a folder of its own, and paths that it must not see.
@@ -205,8 +205,8 @@ def test_a_new_bubblewrap_limits_the_size_of_a_folder(monkeypatch, said, can):
 def test_without_a_sandbox_a_program_keeps_all_but_large_files():
     given = {'PATH': os.environ['PATH'], 'TOKEN': 'x'}
     assert subprocess.check_output(
-        NoSandbox().program_command(['sh', '-c', 'echo $TOKEN $(ulimit -f)']), text=True,
-        env=NoSandbox().program_environment(given)) == 'x {}\n'.format(MAX_FILE_BYTES // 512)
+        Protection().program_command(['sh', '-c', 'echo $TOKEN $(ulimit -f)']), text=True,
+        env=Protection().program_environment(given)) == 'x {}\n'.format(MAX_FILE_BYTES // 512)
 
 
 @pytest.mark.parametrize('ends, words', [

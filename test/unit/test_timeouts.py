@@ -61,11 +61,11 @@ def test_a_silence_before_the_motion_does_not_count():
     imu = received_at(10.0)
     watch = SensorWatch(imu)
     imu.received(15.0)
-    watch.pause()
+    watch.forget_silences()
     assert status_at(watch, 15.0) is SensorStatus.FRESH
     imu.received(15.3)
     assert status_at(watch, 15.6) is SensorStatus.SILENT and watch.hold_reason == 'no imu'
-    watch.pause()
+    watch.forget_silences()
     assert watch.hold_reason == ''
 
 
@@ -100,7 +100,7 @@ def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after
                                     (-9.0, True, 0.0), (-8.9, True, 0.1)]:
         imu.check_repetition(told, now)
         assert imu.repeated_for == pytest.approx(repeated_for)
-    imu.pause()
+    imu.forget_silences()
     for now, repeated_for in [(5.0, 0.0), (5.2, 0.2)]:
         imu.check_repetition(True, now)
         assert imu.repeated_for == pytest.approx(repeated_for)

@@ -150,7 +150,8 @@ class CommandHistory:
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
     """Returns the speed of a motor `dt` [s] after it had `speed`, at a constant `command`."""
-    return speed - math.expm1(-dt / max(lag, MIN_LAG)) * (command - speed)
+    share = -math.expm1(-dt / max(lag, MIN_LAG))
+    return speed + share * (command - speed)
 
 
 class Estimate:
@@ -167,10 +168,10 @@ class Estimate:
         """The likely bound of the error, `STANDARD_ERRORS` standard deviations."""
         return STANDARD_ERRORS * math.sqrt(self._variance)
 
-    def shift(self, by: float, doubt: float = 0.0) -> None:
-        """Add `by` to the number. `doubt` is the standard deviation of `by`."""
-        self.value += by
-        self._variance += doubt * doubt    # for a large doubt, doubt ** 2 raises OverflowError
+    def shift(self, change: float, deviation: float = 0.0) -> None:
+        """Add a change to the number. `deviation` is the standard deviation of the change."""
+        self.value += change
+        self._variance += deviation * deviation    # deviation ** 2 may raise OverflowError
 
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.
@@ -181,8 +182,9 @@ class Estimate:
         largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)
         agrees = abs(sample - self.value) <= largest_surprise
         have_noise = spread > 0.0 and math.isfinite(self._variance)
-        share = 1.0    # the sample replaces the estimate
-        if agrees and have_noise:
-            share = self._variance / (self._variance + spread)
+        if not (agrees and have_noise):
+            self.value, self._variance = sample, spread
+            return
+        share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)
         self._variance = share * spread

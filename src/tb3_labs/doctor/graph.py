@@ -229,7 +229,7 @@ def _mistakes(text, graph, users, partners, names):
                 continue
             # a node that also uses the right name is not mistaken
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
-                # a node of the robot is named, rather than a recorder
+                # the text names a node of the robot if there is one, and not a recorder
                 partner = min(partners[right], key=lambda name: name not in graph.robot_nodes)
                 found.append(text.format(node, topic, right, partner))
     return found

@@ -19,7 +19,7 @@ CLOCK_FAULT_OFFSET = 1.0
 MAX_DRIFT = 2.0
 #: A node still works if it refuses at most this share of a sensor's messages.
 TOLERATED_REFUSALS = 0.05
-#: A wheel that turns by less than this while the doctor listens stands still [rad].
+#: If a wheel turns by less than this while the doctor listens, the wheel stands still [rad].
 STANDING_TURN = 0.005
 
 

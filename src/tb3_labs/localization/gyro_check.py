@@ -211,14 +211,15 @@ class GyroWatch:
 
     def on_wheels(self, sample: WheelSample) -> None:
         self._sends_wheels = True
-        last, time = self._comparison.wheels, sample.stamp
-        if last is not None and not -SMALL_STEP <= time - last.stamp <= WHEEL_GAP:
+        last = self._comparison.wheels
+        step = 0.0 if last is None else sample.stamp - last.stamp
+        if step < -SMALL_STEP or step > WHEEL_GAP:
             self._comparison = _Comparison()
-        elif last is not None and time > last.stamp:
+        elif last is not None and step > 0.0:
             self._add_turn(last, sample)
         self._comparison.wheels = sample
         readings = self._comparison.readings
-        while readings and readings[0].end + MAX_GYRO_LEAD <= time:
+        while readings and readings[0].end + MAX_GYRO_LEAD <= sample.stamp:
             self._compare_with_wheels(readings.popleft())
 
     def problem(self) -> str:

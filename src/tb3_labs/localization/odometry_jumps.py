@@ -158,8 +158,9 @@ class JumpFinder:
             elif problem:
                 shift, jump = _stand_still(problem, self._last_moved, latest)
             elif _is_backwards(before, sample):    # mirror the step at `before`
-                shift = _shift(Pose2(2.0 * before.x - sample.pose.x,
-                                     2.0 * before.y - sample.pose.y, sample.pose.yaw), sample.pose)
+                mirrored = Pose2(2.0 * before.x - sample.pose.x, 2.0 * before.y - sample.pose.y,
+                                 sample.pose.yaw)
+                shift = _shift(mirrored, sample.pose)
         if self._last_moved is None or sample.pose != self._last_moved.sample.pose:
             self._last_moved, self._since_moved = latest, _Gap()
         self._last_received, self._since_received = latest, _Gap()

@@ -162,7 +162,8 @@ class SenderClock:
             return False
         _, last_stamp = self._last[source]
         # delayed messages arrive together, but their stamps differ as usual
-        return not -SMALL_STEP <= stamp - last_stamp <= silence + CLOCK_STEP
+        step = stamp - last_stamp
+        return step < -SMALL_STEP or step > silence + CLOCK_STEP
 
     def _new_epoch(self) -> None:
         self.epoch += 1

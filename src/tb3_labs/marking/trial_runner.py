@@ -22,7 +22,7 @@ from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.mounts import CMAKE_PREFIX_PATH, PYTHONPATH
 from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
-from tb3_labs.marking.intake.sandbox import NoSandbox, OtherUser, Sandbox
+from tb3_labs.marking.intake.sandbox import OtherUser, Protection, Sandbox
 from tb3_labs.marking.intake.submissions import Submission
 from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.marking.marks import LABS, Marks
@@ -92,7 +92,7 @@ class TrialRunner:
         workspace, bag = work / 'ws', work / 'trial.bag'
         marks.path_prefixes = [f'{workspace}/{COPY}/{reading.package}/', f'{workspace}/{COPY}/',
                                f'{workspace}/']
-        protection = NoSandbox()
+        protection = Protection()
         if self.folder.options.sandbox:
             protection = Sandbox([workspace, work / 'etc'])
         elif os.geteuid() == 0:

@@ -131,7 +131,7 @@ class Body:
         """The true yaw [rad], not wrapped."""
         return self.drivetrain.turn_curve.yaw
 
-    def move_to(self, stamp: float) -> None:
+    def advance_to(self, stamp: float) -> None:
         """Advance the drivetrain, and the error of the IMU, to `stamp`."""
         dt = stamp - self._moved_until
         if dt > 0.0:

@@ -116,7 +116,7 @@ class Sensors:
         self._send('imu', self._body.imu.measure(stamps))
 
     def measure_odometry(self, stamp: float) -> None:
-        self._body.move_to(stamp)
+        self._body.advance_to(stamp)
         left, right = self._body.wheel_angles_at(stamp - self._config.wheel_lag)
         ticks = None
         if not self._config.battery_cut:

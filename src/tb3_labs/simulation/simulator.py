@@ -67,7 +67,7 @@ class Simulator:
         """Use the settings of `config` from now on, except the settings in FIXED_FIELDS."""
         if config is self.config:
             return
-        self._body.move_to(self.now)
+        self._body.advance_to(self.now)
         self._apply(config)
 
     def _apply(self, config: SimulatorConfig) -> None:
@@ -124,7 +124,7 @@ class Simulator:
             if tick > horizon:
                 return
             if board.calibration_end == tick:
-                self._body.move_to(tick)
+                self._body.advance_to(tick)
                 self._body.use_bias(board.end_calibration(self._body.yaw))
             elif control.due == tick:
                 self._drive(control.pop())
@@ -142,7 +142,7 @@ class Simulator:
         if self.config.motors_off or self.config.battery_cut:
             command = 0.0, 0.0
         if command != self._motor_command:
-            self._body.move_to(stamp)
+            self._body.advance_to(stamp)
             self._motor_command = command
             self._body.drivetrain.set_goals(*motor_speeds(*command, self._model))
             self._body.motion_changed()
@@ -150,7 +150,7 @@ class Simulator:
     def _read(self, stamp: float) -> None:
         """Let the board read its messages, and calibrate its gyro after a reset."""
         if self._board.read(self._command_link.pop(stamp)):
-            self._body.move_to(stamp)
+            self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)
             self.sensors.resetting = True
             self._body.use_bias(UNCALIBRATED_BIAS)

@@ -26,12 +26,12 @@ class Age(Enum):
     REPEATED = 'it may repeat a message from before this node could hear its sender'
     LATCHED = 'it may be from before this node could hear its sender, which latches'
     OLD = 'it was latched before this node began to listen'
-    SAME = 'it has the stamp of the message before it, though the clock ran on'
+    SAME_STAMP = 'it has the stamp of the message before it, though the clock ran on'
 
     @property
     def is_doubtful(self) -> bool:
         """May the message be older than the connection to its sender?"""
-        return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME)
+        return self in (Age.REPEATED, Age.LATCHED, Age.OLD, Age.SAME_STAMP)
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class MessageAges:
         if before != connection:
             return self._age_of_first(connection, before, now)
         is_same = stamp != 0.0 and stamp == last_stamp
-        return Age.SAME if is_same and clock != last_clock else Age.NEW
+        return Age.SAME_STAMP if is_same and clock != last_clock else Age.NEW
 
     def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
                       now: float) -> Age:

@@ -49,12 +49,12 @@ class _Grant:
         True, the network has delayed the True by at least 1.5 s."""
         self._source.received(now)
         self._received_for = now - self.granted_at
-        self.sent_before = self.granted_at
         delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
         # checked for a few seconds only: later a sender's fast clock would look like a delay
         is_checked = self._renews and self._received_for < EXPIRE_AFTER
-        if is_checked and delay > 0.0:
-            self.sent_before -= delay
+        if not is_checked:
+            delay = 0.0
+        self.sent_before = self.granted_at - max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
         """Returns the time since the last renewal [s]; 0 if the sender does not renew."""

@@ -67,7 +67,7 @@ class Sensor(Freshness):
             self._changed_at = now
         self.repeated_for = now - self._changed_at
 
-    def pause(self) -> None:
+    def forget_silences(self) -> None:
         """Forget silences and repetitions, since the robot stood until now."""
         self.longest_gap, self.repeated_for, self._changed_at = 0.0, 0.0, math.nan
 
@@ -108,11 +108,12 @@ class SensorWatch:
         silent_for = now - self._silent_since if is_silent else 0.0
         is_late = silent_for > self._longest_wait
         became_fresh = are_fresh and not self._were_fresh
-        if became_fresh or (are_fresh and is_checked):    # otherwise the wait would start anew
+        ends_wait = became_fresh or (are_fresh and is_checked)
+        if ends_wait:
             self._silent_since = now - max([source.age(now) for source in self._sources])
             self._longest_wait = RESUME_TIME
-        else:
-            self._silent_since = now - silent_for
+        elif not is_silent:
+            self._silent_since = now
         self._were_fresh = are_fresh
         if are_fresh and is_checked:
             self._end_silence(silent_for, is_late)
@@ -135,13 +136,13 @@ class SensorWatch:
         else:
             self.status = SensorStatus.FRESH
             return
-        self.pause()
+        self.forget_silences()
 
-    def pause(self) -> None:
+    def forget_silences(self) -> None:
         """Forget silences and repetitions, since the robot stood until now."""
         self.hold_reason = ''
         for source in self._sources:
-            source.pause()
+            source.forget_silences()
 
     def problem(self, now: float, with_age: bool = False) -> str:
         """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
@@ -151,7 +152,7 @@ class SensorWatch:
         lost = [source for source in self._sources if source.age(now) > 0.5 * source.timeout]
         if with_age:
             return ', '.join(source.silence_with_age(now) for source in lost)
-        return ', '.join(source.silence for source in lost)
+        return ', '.join(source.silence_text for source in lost)
 
     def frozen(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""

@@ -140,14 +140,14 @@ class Freshness:
         return self.age(now) <= self.timeout
 
     @property
-    def silence(self) -> str:
+    def silence_text(self) -> str:
         """The text for a source that is not fresh, such as 'no imu' or 'no imu yet'."""
         return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
     def silence_with_age(self, now: float) -> str:
-        """Returns the text of `silence` with its duration, such as 'no imu for 1.2 s'."""
+        """Returns `silence_text` with the duration, such as 'no imu for 1.2 s'."""
         age = self.age(now)
-        return self.silence if math.isinf(age) else f'{self.silence} for {age:.1f} s'
+        return self.silence_text if math.isinf(age) else f'{self.silence_text} for {age:.1f} s'
 
 
 class SleepWatch:

@@ -116,7 +116,8 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
         is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
         if is_near.mean() >= RIGHT_SHARE and (has_handouts_gain or not is_constant_command):
             found.append((formula, gain))
-    return min(found, key=lambda each: abs(each[1]) != requested, default=('', requested))
+    with_handouts_gain = [each for each in found if abs(each[1]) == requested]
+    return [*with_handouts_gain, *found, ('', requested)][0]
 
 
 def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:

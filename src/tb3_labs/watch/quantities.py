@@ -24,7 +24,7 @@ RECENT_TIME = 0.5
 ARRIVAL_LEAD = 0.03
 #: Longer delays between a quantity and a variable are not found [s].
 MAX_VARIABLE_DELAY = 8.0
-#: About this number of values of a variable is compared.
+#: At most about this many values of a variable are compared.
 MAX_VALUES = 400
 #: Each fourth value is compared first, because this excludes most quantities in little time.
 COARSE_STEP = 4
@@ -63,8 +63,8 @@ def recent_samples(readings: np.ndarray, times: np.ndarray, longest: float) -> R
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
     index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
-    # a sample gets old only when the next sample comes
-    age = (readings[:, None] - np.append(times[1:], np.inf)[index.clip(0)]).clip(0.0)
+    replaced_at = np.append(times[1:], np.inf)    # a sample gets old when the next sample comes
+    age = (readings[:, None] - replaced_at[index.clip(0)]).clip(0.0)
     return RecentSamples(index.clip(0), age, (index >= 0) & (age <= longest))
 
 
@@ -110,8 +110,10 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
             times = quantity.time
             samples = recent_samples(all_values.time, times, RECENT_TIME)
             some_samples = RecentSamples(*(rows[::COARSE_STEP] for rows in samples))
-        if misses(some_values, quantity, some_samples) <= most_misses and (
-                misses(all_values, quantity, samples) <= most_misses):
+        # the few values are compared first, since this is fast
+        if misses(some_values, quantity, some_samples) > most_misses:
+            continue
+        if misses(all_values, quantity, samples) <= most_misses:
             found.append(quantity)
     return found
 
@@ -204,7 +206,8 @@ def heading_from_another_zero(series: Series, correct: Quantity, unit: float) ->
     degree."""
     heading = correct.at(series.time)
     offset = np.exp(1j * np.radians(series.value / unit - heading))
-    zero = np.degrees(np.angle(np.nanmedian(offset.real) + 1j * np.nanmedian(offset.imag)))
+    middle = complex(np.nanmedian(offset.real), np.nanmedian(offset.imag))
+    zero = np.degrees(np.angle(middle))
     # angles are compared on the unit circle
     circle = replace(series, value=np.exp(1j * np.radians(series.value / unit - zero)))
     correct_circle = correct._replace(value=np.exp(1j * np.radians(correct.value)), scale=60.0)

@@ -110,7 +110,8 @@ def _first_byte(message, name, of, before):
         getattr(message, name).data = ones[0]
     else:
         setattr(message, name, ones[0])
-    return [old == new for old, new in zip(before, _bytes_of(message))].index(False)
+    pairs = zip(before, _bytes_of(message))
+    return next(index for index, (old, new) in enumerate(pairs) if old != new)
 
 
 def _turn_upright(message):

@@ -47,8 +47,9 @@ UNPROTECTED = "No sandboxes: a submission's program can read and delete your fil
 
 class Protection:
     """The commands that start a submission's check and a submission's programs with limits. `words`
-    are the words of a command without limits. This class has the weakest limits: a program cannot
-    write a large file, and the check ends with the process that starts it."""
+    are the words of a command without limits. This class has the weakest limits, for
+    an ordinary user who cannot make sandboxes: a program cannot write a large file, and the check
+    ends with the process that starts it."""
 
     isolates = False
 
@@ -66,10 +67,6 @@ class Protection:
 
     def hand_over(self, folder: Path) -> None:
         """Give a folder of copies to the user who runs the program."""
-
-
-class NoSandbox(Protection):
-    """The protection if an ordinary user cannot make sandboxes: the weakest limits."""
 
 
 class OtherUser(Protection):

@@ -26,7 +26,7 @@ from tb3_labs.marking.intake.mounts import PYTHONPATH
 from tb3_labs.marking.intake.packages import (
     ACTIONS, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
 from tb3_labs.marking.intake.read_submission import ParsedSubmission
-from tb3_labs.marking.intake.sandbox import NoSandbox, Protection
+from tb3_labs.marking.intake.sandbox import Protection
 from tb3_labs.marking.names import NAME, is_name
 from tb3_labs.marking.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
 from tb3_labs.watch import PROBE, watched
@@ -60,7 +60,7 @@ COPY = 'src'
 
 
 def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str, str],
-            protection: Protection = NoSandbox()) -> NodeStart:
+            protection: Protection = Protection()) -> NodeStart:
     """Make a submission's workspace, whose folder COPY has the submission. Returns its NodeStart.
 
     The node's environment is `environment` and the folders of the workspace. Remarks and findings

@@ -157,7 +157,7 @@ PAD_SILENT = 'pad silent'
 #: Keys of the facts of A and B.
 RELINQUISHED = 'relinquished'   # the latest value on ctrl_relinq; None without a message
 LATCHED = 'heard late'          # after A, does a new subscriber get the value?
-#: Keys of the facts of Y.
+#: Keys of the facts that are recorded after button Y.
 CALLS = 'calls'                 # the number of calls
 SERVICE_NAME = 'name'           # the name of the called service
 IS_ORIGIN = 'origin'            # did each call declare (0, 0, 0)?

@@ -141,7 +141,7 @@ class ControllerCore:
             if self.driver is Driver.TURN:
                 self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
         was_active = self.mouse.active
-        silence = self.mouse.silence(steady_now)
+        silence = self.mouse.silence_text(steady_now)
         if self._sleep.slept_for or silence:
             self.mouse.lose(steady_now)
         if was_active and not self.mouse.active:
@@ -216,7 +216,7 @@ class ControllerCore:
             self._log_result(self._turn, now)
         self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
         self._sensors.request_motion()
-        self._sensors.pause()
+        self._sensors.forget_silences()
         self._start_law(self._turn)
 
     def _start_law(self, turn: ActiveTurn) -> None:

@@ -61,7 +61,7 @@ class _MouseSource:
                 self.is_lost = True
         elif must_be_heard and not self.source.is_fresh(now):
             self._silence_ended_at = now
-        if message.age is not Age.SAME:
+        if message.age is not Age.SAME_STAMP:
             self.source.received(now)
         self.reported_active = active
         if rests and now - self._silence_ended_at >= WAKING_TIME:
@@ -112,7 +112,7 @@ class Mouse:
             self.twist = twist
         return deactivated
 
-    def silence(self, now: float) -> str:
+    def silence_text(self, now: float) -> str:
         """Returns 'no mouse for 0.3 s' if an active mouse is silent, otherwise ''."""
         for sender in self._senders.values():
             if sender.active and not sender.source.is_fresh(now):

@@ -35,7 +35,7 @@ class PadOutput(Output):
     #: The messages for `ctrl_relinq`, in this order.
     control_messages: Sequence[bool] = ()
     #: Must another True follow as a renewal?
-    renews: bool = False
+    renewal_is_due: bool = False
     #: Was the reset button pressed?
     reset_requested: bool = False
 
@@ -68,7 +68,7 @@ class GamepadCore:
     def on_joy(self, joy: 'Event[PadState]') -> None:
         now, state = joy.at, joy.content
         self._check_clock(now)
-        self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME)
+        self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
         before, pushed_at = self._pad.state_before, now - self._pad.lateness
         self._command_is_due = True
         relinquishes = state.relinquish and not before.relinquish
@@ -133,7 +133,8 @@ class GamepadCore:
         return PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
             reset_requested=reset_requested,
-            control_messages=self.messages.waiting.pop_all(), renews=self.messages.pop_renewal(now))
+            control_messages=self.messages.waiting.pop_all(),
+            renewal_is_due=self.messages.pop_renewal(now))
 
     def _check_rest(self, now: float) -> None:
         """Find whether the pad is ready. If a stick is pushed too long, log a warning."""

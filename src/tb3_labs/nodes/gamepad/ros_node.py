@@ -48,7 +48,7 @@ class GamepadNode:
             times = 1 if granted else 2
             for _ in range(times):
                 self._control.publish(granted)
-        if output.renews:
+        if output.renewal_is_due:
             self._control.publish(True)
         if output.reset_requested:    # move_to_goal may answer late
             threading.Thread(target=guarded(_reset), daemon=True).start()

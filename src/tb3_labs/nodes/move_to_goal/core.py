@@ -323,7 +323,7 @@ class MoveToGoalCore:
     def _pause(self) -> None:
         """Treat the next command as the first, since the robot rests or another node drives."""
         self._pace.restart()
-        self._sensors.pause()
+        self._sensors.forget_silences()
         self._last_command = Twist2()
 
     def _restart(self) -> None:

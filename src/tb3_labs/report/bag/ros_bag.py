@@ -186,7 +186,7 @@ def _collect(records, of_topic, sender_index, names):
             last = last_of_topic[topic] = arrival
             collector.add(message, arrival, start)
             if made is Twist:
-                # a sender is not in `names` if the first reading ended before its first command
+                # a sender whose commands come after the end of the first reading is not in `names`
                 sender_index.keep([names.setdefault(connection.sender, len(names))],
                                   arrival, arrival)
     except TooLarge as too_large:

@@ -37,7 +37,7 @@ MAX_TURN = math.radians(225.0)
 MIN_TURN_BY_NODE = math.radians(5.0)
 #: At most this many turns of one movement are found.
 MAX_PARTS = 100
-#: A turn may be requested this time before it begins [s].
+#: The request of a turn comes at most this long before the turn begins [s].
 REQUESTED_BEFORE = 2.0
 
 

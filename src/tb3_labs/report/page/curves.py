@@ -81,7 +81,7 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
 
 
 def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """Yields the HTML of each mark, then the HTML of the space for all rows of marks."""
+    """Yields the HTML of each mark, then an empty box as high as all rows of marks."""
     duration = data['duration']
     kinds = {mark['kind'] for mark in data['marks']}
     rows = [kind for kind in MARK_KINDS if kind in kinds]
