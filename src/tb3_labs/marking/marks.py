@@ -27,6 +27,8 @@ from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
 from tb3_labs.watch.chains import Link, first_broken
 
+#: A criterion has at most this many points.
+MAX_POINTS = 1000000
 #: Marks have at most this many remarks, and at most this many findings.
 MAX_SENTENCES = 100
 #: The words in place of points if a submission was not judged.
@@ -284,8 +286,9 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
                                  + ', '.join(names))
             points: Any = section.get(name)
             is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
-            if not (is_number and 0 <= points < math.inf):
-                raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number of at least 0')
+            if not (is_number and 0 <= points <= MAX_POINTS):
+                raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '
+                                 f'to {MAX_POINTS}')
             worth[name] = points
     return worth
 
