@@ -8,8 +8,9 @@ class VirtualScreen:
 
     def __init__(self, width, height):
         read, write = os.pipe()
+        # without -noreset the server resets when its last program ends, and refuses a program that comes meanwhile
         self._server = subprocess.Popen(
-            ['Xvfb', '-displayfd', str(write), '-screen', '0',
+            ['Xvfb', '-noreset', '-displayfd', str(write), '-screen', '0',
              '{}x{}x24'.format(width, height), '+extension', 'GLX'],
             pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
