@@ -227,6 +227,23 @@ def test_a_connection_of_a_program_that_is_not_a_node_delays_no_other():
     server.shutdown()
 
 
+def test_a_connection_that_its_client_has_closed_is_not_served():
+    """Else a publisher may drop the second connection of a subscriber, which closed its first."""
+    served = []
+    server = TCPServer(lambda connection, _: (served.append(connection.recv(100)),
+                                              connection.sendall(b'welcome')))
+    serve_connections_in_threads(server)
+    headers = [encode_ros_handshake_header({'topic': topic}) for topic in ('/first', '/second')]
+    first, second = (socket.create_connection(('localhost', server.port), 10.0) for _ in headers)
+    first.sendall(headers[0])
+    first.close()
+    second.sendall(headers[1])
+    server.start()
+    assert second.recv(100) == b'welcome' and served == [headers[1]]
+    second.close()
+    server.shutdown()
+
+
 # ----- missing packages
 
 @pytest.mark.parametrize('program, name, remedy', [

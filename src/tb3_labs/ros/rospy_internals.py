@@ -4,6 +4,7 @@ The parts exist in rospy 1.15.15 (Debian 12). A docstring describes the harm wit
 and names the private parts and the test that fails if they change. If a part without a test
 changes, a node ends at once with an AttributeError.
 """
+import select
 import socket
 import threading
 import time
@@ -55,26 +56,49 @@ def log_without_the_master():
 
 
 def serve_connections_in_threads(server=None):
-    """Serve each connection in a separate thread. Call this function after init_node(). rospy alone
-    serves connections one after the other. So a client that is not a node, such as a browser, would
-    block all other clients without end. Parts: `_tcpros_server`, `inbound_handler`; test:
-    test/unit/test_node.py."""
+    """Read the header of each connection in a separate thread. Call this function after
+    init_node(). rospy alone reads one header after the other. So a client that is not a node, such
+    as a browser, would block all other clients without end.
+
+    A subscriber that gets two lists of publishers in a moment connects twice, and closes its first
+    connection. A publisher keeps the connection that it served last. So a closed connection is not
+    served, else a late thread would leave the subscriber without messages (10 of 200 pairs on a
+    busy computer). Parts: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
+    serving = threading.Lock()    # the client's end cannot close and connect anew in between
 
     def serve_node(connection, address):
-        length = b''
-        with suppress(OSError):
-            length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-        # a node first sends the length of its header; text such as HTTP would be a large length
-        if len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16:
-            serve(connection, address)
-        else:
-            connection.close()
+        has_header = _wait_for_header(connection)
+        with serving:
+            if has_header and not _is_closed_by_client(connection):
+                serve(connection, address)
+            else:
+                connection.close()
 
     server.inbound_handler = lambda *client: threading.Thread(
         target=serve_node, args=client, daemon=True).start()
     server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
+
+
+def _wait_for_header(connection):
+    """Wait until a node's header has arrived. Returns False if the client is not a node."""
+    timeout = connection.gettimeout()
+    connection.settimeout(None)    # with a timeout MSG_WAITALL does not wait
+    header = b''
+    with suppress(OSError):
+        header = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
+        length = int.from_bytes(header, 'little')
+        if length < 2 ** 16:       # text such as HTTP would be a large length
+            header = connection.recv(4 + length, socket.MSG_PEEK | socket.MSG_WAITALL)
+    connection.settimeout(timeout)
+    return len(header) > 4
+
+
+def _is_closed_by_client(connection):
+    poll = select.poll()
+    poll.register(connection, select.POLLRDHUP)
+    return bool(poll.poll(0))
 
 
 def is_wall_time():
