@@ -1,8 +1,7 @@
 """The private parts of rospy that the nodes read or change. Each part has one function here.
 
-The parts exist in rospy 1.15.15 (Debian 12). A docstring describes the harm without the function,
-and names the private parts and the test that fails if they change. If a part without a test
-changes, a node ends at once with an AttributeError.
+A docstring describes the harm without the function, and names the parts (of rospy 1.15.15) and the
+test that fails if they change.
 """
 import select
 import socket
@@ -20,24 +19,22 @@ from rospy.msg import serialize_message
 
 
 def connection_of(message):
-    """Returns the header of a message's connection, a dict of strings. All messages of a connection
-    have the same header. 'callerid' is the sender. 'latching' is '1' if each new connection first
-    gets the sender's last message. :func:`note_connections` adds 'connected_at' and 'process'."""
+    """Returns the header of a message's connection, a dict of strings: 'callerid' is the sender;
+    'latching' is '1' if each new connection first gets the sender's last message;
+    :func:`note_connections` adds 'connected_at' and 'process'."""
     return message._connection_header
 
 
 def sender_of(header):
-    """Returns the name of the sender in the header of a connection; '' if it is missing. The name
-    is cut, and terminal codes are removed, since any program may be the sender."""
+    """Returns the sender's name in the header of a connection, or '', short and printable."""
     return ''.join(letter for letter in header.get('callerid', '') if letter.isprintable())[:100]
 
 
 def note_connections():
     """Add 'connected_at', by clocks.steady_time, and the sender's 'process' to the header of each
-    connection. Call this function before a node subscribes. The fields show whether a sender
-    repeats an old message, or is a new process. Without these fields a repeated True would drive
-    the robot after a restart of the node. Parts: `_validate_header` and `endpoint_id` of
-    TCPROSTransport; test: test/ros/start_order.test."""
+    connection. Call this function before a node subscribes. Without these fields a repeated True
+    would drive the robot after a restart of the node. Parts: `_validate_header` and `endpoint_id`
+    of TCPROSTransport; test: test/ros/start_order.test."""
     validate = TCPROSTransport._validate_header
 
     def validate_and_note(self, header):
@@ -49,29 +46,32 @@ def note_connections():
 
 
 def log_without_the_master():
-    """Write log lines without a call of the master. Call this function after init_node(). At each
-    log line rospy reads a parameter, which nobody sets, from the master. Without an answer of the
-    master the thread waits. Part: the parameter cache; test: test/ros/network.test."""
+    """Write log lines although the master is gone. Call this function after init_node(). rospy
+    asks the master at each line. Part: the parameter cache; test: test/ros/network.test."""
     get_param_server_cache().set('/rosout_disable_topics_generation', False)
 
 
 def serve_connections_in_threads(server=None):
-    """Read the header of each connection in a separate thread. Call this function after
-    init_node(). rospy alone reads one header after the other. So a client that is not a node, such
-    as a browser, would block all other clients without end.
+    """Serve each connection in a separate thread, so that a client that is not a node, such as a
+    browser, blocks no other client. Call this function after init_node(). Parts: `_tcpros_server`,
+    `inbound_handler`; test: test/unit/test_node.py.
 
     A subscriber that gets two lists of publishers in a moment connects twice, and closes its first
-    connection. A publisher keeps the connection that it served last. So a closed connection is not
-    served, else a late thread would leave the subscriber without messages (10 of 200 pairs on a
-    busy computer). Parts: `_tcpros_server`, `inbound_handler`; test: test/unit/test_node.py."""
+    connection. A publisher keeps the one that it serves last. If a thread is late, this is the
+    closed one (10 of 200 pairs on a busy computer). So a closed connection is not served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
-    serving = threading.Lock()    # the client's end cannot close and connect anew in between
+    serving = threading.Lock()    # the order of closing, connecting anew, and serving is kept
 
     def serve_node(connection, address):
-        has_header = _wait_for_header(connection)
+        length, closed = b'', select.poll()
+        closed.register(connection, select.POLLRDHUP)
+        with suppress(OSError):
+            length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
         with serving:
-            if has_header and not _is_closed_by_client(connection):
+            # a node first sends the length of its header; text such as HTTP would be a large length
+            is_node = len(length) == 4 and int.from_bytes(length, 'little') < 2 ** 16
+            if is_node and not closed.poll(0):
                 serve(connection, address)
             else:
                 connection.close()
@@ -79,26 +79,6 @@ def serve_connections_in_threads(server=None):
     server.inbound_handler = lambda *client: threading.Thread(
         target=serve_node, args=client, daemon=True).start()
     server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
-
-
-def _wait_for_header(connection):
-    """Wait until a node's header has arrived. Returns False if the client is not a node."""
-    timeout = connection.gettimeout()
-    connection.settimeout(None)    # with a timeout MSG_WAITALL does not wait
-    header = b''
-    with suppress(OSError):
-        header = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)
-        length = int.from_bytes(header, 'little')
-        if length < 2 ** 16:       # text such as HTTP would be a large length
-            header = connection.recv(4 + length, socket.MSG_PEEK | socket.MSG_WAITALL)
-    connection.settimeout(timeout)
-    return len(header) > 4
-
-
-def _is_closed_by_client(connection):
-    poll = select.poll()
-    poll.register(connection, select.POLLRDHUP)
-    return bool(poll.poll(0))
 
 
 def is_wall_time():
@@ -121,11 +101,10 @@ def find_late_publishers(manager=None):
     """Find publishers that register just after a subscriber. Call this function after init_node().
 
     The master answers a new subscriber with a list of publishers. If a publisher registers just
-    then, the master sends a second list. rospy uses the list that arrives last. If the answer
-    arrives last, the two nodes never connect, and a stop is lost (1 of 1200 pairs that registered
-    within 4 ms, on a busy computer). So all waiting lists are joined. A dead publisher refuses the
-    connection. Parts: `updates`, `publisher_update` of RegManager; test: test/unit/test_node.py.
-    """
+    then, the master sends a second list. rospy uses the list that arrives last. If this is the
+    answer, the two nodes never connect (1 of 1200 pairs that registered within 4 ms). So all
+    waiting lists are joined. A dead publisher refuses the connection. Parts: `updates`,
+    `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
                               if isinstance(listener, RegManager))
     update = manager.publisher_update
@@ -142,16 +121,15 @@ def find_late_publishers(manager=None):
 
 
 def subscribers_of(publisher):
-    """Returns the names of the nodes that are connected to `publisher`. So a page can show that a
-    stop has no subscriber. Parts: `impl`, `endpoint_id`; test: test/ros/panel.test."""
+    """Returns the names of the nodes that are connected to `publisher`. Parts: `impl`,
+    `endpoint_id`; test: test/ros/panel.test."""
     return {connection.endpoint_id for connection in list(publisher.impl.connections)}
 
 
 def write_at_once(publisher, most=1):
-    """From now on ``publish()`` itself writes to each subscriber. If the buffers of a subscriber
-    are full, the latest `most` messages wait for this subscriber. Messages in rospy's own queue are
-    lost when the process ends. Parts: `impl`, its `add_connection`; test:
-    test/unit/test_node.py."""
+    """From now on ``publish()`` itself writes to each subscriber, since messages in rospy's own
+    queue are lost when the process ends. For a subscriber whose buffers are full the latest `most`
+    messages wait. Parts: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection
 
