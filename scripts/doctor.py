@@ -33,21 +33,21 @@ def namespace(word):
 
 
 def main(argv):
-    """Print the lines. Returns the exit status."""
+    """Print the findings. Returns the exit status."""
     parser = Parser(prog='doctor.py', description=__doc__)
     parser.add_argument('robot', nargs='?', type=namespace,
                         default=os.environ.get('ROS_NAMESPACE', ''),
                         help="the robot's namespace; default: ROS_NAMESPACE, or none")
     robot = parser.parse_args(argv).robot
-    lines = []
+    findings = []
     try:
-        for line in examine(robot):
-            lines.append(line)
-            print(as_text(line), flush=True)
+        for finding in examine(robot):
+            findings.append(finding)
+            print(as_text(finding), flush=True)
     except KeyboardInterrupt:
         return 130
-    print(summary(lines))
-    return int(any(line.severity == 'FAULT' for line in lines))
+    print(summary(findings))
+    return int(any(finding.severity == 'FAULT' for finding in findings))
 
 
 if __name__ == '__main__':

@@ -10,9 +10,9 @@ import re
 import time
 import xmlrpc.client
 from dataclasses import dataclass
-from typing import Collection, Iterator, Mapping, Sequence
+from typing import Collection, Iterator, Mapping
 
-from tb3_labs.doctor import Line, fault, ok, warning
+from tb3_labs.doctor import Finding, fault, ok, warning
 from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
 
 #: The doctor's name in calls. It is not registered at the master.
@@ -33,7 +33,6 @@ SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 #: A name with at least this likeness (difflib) to a right name is probably a mistake.
 LIKENESS_OF_MISTAKES = 0.65
-TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 
@@ -88,7 +87,7 @@ def peers_of(master, nodes):
 
 # The master -------------------------------------------------------------------------------------
 
-def judge_master(master: Peer) -> Line:
+def judge_master(master: Peer) -> Finding:
     """Does a master answer?"""
     where = quoted(master.uri) if master.uri else '(empty)'
     if master.address and master.address not in where:
@@ -112,12 +111,11 @@ def judge_master(master: Peer) -> Line:
 # Publishers and subscribers ---------------------------------------------------------------------
 
 class RobotGraph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` and `types` are the
-    master's answers to getSystemState and getTopicTypes."""
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` is the master's answer
+    to getSystemState."""
 
-    def __init__(self, namespace, state, types=()):
+    def __init__(self, namespace, state):
         self.namespace = namespace
-        self._types = {topic: kind for topic, kind in types if kind != '*'}
         publishers = self.publishers = {topic: list(nodes) for topic, nodes in state[0]}
         subscribers = self.subscribers = {topic: list(nodes) for topic, nodes in state[1]}
         #: {topic of a sensor: nodes that publish the topic}
@@ -139,45 +137,24 @@ class RobotGraph:
     def right_topic(self, topic, node, names):
         """Returns the topic of this robot, with one of `names`, that `topic` of a node probably
         means; '' if `topic` is right, belongs to another robot, or is not like a right topic."""
-        place, _, word = topic.rpartition('/')
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
-        if is_right or self._is_of_another_robot(place + '/', topic, node):
+        if is_right or self._is_of_another_robot(topic, node):
             return ''
-        package, _, kind = self._types.get(topic, '').rpartition('/')
-        if kind and package != 'std_msgs':
-            for name in names:
-                if self._type_name(name) == kind:    # such as vel_cmd, odometry/filtered
-                    return self.namespace + name
-        name = meant_name(word.lower(), names)
-        last_namespace = place.rpartition('/')[2].lower()
-        if not name and last_namespace in SENSORS and last_namespace in names:
-            name = last_namespace                        # such as imu/data
-        known_types = {kind, self._type_name(name)} - {''}
-        return self.namespace + name if name and len(known_types) < 2 else ''
+        path = topic.lower()
+        meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
+                 if name in SENSORS and re.search('(?<![a-z])' + name, path)]
+        word = path.rpartition('/')[2]
+        meant += difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)
+        return self.namespace + meant[0] if meant else ''
 
-    def _is_of_another_robot(self, place, topic, node):
-        """Does `topic`, in the namespace `place`, belong to another robot? Private topics of the
-        node, and topics of turtlesim, do not."""
-        if place in ('/', self.namespace) or topic.startswith(node + '/') or TURTLESIM.match(topic):
+    def _is_of_another_robot(self, topic, node):
+        place = topic.rpartition('/')[0] + '/'
+        if place in ('/', self.namespace):
             return False
         return node.startswith(place) or not place.startswith(self.namespace)
 
-    def _type_name(self, name):
-        """Returns the type of this robot's topic `name`, without the package of the type."""
-        return self._types.get(self.namespace + name, '').rpartition('/')[2]
 
-
-def meant_name(word: str, names: Sequence[str]) -> str:
-    """Returns the name of `names` that is probably meant by `word`, or ''. imu_data means imu, and
-    wheel_odom means odom. Words with different first letters, such as return and turn, differ."""
-    for name in names:
-        if name in SENSORS and re.search('(?<![a-z])' + name, word):
-            return name
-    names = [name for name in names if name[0] == word[:1]]
-    return next(iter(difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)), '')
-
-
-def judge_robot(graph: RobotGraph) -> Line:
+def judge_robot(graph: RobotGraph) -> Finding:
     """Is there exactly one robot in the namespace?"""
     place = graph.namespace.rstrip('/')
     imu, odom = graph.sensors['imu'], graph.sensors['odom']
@@ -204,9 +181,9 @@ def judge_robot(graph: RobotGraph) -> Line:
         imu[0], place, ', '.join(sorted(graph.listeners))))
 
 
-def judge_names(graph: RobotGraph) -> Iterator[Line]:
-    """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
-    a wrong name, such as turtle1/cmd_vel."""
+def judge_names(graph: RobotGraph) -> Iterator[Finding]:
+    """Yields a finding if nodes listen to a wrong name, such as imu_data, and another one if nodes
+    publish a wrong name, such as turtle1/cmd_vel."""
     wrong_hearers = _mistakes(
         '{} listens to {}, which nobody publishes; {} is published by {}',
         graph, graph.subscribers, graph.publishers, LAB_TOPICS)
@@ -237,7 +214,7 @@ def _mistakes(text, graph, users, partners, names):
 
 # The connections from this computer -------------------------------------------------------------
 
-def judge_nodes(peers: Mapping[str, Peer]) -> Line:
+def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
     """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
     remedy = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
@@ -261,19 +238,10 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Line:
                                  for node, peer in sorted(peers.items())))
 
 
-def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str, str]) -> Line:
-    """Returns the line on drivers that publish messages of a wrong type on `topic`. `other_types`
-    is {driver: type of its messages}. The node `robot` listens to `topic`, and accepts only
-    messages of the type `received`."""
-    drivers = ', '.join(f'{node} publishes {kind}' for node, kind in sorted(other_types.items()))
-    return fault('Commands', f'{drivers} on {topic}, but {robot} hears {received}: no such command '
-                 'arrives', f'publish {received} there')
-
-
 # The connections to this computer ---------------------------------------------------------------
 
 def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
-                      here: Address, robot_elsewhere: bool) -> Line:
+                      here: Address, robot_elsewhere: bool) -> Finding:
     """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `drivers` is
     {node of this computer that publishes cmd_vel: URI}. `received` has the URIs of the nodes to
     which `robot` is connected. `here.outgoing_address` is this computer's address on the way to the

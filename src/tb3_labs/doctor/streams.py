@@ -6,7 +6,7 @@ import math
 from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.doctor import Line, fault, ok, warning
+from tb3_labs.doctor import Finding, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: Time for which the doctor listens [s].
@@ -23,7 +23,7 @@ TOLERATED_REFUSALS = 0.05
 STANDING_TURN = 0.005
 
 
-def judge_drivers(sent: Mapping[str, int]) -> Line:
+def judge_drivers(sent: Mapping[str, int]) -> Finding:
     """Does at most one node drive? `sent` is {node: number of its commands in LISTENING_TIME}."""
     if len(sent) > 1:
         drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
@@ -37,7 +37,7 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
-                 publisher: str = '') -> Line:
+                 publisher: str = '') -> Finding:
     """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times of
     arrival [s]. `ended` is the time at which the doctor stopped listening [s]. `publisher` is a
     node that publishes `topic`, or ''."""
@@ -51,29 +51,30 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
-        make_line, effect = warning, 'the robot will pause'
+        text = f'{rate:.0f}/s, but silent for {gap:.1f} s'
+        remedy = (f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, take 5 GHz '
+                  'or a cable) or a busy computer delays messages; otherwise the robot is silent')
         if gap > RESUME_TIME:
-            make_line, effect = fault, 'a drive is given up'
-        return make_line(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
-                         f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, '
-                         'take 5 GHz or a cable) or a busy computer delays messages; otherwise the '
-                         'robot is silent')
+            return fault(name, text + ': a drive is given up', remedy)
+        return warning(name, text + ': the robot will pause', remedy)
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
 
 
-def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Returns the line on messages of a sensor that the labs' nodes refuse. `reasons` has a reason
-    for each refused message, and `count` is the number of all messages. If no message was refused,
-    returns `line`."""
+def judge_refused(finding: Finding, reasons: Sequence[str], count: int) -> Finding:
+    """Returns the finding on messages of a sensor that the labs' nodes refuse. `reasons` has a
+    reason for each refused message, and `count` is the number of all messages. If no message was
+    refused, returns `finding`."""
     if not reasons:
-        return line
-    make_line = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
+        return finding
     text = f'every node refuses {len(reasons)} of {count} messages: {reasons[0]}'
-    return make_line(line.subject, text, 'stand the robot on its wheels; switch its board off and '
-                     'on; if this line stays, the sensor is broken')
+    remedy = ('stand the robot on its wheels; switch its board off and on; if this line stays, the '
+              'sensor is broken')
+    if len(reasons) > TOLERATED_REFUSALS * count:
+        return fault(finding.subject, text, remedy)
+    return warning(finding.subject, text, remedy)
 
 
-def judge_clock(least_delay: float) -> Line:
+def judge_clock(least_delay: float) -> Finding:
     """Does the robot's clock agree with this computer's clock? `least_delay` is the least time
     from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
@@ -92,7 +93,7 @@ def judge_clock(least_delay: float) -> Line:
 
 # Gyro -------------------------------------------------------------------------------------------
 
-def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
+def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
     """Does the gyro agree with the wheels? `problem` is the problem that a GyroWatch found, or
     ''."""
     if problem:
@@ -104,7 +105,7 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
     return ok('Gyro', 'it agrees with the wheels')
 
 
-def judge_drift(drift: float, namespace: str = '/') -> Line:
+def judge_drift(drift: float, namespace: str = '/') -> Finding:
     """Does the heading stay constant while the wheels stand still? `drift` is in [deg/min]."""
     text = f'{drift:+.1f} deg/min at rest'
     if abs(drift) > MAX_DRIFT:
