@@ -72,7 +72,7 @@ class LiveTest(NodeCase):
             self.assertIn(reason, str(refused.exception))
         done = self.dynparam('set', '/move_to_gaol', 'max_linear', '0.1')
         self.assertEqual((done.wait(STARTING), len(done.lines)), (1, 1), done.text)
-        self.assertIn('is {} meant?'.format(MOVER), done.text)
+        self.assertIn('service /move_to_gaol/set_parameters', done.text)
 
     def dynparam(self, *words):
         program = TestProgram([sys.executable, str(RUN), 'dynparam', *words])
