@@ -79,7 +79,8 @@ def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
     ('turn', 'set:={max_ang_z:1}', 'set:={max_ang_z:1}: parameters are given in braces, with a blank after each '
      'colon, and a point in numbers: set:="{max_ang_z: 1}"'),
     ('fake_robot', 'set:=slip=0.1', 'in braces'), ('fake_robot', 'set:={slip:', 'in braces'),
-    ('fake_robot', 'set:={slip:0,5}', 'a point in numbers'), ('turn', 'sim:=true robot_set:={slip:1}', '="{slip: 0.1}"'),
+    ('fake_robot', 'set:={slip:0,5}', 'a point in numbers'),
+    ('turn', 'sim:=true robot_set:={slip:1}', '="{slip: 0.1}"'),
     ('gamepad', 'pad:=lab9', 'pad:=lab9: there is no params/pad_lab9.yaml; pad:= is one of '),
     ('turn', 'node:=plian', 'node:=plian: there is no nodes/plian.xml; node:= is one of finished, plain'),
     ('record', 'bag:=20261127161033', ''),

@@ -1,13 +1,12 @@
 """Judges an answer to a mystery robot, which is the name of a fault and its value.
 
 Units: MEANINGS has the unit of each value. Edge cases: The text about a wrong fault does not show
-the right fault. An angle may be off by whole turns. An answer without a value is wrong.
+the right fault. An angle may be off by whole turns.
 """
-import math
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Tuple
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, Fault, draw
+from tb3_labs.simulation.mystery_robot import Fault, draw
 
 #: Because of rounding, the error of a right value may exceed the tolerance by this.
 ROUNDING = 1e-9
@@ -66,34 +65,22 @@ MEANINGS = {
 }
 
 
-def fault_called(name: str) -> Fault:
-    """Returns the fault with this name, also in capital letters. Raises ``ValueError`` if the name
-    is unknown."""
-    faults = {fault.name: fault for fault in FAULT_KINDS}
-    try:
-        return faults[' '.join(name.lower().replace('_', ' ').replace('-', ' ').split())]
-    except KeyError:
-        raise ValueError(f'{name!r} is not a fault. Valid: {", ".join(faults)}') from None
-
-
-def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
+def judge(number: int, name: str, value: float) -> Tuple[bool, str]:
     """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the number
-    of the robot, the name of the fault, or its value is not valid."""
+    of the robot, or the name of the fault, is not valid."""
     hidden, right, _ = draw(number)
-    meaning = MEANINGS[hidden.name]
-    answered = fault_called(name)
-    if value is not None and not math.isfinite(value):
-        unit = MEANINGS[answered.name].unit
-        raise ValueError(f'value = {value} is not valid: a number in {unit}')
-    if answered is not hidden:
-        return False, (f'Wrong: mystery {number} has another fault. If it were {answered.name!r}: '
-                       + MEANINGS[answered.name].symptom)
-    if value is None:
-        return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
-                       f'{meaning.quantity}.')
-    error = difference_degrees(value, right) if meaning.unit == 'deg' else value - right
+    name = name.lower()
+    if name not in MEANINGS:
+        raise ValueError(f'{name!r} is not a fault. Valid: {", ".join(MEANINGS)}')
+    if name != hidden.name:
+        return False, (f'Wrong: mystery {number} has another fault. If it were {name!r}: '
+                       + MEANINGS[name].symptom)
+    meaning = MEANINGS[name]
+    error = value - right
+    if meaning.unit == 'deg':
+        error = difference_degrees(value, right)
     if abs(error) <= meaning.tolerance + ROUNDING:
-        return True, f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, right)}.'
+        return True, f'Right: mystery {number} is {name!r}, {with_unit(hidden, right)}.'
     return False, ('The fault is right, its value is not: it may be off by '
                    f'{meaning.tolerance:g} {meaning.unit}. The value is {meaning.quantity}.')
 
