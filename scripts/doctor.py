@@ -11,18 +11,11 @@ namespace, as a node that publishes nothing.
 import argparse
 import os
 import re
-import sys
 
-try:
-    import tb3_labs.doctor    # noqa: F401 (found only in a terminal that was set up)
-except ImportError:
-    # The doctor must also start in a terminal that was not set up, since this is a common fault.
-    sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
-
-from tb3_labs.command_line import Parser    # noqa: E402
-from tb3_labs.doctor.checks import examine    # noqa: E402
-from tb3_labs.doctor import as_text, summary    # noqa: E402
-from tb3_labs.terminal import run_tool    # noqa: E402
+from tb3_labs.command_line import Parser
+from tb3_labs.doctor.checks import examine
+from tb3_labs.doctor import as_text, summary
+from tb3_labs.terminal import run_tool
 
 
 def namespace(word):

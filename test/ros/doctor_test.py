@@ -39,14 +39,12 @@ mount --bind {0}/version /proc/version; exec "$@"
 #: (patient, subject of the line, verdict, words in the line)
 FOUND = (
     ('no master', 'Master', 'FAULT', 'refuses.*start roscore'),
-    ('no master', 'Python', 'FAULT', 'cannot import .*source scripts/setup.sh'),
     ('robot9', 'Robot', 'FAULT', 'nobody publishes /robot9/imu .*/robot1/'),
     ('robot2', 'Robot', 'FAULT', '2 robots answer: /doctor, /robot2/turtlebot3 all'),
     ('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival_of_robot3 .* at the same time'),
     ('robot3', 'Gyro', 'FAULT',
      'the gyro contradicts the wheels.*rostopic pub -1 /robot3/reset std_msgs/Empty'),
     ('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead'),
-    ('ahead', 'imu', 'FAULT', 'every node refuses [0-9]+ of [0-9]+ messages: .* norm 0, not 1'),
     ('ahead', 'joint_states', 'FAULT', 'nobody publishes /ahead/joint_states'),
     ('ahead', 'Gyro', 'warning', 'cannot be compared'),
     ('ahead', 'Hearers', 'warning',
@@ -198,9 +196,8 @@ class DoctorTest(NodeCase):
         interrupted.send(signal.SIGINT)
         cls.doctors.wait()
         cls.after = cls.state()
-        # the time of these doctors is limited; the first runs in a terminal that was not set up
-        call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1',
-                                       'PYTHONPATH': '/nowhere'})
+        # the time of these doctors is limited
+        call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1'})
         if cls.hosts:
             call('bad computer', prefix=['unshare', '-n', '-m', 'sh', '-c', BAD_COMPUTER.format(
                 cls.folder.name), 'sh'], environment={
@@ -240,7 +237,7 @@ class DoctorTest(NodeCase):
         lines, status, seconds = self.read('healthy')
         self.assertEqual(status, 0)
         self.assertEqual(list(lines), [
-            'Python', 'Address', 'NAT', 'Master', 'Robot', 'Nodes', 'Way',
+            'Address', 'NAT', 'Master', 'Robot', 'Nodes', 'Way',
             'Drivers', 'imu', 'odom', 'joint_states', 'Clock', 'Gyro', 'Drift', 'Way back'])
         self.assertIn('agrees with the wheels', lines['Gyro'])
         # a busy computer delays messages

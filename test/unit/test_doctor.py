@@ -17,7 +17,7 @@ from std_msgs.msg import Header
 
 from tb3_labs.doctor import checks, computer
 from tb3_labs.doctor.computer import (
-    Address, judge_address, judge_nat, judge_python, outgoing_address, own_addresses)
+    Address, judge_address, judge_nat, outgoing_address, own_addresses)
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
@@ -25,7 +25,7 @@ from tb3_labs.doctor.graph import (
 from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
-    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused, judge_stream)
+    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.supervision.timeouts import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
@@ -90,9 +90,6 @@ def stream(*silences, period=0.005):
 
 
 JUDGEMENTS = [
-    (judge_python('3.8.10', '/usr/bin/python3', {}), OK, '3.8.10'),
-    (judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': 'why', 'numpy': '', 'yaml': ''}),
-     FAULT, '/opt/conda', 'import rospy (why), nor numpy, yaml. Do:', 'source scripts/setup.sh'),
     # the network; the advice is the address towards the robot
     (address(ros_hostname='localhost', resolved='127.0.0.1'), OK, 'this computer alone'),
     (address(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
@@ -158,10 +155,6 @@ JUDGEMENTS = [
     (stream((-1.0, 1.3)), OK, '200/s'),                   # it was connected late
     (stream((1.0, 3.5)), FAULT, 'silent for 2.5 s: a drive is given up'),
     (stream((-1.0, 9.9)), FAULT, 'nothing came on /imu for 5.0 s'),
-    (judge_refused(ok('imu', '200/s'), ['quaternion has norm 0, not 1'] * 30, 500), FAULT,
-     'imu', 'every node refuses 30 of 500 messages: quaternion has norm 0, not 1'),
-    (judge_refused(ok('imu', '200/s'), ['norm'], 500), WARNING, '1 of 500'),
-    (judge_refused(ok('imu', '200/s'), [], 500), OK, '200/s'),
     (judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint'),
     # the clock
     (judge_clock(0.09), OK, 'right within 0.1 s'), (judge_clock(-0.09), OK, 'right within 0.1 s'),
@@ -351,21 +344,18 @@ def test_a_sound_robot_is_found_sound(robot, monkeypatch):
         check(lines[subject], OK, words)
 
 
-@pytest.mark.parametrize('x, y, z, w, words', [
-    (0.0, 0.0, 0.0, 0.0, 'norm 0, not 1'), (math.nan, 0.0, 0.0, 1.0, 'norm nan'),
-    (0.0, 0.0, 0.0, 16384.0, 'norm 1.64e+04'), (1.0, 0.0, 0.0, 0.0, 'tilted by roll 180')])
-def test_an_imu_that_every_node_refuses_has_a_line_with_the_reason(robot, monkeypatch, x, y, z, w, words):
+def test_an_imu_that_every_node_refuses_cannot_be_compared(robot, monkeypatch):
     def change(topic, message, number):
         if topic == 'imu':
-            message.orientation = Quaternion(x, y, z, w)
+            message.orientation = Quaternion(0.0, 0.0, 0.0, 0.0)
     lines = examined(robot, monkeypatch, change)
-    check(lines['imu'], FAULT, 'every node refuses 60 of 60 messages: quaternion', words)
+    check(lines['Gyro'], WARNING, 'cannot be compared')
     assert 'Drift' not in lines
 
 
 def test_an_address_of_the_master_without_http_is_the_only_fault(monkeypatch):
     monkeypatch.setenv('ROS_MASTER_URI', 'localhost:12311')
-    assert [line.subject for line in examine('/')] == ['Python', 'Master']
+    assert [line.subject for line in examine('/')] == ['Master']
 
 
 def test_without_a_master_the_network_is_judged(monkeypatch):

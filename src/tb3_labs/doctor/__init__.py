@@ -3,8 +3,8 @@
 A function ``judge_*`` turns numbers and names into a Finding. `checks` measures, and calls these
 functions in order.
 
-At first the doctor only makes XML-RPC calls, which need neither rospy nor a node. After the line
-`Way back` the doctor listens to the robot as an ordinary node that publishes nothing.
+At first the doctor only makes XML-RPC calls, and is not a node. After the line `Way back` the
+doctor listens to the robot as an ordinary node that publishes nothing.
 """
 from functools import partial
 from typing import NamedTuple, Sequence

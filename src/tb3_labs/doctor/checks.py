@@ -4,16 +4,15 @@ import time
 from dataclasses import replace
 
 from tb3_labs.doctor.computer import (
-    address_here, check_python, is_own, is_wsl_with_nat, judge_address, judge_nat, outgoing_address)
+    address_here, is_own, is_wsl_with_nat, judge_address, judge_nat, outgoing_address)
 from tb3_labs.doctor.graph import (
     Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot,
     peers_of)
+from tb3_labs.doctor.ros_listening import examine_messages
 
 
 def examine(namespace):
     """Yields the findings on this computer and on the robot in `namespace`, such as '/robot3/'."""
-    python = check_python()
-    yield python
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     state = master.ask('getSystemState')
     if master.uri and master.problem == 'malformed':
@@ -37,11 +36,8 @@ def examine(namespace):
     if not alive:
         return
     yield from _check_return_path(here, graph, alive, drivers)
-    if not python.remedy:
-        from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
-        yield from examine_messages(
-            graph, here.outgoing_address,
-            is_wall_time=not Peer(master.uri).ask('getParam', '/use_sim_time'))
+    is_wall_time = not Peer(master.uri).ask('getParam', '/use_sim_time')
+    yield from examine_messages(graph, here.outgoing_address, is_wall_time)
 
 
 def _check_return_path(here, graph, alive, drivers):

@@ -1,52 +1,21 @@
-"""Checks Python on this computer, the address that its nodes advertise, and NAT.
+"""Checks the address that the nodes of this computer advertise, and NAT.
 
 An address is a text such as '192.168.0.5', or '' if there is no address. As in ROS 1, only IPv4 is
 used. A node *advertises* an address, to which other nodes connect. As in rospy, this address is
 ROS_HOSTNAME. Without it, the address is ROS_IP. Without both, it is the name of the computer.
 """
-import importlib
 import ipaddress
 import os
 import socket
 import subprocess
-import sys
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Mapping, Tuple
+from typing import Tuple
 
 from tb3_labs.doctor import Finding, fault, ok, warning
 
-#: The packages that the labs' nodes import.
-PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
-            'sensor_msgs.msg', 'tf2_ros', 'tb3_labs.srv')
 #: WSL 2 puts this private network between Linux and Windows.
 NAT_NETWORK = ipaddress.ip_network('172.16.0.0/12')
-
-
-def check_python() -> Finding:
-    """Returns the finding on the interpreter and its packages. Imports each package, because an
-    installed package may need a package that is missing."""
-    missing = {}
-    for name in PACKAGES:
-        try:
-            importlib.import_module(name)
-        except Exception as trouble:    # a broken package may raise anything
-            missing[name.partition('.')[0]] = (
-                ' '.join(str(trouble).split()) or type(trouble).__name__)
-    return judge_python('.'.join(map(str, sys.version_info[:3])), sys.executable, missing)
-
-
-def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> Finding:
-    """Can the labs' nodes run? `missing` is {package: reason for which its import fails}."""
-    here = f'Python {version} ({executable})'
-    if missing:
-        first, *others = missing
-        text = f'{here} cannot import {first} ({missing[first]})'
-        if others:
-            text += ', nor ' + ', '.join(others)
-        return fault('Python', text,
-                     'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py')
-    return ok('Python', here + ' has all packages')
 
 
 # Addresses --------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@ sensors, clock and gyro."""
 import os
 import time
 from collections import Counter
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import rospy
@@ -13,12 +14,11 @@ from sensor_msgs.msg import Imu, JointState
 from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
-    LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
-    judge_stream)
+    LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, WheelSample
-from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, robot_model
+from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
@@ -44,16 +44,15 @@ def examine_messages(graph, address, is_wall_time):
     received, ended = listen(graph.namespace, address)
     drivers = [message.sender for message in received if message.topic == 'cmd_vel']
     yield judge_drivers(Counter(drivers))
-    samples, refused = read_samples(received)
     for name in SENSORS:
         arrivals = [message.at for message in received if message.topic == name]
         publisher = next(iter(graph.sensors[name]), '')
-        finding = judge_stream(graph.namespace + name, arrivals, ended, publisher)
-        yield judge_refused(finding, refused[name], len(arrivals))
+        yield judge_stream(graph.namespace + name, arrivals, ended, publisher)
     delays = [at - message.header.stamp.to_sec() for topic, at, _, message in received
               if topic in SENSORS and message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays))
+    samples = read_samples(received)
     watch = gyro_watch_of(samples, graph.namespace + 'reset')
     cause, _, remedy = watch.problem().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
@@ -88,17 +87,12 @@ def listen(namespace, address):
 
 
 def read_samples(received):
-    """Returns [(time of arrival [s], sample)] of the valid messages, and {topic: reasons of the
-    invalid messages}. A command has no sample."""
-    samples, refused = [], {topic: [] for topic in SAMPLE_READERS}
+    """Returns [(time of arrival [s], sample)] of the valid messages. A command has no sample."""
+    samples = []
     for topic, at, _, message in received:
-        try:
+        with suppress(ValueError):    # such as joint states of an arm, without the wheels
             samples.append((at, SAMPLE_READERS[topic][1](message)))
-        except ValueError as problem:
-            # a node may publish joint states of an arm, without the wheels
-            if topic != 'joint_states' or set(WHEEL_JOINTS).issubset(message.name):
-                refused[topic].append(str(problem))
-    return samples, refused
+    return samples
 
 
 def gyro_watch_of(samples, reset_topic):

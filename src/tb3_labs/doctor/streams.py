@@ -17,8 +17,6 @@ CLOCK_WARNING_OFFSET = 0.1
 CLOCK_FAULT_OFFSET = 1.0
 #: A larger drift disturbs a lab [deg/min].
 MAX_DRIFT = 2.0
-#: A node still works if it refuses at most this share of a sensor's messages.
-TOLERATED_REFUSALS = 0.05
 #: If a wheel turns by less than this while the doctor listens, the wheel stands still [rad].
 STANDING_TURN = 0.005
 
@@ -58,20 +56,6 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
             return fault(name, text + ': a drive is given up', remedy)
         return warning(name, text + ': the robot will pause', remedy)
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
-
-
-def judge_refused(finding: Finding, reasons: Sequence[str], count: int) -> Finding:
-    """Returns the finding on messages of a sensor that the labs' nodes refuse. `reasons` has a
-    reason for each refused message, and `count` is the number of all messages. If no message was
-    refused, returns `finding`."""
-    if not reasons:
-        return finding
-    text = f'every node refuses {len(reasons)} of {count} messages: {reasons[0]}'
-    remedy = ('stand the robot on its wheels; switch its board off and on; if this line stays, the '
-              'sensor is broken')
-    if len(reasons) > TOLERATED_REFUSALS * count:
-        return fault(finding.subject, text, remedy)
-    return warning(finding.subject, text, remedy)
 
 
 def judge_clock(least_delay: float) -> Finding:
