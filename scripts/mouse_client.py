@@ -111,18 +111,12 @@ class Pointer:
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        # if the display ends, the listener prints no traceback, since position() reports the end
-        print_traceback = threading.excepthook
-        threading.excepthook = lambda died: (
-            died.thread is self._listener or print_traceback(died))
         self._listener.start()
         self._listener.wait()
 
     def position(self):
         """Returns (x, y) on the screen, each from -1 to 1, x to the right, y up."""
         try:
-            if not self._listener.is_alive():
-                raise EOFError('the listener has ended')
             screen = self._root.get_geometry()
             return screen_position(*self._mouse.position, screen.width, screen.height)
         except Exception as problem:    # some classes of Xlib's exceptions are private

@@ -7,7 +7,6 @@
 The command needs no master and no robot. The exit status is 0 only if fault and value are right.
 """
 import sys
-import textwrap
 
 from tb3_labs.command_line import Parser
 from tb3_labs.simulation.mystery_answer import MEANINGS, judge
@@ -25,7 +24,7 @@ def parse(argv):
     choice.add_argument('--answer', nargs=3, metavar=('NUMBER', 'FAULT', 'VALUE'),
                         help='judge this fault, and its value in the unit that --list shows')
     choice.add_argument('--list', action='store_true',
-                        help='list the faults, their units, and their symptoms')
+                        help='list the faults, and the meaning of their values')
     return parser.parse_args(argv)
 
 
@@ -33,7 +32,9 @@ def main(argv):
     """Print the verdict or the list. Returns the exit status."""
     options = parse(argv)
     if options.list:
-        print('\n\n'.join(_description(*item) for item in MEANINGS.items()))
+        for fault, meaning in MEANINGS.items():
+            value = f'[{meaning.unit}], right within {meaning.tolerance:g}'
+            print(f'{fault} {value}: {meaning.quantity}')
         return 0
     number, name, value = options.answer
     try:
@@ -43,14 +44,6 @@ def main(argv):
         return 2
     print(verdict)
     return 0 if is_right else 1
-
-
-def _description(name, fault):
-    value = f'  Value [{fault.unit}], right within {fault.tolerance:g}: {fault.quantity}.'
-    lines = [name]
-    for text in (value, '  ' + fault.symptom):
-        lines += textwrap.wrap(text, 100, subsequent_indent='  ')
-    return '\n'.join(lines)
 
 
 if __name__ == '__main__':

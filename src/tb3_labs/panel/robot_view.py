@@ -31,7 +31,6 @@ Units in the code: metres and radians. Arrivals are in seconds on one clock (`no
 import math
 import re
 from contextlib import suppress
-from itertools import islice
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
@@ -52,12 +51,6 @@ MAX_TIME_APART = 0.3
 #: A robot whose odometry is slower than this is at rest [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
 
-#: A page shows the variables of at most this number of nodes.
-MAX_NODES = 4
-#: A page shows at most this number of variables of a node.
-MAX_VARIABLES = 40
-#: A name or text of a variable is cut after this number of characters.
-MAX_TEXT_LENGTH = 200
 #: A page no longer shows a node's variables after a silence of this length [s].
 VARIABLES_TIMEOUT = 2.0
 
@@ -106,12 +99,7 @@ class RobotView:
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
-        self._variables = {other: received for other, received in self._variables.items()
-                           if other != node and now - received[0] <= VARIABLES_TIMEOUT}
-        if len(self._variables) < MAX_NODES:
-            shown = [[name[:MAX_TEXT_LENGTH], text[:MAX_TEXT_LENGTH]]
-                     for name, text in islice(values, MAX_VARIABLES)]
-            self._variables[node[:MAX_TEXT_LENGTH]] = now, shown
+        self._variables[node] = now, [[name, text] for name, text in values]
 
     # -- output
 

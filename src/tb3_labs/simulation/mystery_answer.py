@@ -13,55 +13,32 @@ ROUNDING = 1e-9
 
 
 class Meaning(NamedTuple):
-    """The meaning of a fault's value, and the symptom of the fault."""
+    """The meaning of a fault's value."""
 
     unit: str           # of the value
     tolerance: float    # largest error of a right value, in the unit
-    quantity: str       # the meaning of the value
-    symptom: str        # how a student finds the fault by the sensors alone
+    quantity: str       # what the value is
 
 
 #: {name of a fault: Meaning}
 MEANINGS = {
     'imu offset': Meaning(
-        'deg', 3.0, "the IMU's heading minus the odometry's, from -180 to 180",
-        'The headings of /imu and /odom differ by a constant, also at rest.'),
+        'deg', 3.0, "the IMU's heading minus the odometry's, from -180 to 180"),
     'imu drift': Meaning(
-        'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left",
-        'The heading changes steadily while the robot stands, and the gyro shows a small rate.'),
+        'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left"),
     'wheel mismatch': Meaning(
-        '%', 0.5, 'share by which the right wheel is smaller than the left one; negative if larger',
-        'The heading is steady at rest, but changes with each metre of a drive that is '
-        'commanded straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: '
-        '0.16 m).'),
-    'slip': Meaning(
-        '%', 2.0, "share of the wheels' travel that does not move the robot",
-        'The robot drives straight, but it turns at less than the commanded rate, on the spot '
-        'and in both directions.'),
-    'frozen imu': Meaning(
-        's', 0.3, 'duration of one freeze',
-        'Now and then /imu repeats one sample with new stamps, to the last digit. Meanwhile '
-        '/odom goes on.'),
+        '%', 0.5, 'share by which the right wheel is smaller than the left one; negative if it is '
+        'larger. Straight ahead: turn [rad] = path [m] x mismatch / distance of the wheels (0.16 m)'),
+    'slip': Meaning('%', 2.0, "share of the wheels' travel that does not move the robot"),
+    'frozen imu': Meaning('s', 0.3, 'duration of one freeze, in which /imu repeats one sample'),
     'frozen odometry': Meaning(
-        's', 0.3, 'duration of one freeze',
-        'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.'),
-    'silent imu': Meaning(
-        's', 0.3, 'duration of one silence',
-        'rostopic hz /imu shows a large max_delta and a lower rate. Meanwhile /odom goes on.'),
-    'silent odometry': Meaning(
-        's', 0.3, 'duration of one silence',
-        'rostopic hz /odom shows a large max_delta and a lower rate. Meanwhile /imu goes on.'),
-    'sensor latency': Meaning(
-        's', 0.03, 'delay of each sample, from its stamp to its arrival',
-        'rostopic delay /imu shows that each sample is old at its arrival.'),
-    'command latency': Meaning(
-        's', 0.1, 'delay of each command, from its sending to its arrival',
-        'The samples are fresh at their arrival, but at the end of a drive the measured speed '
-        'drops later than the commanded one.'),
+        's', 0.3, 'duration of one freeze, in which /odom repeats one sample'),
+    'silent imu': Meaning('s', 0.3, 'duration of one silence of /imu'),
+    'silent odometry': Meaning('s', 0.3, 'duration of one silence of /odom'),
+    'sensor latency': Meaning('s', 0.03, 'delay of each sample, from its stamp to its arrival'),
+    'command latency': Meaning('s', 0.1, 'delay of each command, from its sending to its arrival'),
     'network stalls': Meaning(
-        's', 0.15, 'the longest time for which nothing arrives',
-        'rostopic hz /imu /odom shows a large max_delta of both, but the usual rates. The '
-        'messages of both are held up together, and come all at once.'),
+        's', 0.15, 'the longest time for which nothing arrives on /imu and /odom'),
 }
 
 
@@ -73,8 +50,7 @@ def judge(number: int, name: str, value: float) -> Tuple[bool, str]:
     if name not in MEANINGS:
         raise ValueError(f'{name!r} is not a fault. Valid: {", ".join(MEANINGS)}')
     if name != hidden.name:
-        return False, (f'Wrong: mystery {number} has another fault. If it were {name!r}: '
-                       + MEANINGS[name].symptom)
+        return False, f'Wrong: mystery {number} has another fault.'
     meaning = MEANINGS[name]
     error = value - right
     if meaning.unit == 'deg':
