@@ -28,7 +28,7 @@ MEANINGS = {
         'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left"),
     'wheel mismatch': Meaning(
         '%', 0.5, 'share by which the right wheel is smaller than the left one; negative if it is '
-        'larger. Straight ahead: turn [rad] = path [m] x mismatch / distance of the wheels (0.16 m)'),
+        'larger. On a straight drive: turn [rad] = path [m] x share / distance of the wheels'),
     'slip': Meaning('%', 2.0, "share of the wheels' travel that does not move the robot"),
     'frozen imu': Meaning('s', 0.3, 'duration of one freeze, in which /imu repeats one sample'),
     'frozen odometry': Meaning(

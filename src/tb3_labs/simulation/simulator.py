@@ -149,7 +149,7 @@ class Simulator:
 
     def _read(self, stamp: float) -> None:
         """Let the board read its messages, and calibrate its gyro after a reset."""
-        if self._board.read(self._command_link.pop(stamp)):
+        if self._board.read_up_to_reset(self._command_link.pop(stamp)):
             self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)
             self.sensors.resetting = True
