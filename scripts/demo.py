@@ -118,7 +118,9 @@ class Demo:
         if good and 'TB3_LABS_DEMO' in os.environ:
             Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
         if not self._config.stay:
-            begin_shutdown('' if good else problem)
+            if good:
+                problem = ''
+            begin_shutdown(problem)
             return
         if not good:
             rospy.logwarn(problem)

@@ -49,7 +49,10 @@ class MouseNode:
     def _on_scroll(self, up):
         if self._active is up:
             self._active = not up
-            rospy.loginfo('Mouse %s', 'deactivated' if up else 'activated: scroll up to stop')
+            if self._active:
+                rospy.loginfo('Mouse activated: scroll up to stop')
+            else:
+                rospy.loginfo('Mouse deactivated')
         self._send_now.set()
 
     def _on_move(self):

@@ -27,7 +27,8 @@ def parse(argv):
 def main(argv):
     """Write the package, and print the next steps. Returns the exit status."""
     options = parse(argv)
-    package, node = LAB_NODES[options.lab].packages[0], LAB_NODES[options.lab].files[0]
+    package = LAB_NODES[options.lab].packages[0]
+    node = LAB_NODES[options.lab].files[0]
     templates = Path(rospkg.RosPack().get_path('tb3_labs')) / FOLDER / options.lab
     try:
         target = checked_target(options.folder.expanduser().resolve(), package)

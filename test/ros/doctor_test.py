@@ -54,14 +54,14 @@ FOUND = (
 FOUND_ON_HOSTS = (
     ('laptop', 'imu', '(warning|FAULT)', 'silent for [0-9.]+ s: .*rostopic delay /robot1/imu'),
     ('laptop', 'Way back', 'ok', 'is connected to /driver_of_robot1'),
-    ('laptop', 'Address', 'ok', 'it goes before ROS_IP=10.77.2.2. is an address'),
+    ('laptop', 'Address', 'ok', "it goes before ROS_IP='10.77.2.2'. is an address"),
     ('bad laptop', 'Way back', 'FAULT',
      'cannot reach /driver_of_robot2 at http://ann.invalid:.*ROS_IP=10.77.2.2'),
-    ('bad laptop', 'Address', 'FAULT', '10.77.9.9 is not an address .*10.77.2.2'),
-    ('cut', 'Master', 'FAULT', '10.77.2.2:11311 (does not answer|cannot be reached)'),
+    ('bad laptop', 'Address', 'FAULT', "10.77.9.9' is not an address .*10.77.2.2"),
+    ('cut', 'Master', 'FAULT', "10.77.2.2:11311' (does not answer|cannot be reached)"),
     ('bad computer', 'NAT', 'FAULT', 'WSL behind NAT: no robot can reach 172.20.0.5.*wslconfig'),
-    ('bad computer', 'Address', 'FAULT', 'ROS_HOSTNAME=localhost: on the robot this address is the robot'),
-    ('bad computer', 'Master', 'FAULT', '10.1.1.1:11311 (does not answer|cannot be reached)'))
+    ('bad computer', 'Address', 'FAULT', "ROS_HOSTNAME='localhost': on the robot this address is the robot"),
+    ('bad computer', 'Master', 'FAULT', "10.1.1.1:11311' (does not answer|cannot be reached)"))
 
 
 class Doctors:

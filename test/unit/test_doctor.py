@@ -93,34 +93,34 @@ JUDGEMENTS = [
     # the network; the advice is the address towards the robot
     (address(ros_hostname='localhost', resolved='127.0.0.1'), OK, 'this computer alone'),
     (address(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
-    (judge_address(GOOD), OK, 'ROS_IP=192.168.0.5'),
-    (judge_address(NAMED), OK, 'ROS_HOSTNAME=ann (192.168.0.5)'),
+    (judge_address(GOOD), OK, "ROS_IP='192.168.0.5'"),
+    (judge_address(NAMED), OK, "ROS_HOSTNAME='ann' (192.168.0.5)"),
     (address(**dict(LAN, master_here=True), ros_ip='192.168.0.5', resolved='192.168.0.5'), OK,
      'ROS_IP'),
     (address(**LAN, hostname='ann', resolved='127.0.1.1'), WARNING, 'the name ann'),
     (address(**LAN, ros_ip='192.168.0.77', resolved='192.168.0.77'), FAULT,
      'not an address of this computer (it has 192.168.0.5, 10.8.0.2)',
      'Do: export ROS_IP=192.168.0.5,'),
-    (address(**LAN, ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn does not resolve'),
+    (address(**LAN, ros_hostname='nn', resolved=''), FAULT, "ROS_HOSTNAME='nn' does not resolve"),
     (address(ros_hostname='nn', own=('10.8.0.2',), outgoing_address='127.0.0.1'), FAULT,
      'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
     (judge_address(WRONG), FAULT, 'the robot itself'),
     (address(**LAN, ros_ip='192.168.0.5 '), FAULT, "ROS_IP='192.168.0.5 ' does not resolve"),
     # rospy tells others ROS_HOSTNAME if both are set
     (address(**LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
-     'ROS_HOSTNAME=nn (it goes before ROS_IP=192.168.0.5) does not'),
+     "ROS_HOSTNAME='nn' (it goes before ROS_IP='192.168.0.5') does not"),
     *[(judge_nat(is_wsl, way, elsewhere), verdict, 'NAT') for is_wsl, way, elsewhere, verdict in (
         (False, '172.20.0.5', True, OK), (True, '192.168.0.5', True, OK), (True, '', True, OK),
         (True, '172.20.0.5', False, OK), (True, '172.20.0.5', True, FAULT),
         (True, '172.32.0.1', True, OK))],
-    (judge_master(Peer('http://robot3:11311', '', '192.168.0.9', 0.004)), OK,
-     'robot3:11311 (192.168.0.9) answers in 4 ms'),
+    (judge_master(Peer('http://robot3:11311', '', '192.168.0.9')), OK,
+     "robot3:11311' (192.168.0.9) answers"),
     *[(judge_master(Peer('http://robot3:11311', problem, '192.168.0.9')), FAULT, 'robot3',
        PROBLEMS[problem]) for problem in PROBLEMS],
     (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
-    (judge_master(Peer('', 'malformed')), FAULT, '(empty)'),
+    (judge_master(Peer('', 'malformed')), FAULT, "ROS_MASTER_URI '' is"),
     (judge_master(Peer('localhost:12311', 'malformed')), FAULT,
-     'localhost:12311 is not an address', 'Do: export ROS_MASTER_URI=http://localhost:12311'),
+     "'localhost:12311' is not an address", 'Do: export ROS_MASTER_URI=http://localhost:12311'),
     (judge_master(Peer('http://localhost:11311 ', 'malformed')), FAULT, "'http://localhost:11311 '"),
     # the robot
     (robot_of(listeners=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
@@ -337,8 +337,8 @@ def examined(robot, monkeypatch, change=lambda topic, message, number: None):
 def test_a_sound_robot_is_found_sound(robot, monkeypatch):
     lines = examined(robot, monkeypatch)
     for subject, words in (
-            ('Address', 'this computer alone'), ('Master', 'answers in'), ('Robot', CORE),
-            ('Nodes', CORE + ' answers in'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'),
+            ('Address', 'this computer alone'), ('Master', 'answers'), ('Robot', CORE),
+            ('Nodes', CORE + ' answer'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'),
             ('imu', '102/s'), ('odom', '102/s'), ('joint_states', '102/s'), ('Clock', 'right within'),
             ('Gyro', 'agrees'), ('Drift', '+0.0 deg/min')):
         check(lines[subject], OK, words)

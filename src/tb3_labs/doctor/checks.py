@@ -57,8 +57,8 @@ def _check_return_path(here, graph, alive, drivers):
     connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
         address = alive[robot_node].address
-        # rows of (id, URI or name, direction, ...); the direction 'i' is inbound
-        connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
+        connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections
+                     if direction == 'i'}    # inbound; `uri` may be a name
         yield judge_return_path(own_drivers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
                                 robot_elsewhere=not is_own(address))

@@ -20,11 +20,6 @@ NAT_NETWORK = ipaddress.ip_network('172.16.0.0/12')
 
 # Addresses --------------------------------------------------------------------------------------
 
-def quoted(value: str) -> str:
-    """Returns the value of an environment variable, in quotes if it is empty or has blanks."""
-    return value if value.split() == [value] else repr(value)
-
-
 def is_loopback(address: str) -> bool:
     """Is this an address of the loopback?"""
     return address.startswith('127.') or address in ('localhost', '::1')
@@ -117,11 +112,11 @@ def judge_address(here: Address) -> Finding:
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
     variable = 'ROS_HOSTNAME' if here.ros_hostname else 'ROS_IP'
-    source = f'{variable}={quoted(here.advertised)}'
+    source = f'{variable}={here.advertised!r}'
     if here.resolved not in ('', here.advertised) and not is_loopback(here.resolved):
         source += f' ({here.resolved})'
     if here.ros_hostname and here.ros_ip:
-        source += f' (it goes before ROS_IP={quoted(here.ros_ip)})'
+        source += f' (it goes before ROS_IP={here.ros_ip!r})'
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):

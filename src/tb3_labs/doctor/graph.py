@@ -7,13 +7,12 @@ import difflib
 import http.client
 import os
 import re
-import time
 import xmlrpc.client
 from dataclasses import dataclass
 from typing import Collection, Iterator, Mapping
 
 from tb3_labs.doctor import Finding, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
+from tb3_labs.doctor.computer import Address, address_of, is_loopback
 
 #: The doctor's name in calls. It is not registered at the master.
 CALLER_ID = f'/doctor_{os.getpid()}'
@@ -43,7 +42,6 @@ class Peer:
     uri: str
     problem: str = 'silent'    # a key of PROBLEMS; '' after an answer
     address: str = ''          # the address of the name in `uri`
-    round_trip: float = 0.0    # time from the call to the answer [s]
 
     def __post_init__(self):
         self.name, self.port = '', 0
@@ -57,7 +55,6 @@ class Peer:
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
             return None
-        begun = time.monotonic()
         try:
             link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWER_TIMEOUT)
             link.request('POST', '/', xmlrpc.client.dumps((CALLER_ID, *arguments), method),
@@ -72,7 +69,6 @@ class Peer:
             self.problem = 'refused' if is_refused else 'silent'
             return None
         self.problem = ''
-        self.round_trip = time.monotonic() - begun
         return value
 
 
@@ -89,11 +85,11 @@ def peers_of(master, nodes):
 
 def judge_master(master: Peer) -> Finding:
     """Does a master answer?"""
-    where = quoted(master.uri) if master.uri else '(empty)'
+    where = repr(master.uri)
     if master.address and master.address not in where:
         where += f' ({master.address})'
     if not master.problem:
-        return ok('Master', f'{where} answers in {1000.0 * master.round_trip:.0f} ms')
+        return ok('Master', where + ' answers')
     if master.problem == 'refused':
         remedy = ('start roscore, or a launch file, on that computer; first end each launch file '
                   'that runs there without its master')
@@ -207,7 +203,8 @@ def _mistakes(text, graph, users, partners, names):
             # a node that also uses the right name is not mistaken
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 # the text names a node of the robot if there is one, and not a recorder
-                partner = min(partners[right], key=lambda name: name not in graph.robot_nodes)
+                of_robot = [each for each in partners[right] if each in graph.robot_nodes]
+                partner = (of_robot or partners[right])[0]
                 found.append(text.format(node, topic, right, partner))
     return found
 
@@ -234,8 +231,7 @@ def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
             remedy = 'is the robot on, and in this network? ping {}; {}'.format(
                 peer.address or peer.name, remedy)
         return fault('Nodes', text, remedy)
-    return ok('Nodes', ', '.join(f'{node} answers in {1e3 * peer.round_trip:.0f} ms'
-                                 for node, peer in sorted(peers.items())))
+    return ok('Nodes', ', '.join(sorted(peers)) + ' answer')
 
 
 # The connections to this computer ---------------------------------------------------------------

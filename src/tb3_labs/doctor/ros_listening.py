@@ -56,8 +56,9 @@ def examine_messages(graph, address, is_wall_time):
     watch = gyro_watch_of(samples, graph.namespace + 'reset')
     cause, _, remedy = watch.problem().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
-    yaws = [sample[:2] for _, sample in samples if isinstance(sample, ImuSample)]
-    wheel_angles = [sample[1:] for _, sample in samples if isinstance(sample, WheelSample)]
+    yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
+    wheel_angles = [(sample.left, sample.right) for _, sample in samples
+                    if isinstance(sample, WheelSample)]
     drift = drift_of(yaws, wheel_angles)
     if drift is not None and watch.has_compared and not watch.problem():
         yield judge_drift(drift, graph.namespace)
@@ -90,8 +91,9 @@ def read_samples(received):
     """Returns [(time of arrival [s], sample)] of the valid messages. A command has no sample."""
     samples = []
     for topic, at, _, message in received:
+        _, read = SAMPLE_READERS[topic]
         with suppress(ValueError):    # such as joint states of an arm, without the wheels
-            samples.append((at, SAMPLE_READERS[topic][1](message)))
+            samples.append((at, read(message)))
     return samples
 
 

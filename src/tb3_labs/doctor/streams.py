@@ -108,7 +108,8 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     if any(max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
         return None
     middle = mean(stamp for stamp, _ in imu)
-    turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
+    _, first_yaw = imu[0]
+    turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
     # a short recording is divided by the spread of 2 s, so that its noise does not look like drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

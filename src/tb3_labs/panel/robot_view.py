@@ -140,7 +140,8 @@ class RobotView:
         """Returns the node whose commands move the robot; '' if no node moves the robot."""
         moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
-        return max(moving)[1] if moving else ''
+        _, latest = max(moving, default=(now, ''))
+        return latest
 
     def holder(self, now: float) -> str:
         """Returns a text that names the node that may drive."""
@@ -202,9 +203,14 @@ def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 def _heading_deg(yaw: Optional[float]) -> Optional[float]:
     """Returns the heading from 0 to 359.9 degrees. 359.96 degrees give 0.0, and not 360.0."""
-    return None if yaw is None else _rounded(round(math.degrees(yaw) % 360.0, 1) % 360.0)
+    if yaw is None:
+        return None
+    tenths = round(math.degrees(yaw) % 360.0, 1)
+    return _rounded(tenths % 360.0)
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
     """Returns the rounded number. NaN and infinity give None. -0.0 gives 0.0, without the sign."""
-    return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
+    if number is None or not math.isfinite(number):
+        return None
+    return round(number, digits) + 0.0

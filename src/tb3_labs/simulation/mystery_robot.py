@@ -88,7 +88,7 @@ class HiddenFault:
 
 def draw(number: int) -> Tuple[Fault, float, int]:
     """Returns (fault, value of the fault, seed of the noise) of mystery `number`."""
-    if not 1 <= number <= LAST_NUMBER:
+    if number < 1 or number > LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))

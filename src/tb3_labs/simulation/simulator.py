@@ -108,7 +108,7 @@ class Simulator:
         return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
     def _advance(self, dt: float) -> None:
-        if not 0.0 <= dt < math.inf:
+        if dt < 0.0 or not math.isfinite(dt):
             raise ValueError(f'a step of {dt} s')
         self.now += dt
         horizon = self.now + TIME_ROUNDING
