@@ -120,7 +120,7 @@ JUDGEMENTS = [
     (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
     (judge_master(Peer('', 'malformed')), FAULT, "ROS_MASTER_URI '' is"),
     (judge_master(Peer('localhost:12311', 'malformed')), FAULT,
-     "'localhost:12311' is not an address", 'Do: export ROS_MASTER_URI=http://localhost:12311'),
+     "'localhost:12311' is not an address", 'Do: export ROS_MASTER_URI=http://ADDRESS:11311'),
     (judge_master(Peer('http://localhost:11311 ', 'malformed')), FAULT, "'http://localhost:11311 '"),
     # the robot
     (robot_of(listeners=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
@@ -131,10 +131,10 @@ JUDGEMENTS = [
     (robot_of(listeners=(), imu=[CORE], odom=[CORE]), FAULT, 'cannot be driven'),
     (node_at(HERE, 'refused', '127.0.0.1'), FAULT, 'others cannot reach that', 'rosnode cleanup',
      'on the robot'),
-    (node_at(AFAR, 'refused', '192.168.0.8'), FAULT, 'refuses', 'is robot3 really 192.168.0.8?'),
+    (node_at(AFAR, 'refused', '192.168.0.8'), FAULT, 'refuses', 'ping robot3', 'rosnode cleanup'),
     (node_at(AFAR, 'unresolved'), FAULT, 'cannot resolve',
-     'add "ITS_ADDRESS robot3" to /etc/hosts'),
-    (node_at(AFAR, 'silent', '192.168.0.8'), FAULT, 'does not answer', 'ping 192.168.0.8'),
+     'on the robot: export ROS_IP'),
+    (node_at(AFAR, 'silent', '192.168.0.8'), FAULT, 'does not answer', 'ping robot3'),
     # the way back
     (judge_return_path(NEXT_DRIVER, {'http://ann:40002'}, CORE, NAMED, True), FAULT, CORE,
      '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5'),

@@ -97,10 +97,7 @@ def judge_master(master: Peer) -> Finding:
         remedy = ('is that computer on, in the same network, and is the address still its own? '
                   'ping ' + master.address)
     else:
-        uri = 'http://' + master.uri.strip()    # rospy needs http in an address
-        if not Peer(uri).name:
-            uri = 'http://ADDRESS:11311'
-        remedy = 'export ROS_MASTER_URI=' + uri
+        remedy = 'export ROS_MASTER_URI=http://ADDRESS:11311'
     return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
 
 
@@ -213,23 +210,17 @@ def _mistakes(text, graph, users, partners, names):
 
 def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
     """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
-    remedy = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
         text = '{} says it is at {}, which {}'.format(
             node, peer.uri.rstrip('/') or '(nothing)', PROBLEMS[peer.problem])
+        remedy = ('if it has ended: rosnode cleanup; else on the robot: export ROS_IP=ITS_ADDRESS, '
+                  'then start it again')
         if is_loopback(peer.address):
-            return fault('Nodes', text + ': others cannot reach that',
-                         'if it has ended: rosnode cleanup; else ' + remedy)
-        if peer.problem == 'unresolved':
-            remedy += f'; or here: add "ITS_ADDRESS {peer.name}" to /etc/hosts'
-        elif peer.problem == 'refused':
-            remedy = 'rosnode cleanup, then start {} again; is {} really {}?'.format(
-                node, peer.name, peer.address)
+            text += ': others cannot reach that'
         else:
-            remedy = 'is the robot on, and in this network? ping {}; {}'.format(
-                peer.address or peer.name, remedy)
+            remedy = f'is the robot on, and in this network? ping {peer.name}; {remedy}'
         return fault('Nodes', text, remedy)
     return ok('Nodes', ', '.join(sorted(peers)) + ' answer')
 

@@ -63,16 +63,15 @@ def judge_clock(least_delay: float) -> Finding:
     from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
-    side, effect = 'behind', ', or all its messages come so late'
+    text = f"the robot's clock is {least_delay:.1f} s behind, or all its messages come so late"
     if least_delay < 0.0:
-        side, effect = 'ahead', ': tf may refuse its transforms'
-    text = f"the robot's clock is {abs(least_delay):.1f} s {side}"
+        text = f"the robot's clock is {-least_delay:.1f} s ahead"
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(least_delay) > CLOCK_FAULT_OFFSET:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    return warning('Clock', text + effect, 'close other programs here and on the robot, wait 5 s; '
-                   'if this line stays: ' + remedy)
+    return warning('Clock', text + ': tf may refuse its transforms', 'close other programs here '
+                   'and on the robot, wait 5 s; if this line stays: ' + remedy)
 
 
 # Gyro -------------------------------------------------------------------------------------------
