@@ -49,5 +49,4 @@ def write_package(files: Dict[str, str], target: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding='utf-8')
         if text.startswith('#!'):
-            mode = path.stat().st_mode
-            path.chmod(mode | ((mode & 0o444) >> 2))    # readers of the file may execute it
+            path.chmod(path.stat().st_mode | 0o111)

@@ -124,8 +124,7 @@ JUDGEMENTS = [
     (judge_master(Peer('http://localhost:11311 ', 'malformed')), FAULT, "'http://localhost:11311 '"),
     # the robot
     (robot_of(listeners=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
-    (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py robot3'),
-    (robot_of('/robot9/', others=['/']), FAULT, 'bringup'),
+    (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py /robot3/'),
     (robot_of(odom=[CORE]), FAULT, 'nobody publishes /imu'),
     (robot_of(imu=[CORE]), FAULT, 'nobody publishes /odom'),
     (robot_of(listeners=(), imu=[CORE], odom=[CORE]), FAULT, 'cannot be driven'),

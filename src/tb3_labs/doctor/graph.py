@@ -156,9 +156,7 @@ def judge_robot(graph: RobotGraph) -> Finding:
         remedy = "start the robot's bringup, or roslaunch tb3_labs fake_robot.launch"
         if graph.other_robots:
             text += f" (there is one in {', '.join(graph.other_robots)})"
-            name = graph.other_robots[0].strip('/')
-            if name:
-                remedy = 'rosrun tb3_labs doctor.py ' + name
+            remedy = 'rosrun tb3_labs doctor.py ' + graph.other_robots[0]
         return fault('Robot', text, remedy)
     for topic, nodes in (('imu', imu), ('odom', odom)):
         if len(nodes) > 1:
