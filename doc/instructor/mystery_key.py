@@ -1,4 +1,4 @@
-"""Prints the answers of mystery robots: python3 doc/instructor/mystery_key.py FIRST LAST"""
+"""Prints the answers of mystery robots: python3 PATH/mystery_key.py FIRST LAST"""
 import sys
 
 from tb3_labs.simulation.mystery_answer import MEANINGS, with_unit
