@@ -11,6 +11,7 @@ import pytest
 
 from pages import SCRIPTS
 
+DYNPARAM = '../src/tb3_labs/ros/dynparam.py'
 NO_MASTER = 'http://localhost:1'
 AT_ONCE = 2.0       # [s]
 MARK = ['.', '--lab', 'turn', '-o', '../marks']
@@ -40,6 +41,8 @@ CASES = [
     ('send_goal.py', ['1', '1', '900'], 'yaw_deg = 900.0 is not valid: ' + YAW),
     ('send_goal.py', ['nan', '1', '0'], 'x = nan is not valid: ' + METRES),
     ('send_goal.py', ['1', '1', '0'], 'no ROS master answers at http://localhost:1: start a launch file'),
+    (DYNPARAM, ['sett'], 'usage: dynparam set NODE NAME VALUE'),
+    (DYNPARAM, ['set', '/x', 'a', '1'], 'no ROS master answers at http://localhost:1: start a launch file'),
     ('doctor.py', ['9-'], '9- is not a namespace, such as robot3'),
     ('mystery.py', ['7'], ('--answer', '--list')),
     ('skeleton.py', ['turn', '~nobody_at_all/src'], 'skeleton.py: '),

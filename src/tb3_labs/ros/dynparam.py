@@ -1,0 +1,65 @@
+"""Changes a setting of a running node. If the node refuses the change, one line shows the reason.
+
+Usage: dynparam set NODE NAME VALUE      such as: dynparam set /turtlebot3 imu_silent true
+
+The exit status is 0 only if the node changed the setting. In a terminal after scripts/setup.sh the
+command is `dynparam`, in others `python3 $(rospack find tb3_labs)/launch/run.py dynparam`.
+
+Calls
+    NODE/set_parameters    dynamic_reconfigure/Reconfigure
+"""
+# The program `dynparam` of dynamic_reconfigure 1.7.3 shows a refusal as a traceback of 28 lines,
+# and waits without end for an unknown node.
+
+import re
+import sys
+
+import rospy
+from dynamic_reconfigure.srv import Reconfigure
+
+from tb3_labs.command_line import number_or_text
+from tb3_labs.ros.live_settings import decode, encode
+from tb3_labs.ros.topics import require_master
+from tb3_labs.terminal import run_tool
+
+#: Longest wait for the service of a node [s].
+MAX_SERVICE_TIME = 2.0
+#: rospy's text of a refusal. The second group is the node's reason.
+REFUSAL = re.compile(r'^.*responded with an error: b([\'"])'
+                     r'(?:service cannot process request: )?(.*)\1$', re.DOTALL)
+USAGE = 'usage: dynparam set NODE NAME VALUE'
+
+
+def change(node, name, text):
+    """Set the setting `name` of `node` to a typed text. ``ValueError`` with the reason if the node
+    refuses the change, and ``ROSException`` if there is no such node."""
+    service = rospy.resolve_name(node) + '/set_parameters'
+    rospy.wait_for_service(service, MAX_SERVICE_TIME)
+    # if the value does not have the type of the setting, the node refuses it
+    value = {'true': True, 'false': False}.get(text.lower(), number_or_text(text))
+    try:
+        settings = rospy.ServiceProxy(service, Reconfigure)(encode({name: value})).config
+    except rospy.ServiceException as problem:
+        raise ValueError(REFUSAL.sub(r'\2', str(problem))) from None
+    print(f'{name} is {decode(settings)[name]} now')
+
+
+def main(argv):
+    """Carry out the command line. Returns the exit status."""
+    if argv[:1] in (['-h'], ['--help']):
+        print(__doc__.strip())
+        return 0
+    try:
+        if len(argv) != 4 or argv[0] != 'set':
+            raise ValueError(USAGE)
+        require_master()
+        rospy.init_node('dynparam', anonymous=True, disable_rosout=True)
+        change(*argv[1:])
+    except (ValueError, rospy.ROSException) as problem:
+        print(f'dynparam: {problem}', file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == '__main__':
+    run_tool(lambda _: main(rospy.myargv()[1:]))
