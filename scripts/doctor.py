@@ -11,11 +11,15 @@ namespace, as a node that publishes nothing.
 import argparse
 import os
 import re
+import sys
 
-from tb3_labs.command_line import Parser
-from tb3_labs.doctor.checks import examine
-from tb3_labs.doctor import as_text, summary
-from tb3_labs.terminal import run_tool
+try:
+    from tb3_labs.command_line import Parser
+    from tb3_labs.doctor import as_text, summary
+    from tb3_labs.doctor.checks import examine
+    from tb3_labs.terminal import run_tool
+except ImportError as missing:
+    sys.exit(f'no package {missing.name}: source scripts/setup.sh')
 
 
 def namespace(word):

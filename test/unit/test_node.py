@@ -248,7 +248,8 @@ def test_a_connection_that_its_client_has_closed_is_not_served():
 
 @pytest.mark.parametrize('program, name, remedy', [
     (early_signals.__file__, 'squaternion', 'rosdep install --from-paths src --ignore-src -y.'),
-    (early_signals.__file__, 'numpy', 'catkin_make'), (SCRIPTS / 'imu_sub.py', 'squaternion', 'setup.sh')])
+    (early_signals.__file__, 'numpy', 'catkin_make'), (SCRIPTS / 'imu_sub.py', 'squaternion', 'setup.sh'),
+    (SCRIPTS / 'doctor.py', 'tb3_labs.doctor.checks', 'setup.sh')])
 def test_a_missing_package_of_python_is_one_line_with_a_remedy(program, name, remedy, monkeypatch):
     """The build runs early_signals.py, too."""
     monkeypatch.setitem(sys.modules, name, None)
