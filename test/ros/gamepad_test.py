@@ -6,7 +6,7 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
-from costs import free_port
+from masters import free_port
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, NodeProgram
 from observer import Observer

@@ -24,7 +24,7 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import steady_time
 
-from costs import free_port, process_of
+from masters import free_port, process_of
 from node_case import SILENCE, STARTING, ZERO, NodeProgram
 from panel_case import LOSS, PanelCase
 from panel_page import PanelPage, address_of

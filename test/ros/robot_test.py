@@ -16,7 +16,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from tb3_labs.robot.turtlebot3 import MODELS
 from tb3_labs.ros.conversions import to_pose2
 
-from costs import free_port, process_of
+from masters import free_port, process_of
 from node_case import NodeCase, TestProgram
 
 HOST = '127.0.0.1'

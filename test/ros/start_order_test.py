@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from costs import free_port
+from masters import free_port
 from node_case import STARTING, ZERO, NodeProgram, TestProgram
 from observer import Observer
 from tb3_labs.geometry.se2 import Pose2
