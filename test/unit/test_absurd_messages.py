@@ -14,7 +14,6 @@ from std_msgs.msg import Header
 
 from timed_part import TimedPart
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
-from tb3_labs.localization.localizer import Reset
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.nodes.move_to_goal.ros_requests import to_requested_pose
