@@ -1,5 +1,5 @@
-"""The drives, resets and goals of the real node, judged by the robot's true pose. check_move2goal.test has the drives of
-the lab."""
+"""The drives, resets and goals of the real node, judged by the robot's true pose. check_move2goal.test has the drives
+of the lab."""
 import math
 import random
 import time
