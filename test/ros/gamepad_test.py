@@ -164,14 +164,6 @@ class GamepadTest(WithThumb, DriveCase):
         self.thumb.press(B)
         self.wait_for_state('waiting for control')
 
-    def test_a_reset_that_no_node_offers_is_a_line(self):
-        alone = self.start('gamepad.py', '__ns:=alone', 'joy:=/joy')
-        alone.wait_for('The gamepad drives', STARTING)
-        for times in 1, 2:
-            self.thumb.press(Y)
-            alone.wait_for('Pose not reset: service [/alone/set_pose] unavailable', times=times)
-        self.assertEqual(alone.end(), 0)
-
     def test_a_pad_and_a_page_reset_and_drive_a_node_as_in_the_handout(self):
         page = PanelPage(address_of(self.start('panel.py', '_port:={}'.format(free_port()))))
         self.addCleanup(page.close)
