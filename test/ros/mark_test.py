@@ -35,7 +35,7 @@ import sandboxes
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
 #: A machine that cannot make sandboxes marks without them. On other machines sandboxes must work.
-UNPROTECTED = ['--unprotected'] * bool(sandboxes.MISSING)
+UNPROTECTED = ['--unprotected'] if sandboxes.MISSING else []
 #: No other program sleeps for this time [s]. In another checkout, this test has another number.
 SLEEP = str(900000 + os.getpid())
 #: Lines of a node that hangs at Ctrl+C, and leaves a process behind.

@@ -236,12 +236,13 @@ class NetworkTest(unittest.TestCase):
             ['unshare', '-m', 'true'], stderr=subprocess.DEVNULL)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        mount = 'mount -t tmpfs -o size=2m tmpfs $PWD && cd $PWD && ' if has_small_disk else ''
-        command = 'cd {} && {}exec {} drives:=1 record:={}'.format(
-            folder.name, mount, DEMO, str(has_small_disk).lower())
+        command = 'cd {} && exec {} drives:=1'.format(folder.name, DEMO)
+        prefix = []
+        if has_small_disk:
+            command = 'mount -t tmpfs -o size=2m tmpfs {} && {} record:=true'.format(folder.name, command)
+            prefix = ['unshare', '-m']
         uri = 'http://localhost:{}'.format(free_port())
-        demo = TestProgram(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
-                           environment={'ROS_MASTER_URI': uri})
+        demo = TestProgram(prefix + ['sh', '-c', command], environment={'ROS_MASTER_URI': uri})
         self.addCleanup(demo.kill)
         demo.wait_for('MOVE_FORWARD', 3 * STARTING)    # now all its programs run
         sockets = listening(uri)
