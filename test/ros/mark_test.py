@@ -230,8 +230,3 @@ class MarkTest(unittest.TestCase):
                     line for line in self.left(folder) if ' ' in line], 10.0), self.left(folder))
             else:
                 self.assertEqual(self.left(folder), [])
-
-    def test_progress_is_told(self):
-        printed = self.runs[HEADING][1]
-        self.assertIn('] skeleton ...\n', printed)
-        self.assertRegex(printed, r'\[\d/2\] skeleton: 0 of \d+ points, \d+ s')
