@@ -8,7 +8,7 @@
 #     ./scripts/test.sh ros          the nodes only (rostest)
 #     ./scripts/test.sh NAME ...     only the tests whose name contains NAME, such as a file in test/ros
 #     ./scripts/test.sh -l           list the names
-#     -j N, in front                 seats for tests (7); most take one (see CMakeLists.txt)
+#     -j N, in front                 tests at a time (7)
 #
 # pytest with options of its own: source scripts/setup.sh, then python3 -m pytest -p no:cacheprovider test/unit ...
 set -euo pipefail

@@ -2,7 +2,7 @@
 import os
 import signal
 
-from costs import cpu_time
+from masters import cpu_time
 from node_case import STARTING, NodeCase
 
 

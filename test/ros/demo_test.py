@@ -14,7 +14,7 @@ from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epochs
 
-from costs import free_port, processes_with
+from masters import free_port, processes_with
 from node_case import TestProgram
 from rosunit_internals import needs_setup
 

@@ -13,7 +13,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float32
 from tf2_msgs.msg import TFMessage
 
-from costs import cpu_time, process_of
+from masters import cpu_time, process_of
 from node_case import STARTING, NodeCase
 from tb3_labs.geometry.angles import difference
 from tb3_labs.ros.conversions import yaw_of

@@ -1,7 +1,8 @@
 """Measures the time of the zero, and the true place of the robot, after faults of real processes.
 
 Prints a line with the measured times of each fault. The core's roll-outs (test/unit/test_stops.py)
-cover every state of a drive, frozen sensors, stuck robots and the robot's own reset.
+cover every state of a drive, frozen sensors, stuck robots and the robot's own reset; test_encoders.py a battery that is
+cut.
 """
 import itertools
 import math
@@ -22,7 +23,7 @@ from tb3_labs.geometry.se2 import Pose2
 #: the core; here the time of the nodes is added.
 SILENCE = 0.4
 MOVER, TURNER = 'move2goal_tf.py', 'turtlebot_controller.py'
-FAULTLESS = dict(imu_silent=False, odom_silent=False, gyro_bias_deg=0.0, battery_cut=False)
+FAULTLESS = dict(imu_silent=False, odom_silent=False, gyro_bias_deg=0.0)
 
 
 class FaultsTest(DriveCase):
@@ -150,12 +151,6 @@ class FaultsTest(DriveCase):
             self.wait_for_line(executable, 'the gyro contradicts the wheels')
             self.set(gyro_bias_deg=0.0)
             self.let_pass(1.2)      # they must agree for 1 s
-
-    def test_the_battery_is_cut(self):
-        self.drive()
-        self.set(battery_cut=True)
-        self.stop_since(rospy.get_time(), 2.0, 'battery cut in a drive')
-        self.wait_for_state('gave up: the odometry runs on')
 
     def test_messages_that_cannot_be_true(self):
         node, bad = self.drive(Pose2(0.4)), []

@@ -1,9 +1,9 @@
-"""The drives, resets and goals of the real node, judged by the robot's true pose."""
+"""The drives, resets and goals of the real node, judged by the robot's true pose. check_move2goal.test has the drives
+of the lab."""
 import math
 import random
 import time
 from concurrent.futures import ThreadPoolExecutor
-from itertools import groupby
 
 import actionlib
 import rospy
@@ -20,8 +20,6 @@ from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose2, to_pose_stamped, to_twist, transform_to_pose2
 from tb3_labs.srv import ResetPose, SetInitialPose
-
-LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
 class Move2GoalTest(DriveCase):
@@ -94,28 +92,6 @@ class Move2GoalTest(DriveCase):
         self.assertLess(abs(math.degrees(difference(pose.yaw, expected.yaw))), degrees)
 
     # -- drives
-
-    def test_waits_for_control_then_reaches_the_labs_goal_and_is_silent_twice(self):
-        self.assert_silence(seconds=1.0)
-        self.assertEqual(self.observer.latest('goal_state'), 'waiting for control')
-        for _ in range(2):
-            local_T_world = self.declared()
-            self.set_goal(LAB_GOAL)
-            self.assertEqual(self.drive(), 'GOAL_REACHED')
-            self.assert_pose(local_T_world @ self.truth(), LAB_GOAL)
-            self.assertEqual(self.observer.latest('cmd_vel'), ZERO)
-            self.assert_silence(seconds=1.0)
-            self.assertEqual(self.states_driven()[-4:], [
-                'ROTATE_TO_GOAL', 'MOVE_FORWARD', 'ROTATE_TO_FINAL', 'GOAL_REACHED'])
-            self.control.publish(False)    # else the reset begins the next drive
-
-    def states_driven(self):
-        """The states of the drive, without stops because this machine delayed the robot, for 0.1 s
-        at this speed, and without the state in which it then went on."""
-        states = [state for _, state in self.observer.all('goal_state')
-                  if not state.startswith('stopped: no')]
-        states = [state for state, _ in groupby(states)]
-        return states[states.index('ROTATE_TO_GOAL'):]
 
     def test_declared_pose_is_honoured(self):
         goal = Pose2(1.6, 2.4, math.radians(90.0))

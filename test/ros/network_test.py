@@ -18,7 +18,7 @@ import rospkg
 import rospy
 from sensor_msgs.msg import Imu
 
-from costs import free_port, processes_with, start_master
+from masters import free_port, processes_with, start_master
 from drive_case import DriveCase
 from node_case import SILENCE, STARTING, TestProgram
 from panel_page import PanelPage, address_of
@@ -40,15 +40,18 @@ class Scenes(DriveCase):
 
     def open(self, port, **on_robot):
         """Start all nodes, and a master at this port. `on_robot` has options of the robot's Node."""
-        self.port, self.stack = port, contextlib.ExitStack()
-        self.addCleanup(self.stack.close)
-        self.master = start_master(self.stack, port)
+        self.port = port
+        self.start_master()
         rospy.init_node('watcher', disable_signals=True)
         super().setUpClass()
         self.observer.watch('imu', Imu)
         self.robot = self.start('fake_turtlebot3.py', '__name:=turtlebot3', '_imu_rate:=50',
                                 **on_robot)
         self.node = self.start('move2goal_tf.py')
+
+    def start_master(self):
+        self.master = start_master(self.port)
+        self.addCleanup(self.master.kill)
 
     def open_here(self):
         """Start all nodes on this computer."""
@@ -100,7 +103,7 @@ class Scenes(DriveCase):
         self.zero_since(self.observer.all('imu')[-1][0], 0.4)
         self.robot.send(signal.SIGCONT)
         self.wait_for_speed(0.2)
-        self.master = start_master(self.stack, self.port)
+        self.start_master()
         nodes = subprocess.check_output(['rosnode', 'list'], universal_newlines=True).split()
         self.assertNotIn('/move_to_goal', nodes)
         self.wait_for_state('GOAL_REACHED', seconds=30.0)
@@ -233,12 +236,13 @@ class NetworkTest(unittest.TestCase):
             ['unshare', '-m', 'true'], stderr=subprocess.DEVNULL)
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
-        mount = 'mount -t tmpfs -o size=2m tmpfs $PWD && cd $PWD && ' if has_small_disk else ''
-        command = 'cd {} && {}exec {} drives:=1 record:={}'.format(
-            folder.name, mount, DEMO, str(has_small_disk).lower())
+        command = 'cd {} && exec {} drives:=1'.format(folder.name, DEMO)
+        prefix = []
+        if has_small_disk:
+            command = 'mount -t tmpfs -o size=2m tmpfs {} && {} record:=true'.format(folder.name, command)
+            prefix = ['unshare', '-m']
         uri = 'http://localhost:{}'.format(free_port())
-        demo = TestProgram(['unshare', '-m'] * has_small_disk + ['sh', '-c', command],
-                           environment={'ROS_MASTER_URI': uri})
+        demo = TestProgram(prefix + ['sh', '-c', command], environment={'ROS_MASTER_URI': uri})
         self.addCleanup(demo.kill)
         demo.wait_for('MOVE_FORWARD', 3 * STARTING)    # now all its programs run
         sockets = listening(uri)

@@ -10,7 +10,7 @@ from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.geometry.se2 import Pose2
 
 from browser import MISSING, Browser, Cable
-from costs import free_port
+from masters import free_port
 from node_case import SILENCE, STARTING, ZERO, NodeProgram
 from panel_case import LOSS, PanelCase
 from panel_page import PanelPage, address_of

@@ -45,7 +45,7 @@ class Step(NamedTuple):
     @property
     def commands(self):
         """The commands without their comments."""
-        return [without_comment(line) for line in self.text.splitlines()]
+        return [re.split(r'\s#\s', line)[0].strip() for line in self.text.splitlines()]
 
 
 def steps_of(text):
@@ -95,8 +95,3 @@ def _pattern_of(line):
         '.*?'.join(r'\s+'.join(re.escape(word) for word in re.split(r'\s+', words))
                    for words in part.split('...'))
         for part in LONG_NUMBER.split(line.strip()))
-
-
-def without_comment(line):
-    """Returns a command without the comment behind it."""
-    return re.split(r'\s#\s', line)[0].strip()

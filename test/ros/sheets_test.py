@@ -18,7 +18,7 @@ from pathlib import Path
 import rospkg
 import rospy
 
-from costs import free_port
+from masters import free_port
 from node_case import TestProgram, plain_node
 from rosunit_internals import needs_setup
 from sheets_steps import promised, steps_of

@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from costs import free_port
+from masters import free_port
 from node_case import STARTING, ZERO, NodeProgram, TestProgram
 from observer import Observer
 from tb3_labs.geometry.se2 import Pose2
@@ -65,7 +65,8 @@ class LabNodes(contextlib.ExitStack):
     def start_all(self, *names, has_control):
         """Start the nodes at once, and wait until all are registered."""
         for name in names:
-            self.start(name, *['_has_control:=true'] * (has_control and name == 'move_to_goal'))
+            given = ['_has_control:=true'] if has_control and name == 'move_to_goal' else []
+            self.start(name, *given)
         if not wait_until(self._are_registered, STARTING):
             raise RuntimeError('not all nodes start')
 

@@ -20,7 +20,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.supervision.timeouts import LATCHED_WITHIN, SENDER_PAUSE
 
-from costs import process_of
+from masters import process_of
 from drive_case import DriveCase
 from node_case import STARTING, ZERO, NodeProgram, TestProgram, path_of
 from thumb import A, B, Thumb, WithThumb

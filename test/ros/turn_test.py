@@ -1,10 +1,9 @@
 """Turns by keyboard beside a real mouse, with a terminal, an X server and a pointer. The tests judge the simulated
-robot's true heading."""
+robot's true heading. check_turn.test has the keys of the lab, and Ctrl+C in a turn."""
 import math
 import os
 import re
 import shutil
-import signal
 import subprocess
 from importlib.util import find_spec
 
@@ -101,32 +100,6 @@ class TurnTest(NodeCase):
 
     # -- keyboard
 
-    def test_keyboard_in_a_terminal(self):
-        node = self.controller(terminal=True)
-        for text, degrees in (('l', 90.0), ('r', -90.0), ('b', 180.0), ('-33.5', -33.5)):
-            self.observer.forget('cmd_vel')
-            before, reports = self.heading(), node.text.count('Turned')
-            node.type(text)
-            node.wait_for('Turned', times=reports + 1)
-            self.rest()
-            self.assertLess(abs(math.remainder(self.turned_since(before) - degrees, 360.0)), 0.5)
-            said = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
-            self.assertLess(abs(math.remainder(said - self.turned_since(before), 360.0)), 0.2)
-            self.stopped()
-            self.assertTrue(all(linear == 0.0 for _, (linear, _) in self.observer.all('cmd_vel')))
-        self.assert_silence()
-
-        # Ctrl+C in the middle of a turn
-        self.turn_half_round(node)
-        asked = rospy.get_time()
-        self.assertEqual(node.end(signal.SIGINT), 0)
-        self.assertIn('Controller exiting. Halting robot.', node.text)
-        self.stopped()
-        zero = self.observer.all('cmd_vel')[-1][0]
-        self.assertLess(zero - asked, 0.2 + self.hiccups.since(asked, zero))
-        self.assertNotIn('Traceback', node.text)
-        self.rest()
-
     def test_a_pipe_then_the_topic(self):
         before = math.degrees(self.rest().yaw)    # the node turns as soon as it runs
         # one line is empty, and the last line has no end
@@ -135,7 +108,10 @@ class TurnTest(NodeCase):
         node.wait_for('l (90 degrees left)')
         node.wait_for('Turned')
         self.rest()
-        self.assertLess(abs(math.remainder(self.turned_since(before) - 146.5, 360.0)), 0.5)
+        turned = self.turned_since(before)
+        self.assertLess(abs(math.remainder(turned - 146.5, 360.0)), 0.5)
+        printed = float(re.findall(r'Turned (-?[\d.]+) degrees', node.text)[-1])
+        self.assertLess(abs(math.remainder(printed - turned, 360.0)), 0.2)
         # turns that arrive together add up
         for _ in range(3):
             self.turn.publish(-30.0)

@@ -122,11 +122,10 @@ class Still:
 class Mover(StoryNode):
     """move_to_goal, with its sensors."""
 
-    def __init__(self, world, has_control=False, connects_after=0.0):
-        """`connects_after`: until then it hears none of the senders that are there."""
+    def __init__(self, world, has_control=False):
         super().__init__(world)
         self.message_ages, self.unheard = MessageAges(world.senders, world.now), set(world.senders)
-        self.ways, self.connects_at = {}, connects_after and world.now + connects_after
+        self.ways = {}               # by sender: its SenderConnection
         self.core = MoveToGoalCore(Ahead(), has_control)
         self.core._localizer = Still()
         self.core.set_goal(Pose2(50.0))
@@ -136,8 +135,7 @@ class Mover(StoryNode):
             self.rule.hear(world.now, 'start', True, world.now)
         self.robot, self.tremble = world.robot, 1e-6
         self.has_control = None      # its pads do not know yet
-        if not connects_after:
-            self.connect(sorted(world.senders))
+        self.connect(sorted(world.senders))
 
     def connect(self, names):
         """From now on these senders are heard. Their latched words come at once; only a False from before this node's
@@ -193,13 +191,10 @@ class Mover(StoryNode):
 
     def tick(self):
         core, now = self.core, self.world.now
-        if self.connects_at and now >= self.connects_at - 1e-9:
-            self.connects_at = 0.0
-            self.connect(sorted(set(self.world.senders) - set(self.ways)))
         self.rule.look(now, self.hear_sensors())
         output = core.tick(now, now)
         self.world.judge(output.command, self.rule)
-        if output.has_grant is not self.has_control and not self.connects_at:
+        if output.has_grant is not self.has_control:
             self.has_control = output.has_grant
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)

@@ -58,8 +58,6 @@ class World:
         ('the pose is reset', 'reset'),
         ('move_to_goal is killed and started', 'start_mover', False),
         ('move_to_goal is killed and started with control', 'start_mover', True),
-        ('move_to_goal is killed and started, and connects late', 'start_mover', False, 1.95),
-        ('move_to_goal is started with control, and connects late', 'start_mover', True, 1.95),
         ('a new terminal says True', 'by_terminal', True, True), ('a terminal says False', 'by_terminal', False, True),
         ('the same terminal says True', 'by_terminal', True, False),
         ('rostopic pub -r begins to say True, or ends', 'repeat'),
@@ -110,8 +108,8 @@ class World:
         if not self.drives:
             raise Unheard('a person asks anew in vain, by ' + by)
 
-    def start_mover(self, has_control, connects_after=0.0):
-        self.mover = Mover(self, has_control, connects_after)
+    def start_mover(self, has_control):
+        self.mover = Mover(self, has_control)
         self.nodes = [self.mover] + self.pads
 
     def start_sender(self, name, **how):
@@ -119,8 +117,7 @@ class World:
         self.processes += 1
         self.senders[name] = SenderConnection(name, str(self.processes), **how)
         self.words.pop(name, None)
-        if not self.mover.connects_at or name not in self.mover.unheard:
-            self.mover.connect([name])
+        self.mover.connect([name])
 
     def rostopic(self, ended):
         """A new process, in place of one that ended. It has a new name, which is returned."""
@@ -132,8 +129,7 @@ class World:
     def tell(self, name, word, at):
         """A word on ctrl_relinq."""
         self.words[name] = word
-        if name in self.mover.ways:
-            self.mover.send(name, 'on_ctrl_relinq', self.mover.ways[name], word, at)
+        self.mover.send(name, 'on_ctrl_relinq', self.mover.ways[name], word, at)
         for pad in self.pads:
             if pad.name != name and not word:
                 pad.send('others', 'on_taken')

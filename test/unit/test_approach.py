@@ -51,13 +51,16 @@ def approach_to(remaining, delay, lag=0.05, fastest=1.5, learned=None, prompt=Fa
     while still < 10 and time < 60.0:
         commands.append(approach.step(remaining, speed, fastest, TICK))
         greatest = max(greatest, abs(commands[-1]))
-        command = commands.popleft() if time >= lost * TICK else 0.0 * commands.popleft()
+        command = commands.popleft()
+        if time < lost * TICK:
+            command = 0.0    # this command is lost
         remaining, speed = moved(remaining, speed, command, lag)
         overshoot = max(overshoot, -sign * remaining)
         time += TICK
         if abs(remaining) > NEAR:
             near_at = time
-        still = still + 1 if abs(speed) < 1e-4 and abs(approach.way_after_stop.value) <= 0.003 else 0
+        rests = abs(speed) < 1e-4 and abs(approach.way_after_stop.value) <= 0.003
+        still = still + 1 if rests else 0
     return remaining, overshoot, near_at, greatest
 
 

@@ -1,4 +1,4 @@
-"""Odometry against wheels, when the battery is cut in a motion; test_contradiction has sound robots."""
+"""Odometry against wheels, when the battery is cut in a motion; test_gyro_check.py has sound robots."""
 import pytest
 
 from real_recordings import NAMES, arrays_of

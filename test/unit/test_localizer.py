@@ -47,7 +47,7 @@ def feed_with_a_reset(messages, requested_at, declared=DECLARED, sample_delay=0.
     feed(localizer, [message for message in messages if message[0] <= requested_at])
     reset = localizer.reset(RequestedPose(as_pose2(declared)), requested_at, sample_delay)
     fixes, resets = feed(localizer, [message for message in messages if message[0] > requested_at])
-    assert resets == [reset] * reset.is_over
+    assert resets == ([reset] if reset.is_over else [])
     return localizer, reset, fixes
 
 

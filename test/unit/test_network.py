@@ -104,12 +104,3 @@ def test_a_change_of_the_stalls_ends_the_present_stall(arrivals):
     assert link.pop(middle) == []
     link.configure(SimulatorConfig(), middle)
     assert link.pop(middle) == [(middle, 'held')]
-
-
-def test_the_seed_decides():
-    jitter = SimulatorConfig(sensor_jitter=0.01, command_jitter=0.01)
-    for kind in jitter, STALLING:
-        first = carry(link_of(kind, seed=3), DENSE)
-        assert carry(link_of(kind, seed=3), DENSE) == first
-        assert carry(link_of(kind, seed=4), DENSE) != first
-    assert carry(link_of(jitter, 'sensor'), SPARSE) != carry(link_of(jitter, 'command'), SPARSE)

@@ -1,10 +1,23 @@
-"""The files and programs that the README and doc/ name exist, and have the arguments that the pages use."""
+"""The files and programs that the README and doc/ name exist, and have the arguments that the pages use. sheets_test.py
+types the commands of the blocks."""
 import fnmatch
 import re
+import sys
 
 from pages import (
     FOLDERS, LAUNCHABLE, OTHERS, OWN_FILE, PAGES, PLACEHOLDER, ROOT, SKELETONS, anchors,
     arguments_of, by_name, commands, in_backticks, own_paths, words_of)
+
+sys.path.insert(0, str(ROOT / 'test' / 'ros'))
+
+from sheets_steps import KINDS, steps_of
+
+#: Steps of the commands within sentences and tables.
+WALK = ROOT / 'test' / 'ros' / 'sheets_walk.md'
+
+
+def steps_on(page):
+    return steps_of(page.read_text(encoding='utf-8'))
 
 
 def test_the_readme_is_short():
@@ -63,3 +76,22 @@ def test_what_rosrun_starts_exists_with_its_options(page):
             assert path.exists(), command
             for option in re.findall(r'\s(--\w+)', rest):
                 assert repr(option) in path.read_text(encoding='utf-8'), command
+
+
+@by_name([*PAGES, WALK])
+def test_a_block_that_is_not_typed_has_a_reason(page):
+    """sheets_steps.py refuses a block that does not say how it is typed."""
+    assert [step for step in steps_on(page) if step.kind == 'never' and len(step.argument) < 10] == []
+
+
+def test_the_walk_types_what_the_pages_have():
+    there = {command for page in PAGES for command in commands(page)}
+    assert [step.text for step in steps_on(WALK)
+            if step.kind in ('run', 'long') and not set(step.commands) <= there] == []
+
+
+def test_what_the_walk_types_in_another_home_is_what_the_page_says():
+    typed = {command for step in steps_on(WALK) if step.kind in KINDS[:3] for command in step.commands}
+    literal = {command for page in PAGES for step in steps_on(page)
+               if step.kind == 'never' and 'sheets_walk.md' in step.argument for command in step.commands}
+    assert len(literal) > 10 and literal - typed == set()

@@ -44,7 +44,6 @@ CASES = [
     (DYNPARAM, ['sett'], 'usage: dynparam set NODE NAME VALUE'),
     (DYNPARAM, ['set', '/x', 'a', '1'], 'no ROS master answers at http://localhost:1: start a launch file'),
     ('doctor.py', ['9-'], '9- is not a namespace, such as robot3'),
-    ('mystery.py', ['7'], ('--answer', '--list')),
     ('skeleton.py', ['turn', '~nobody_at_all/src'], 'skeleton.py: '),
     ('mark.py', MARK + ['--jobs', 5000 * '9'], 39 * '9' + ' is not valid: a whole number from 1 to 16'),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),

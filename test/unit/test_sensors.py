@@ -25,15 +25,6 @@ def test_offset_and_drift_add_up_in_the_yaw_and_the_drift_in_the_rate():
     assert model.measure([23.0])[0].yaw == pytest.approx(0.5 + 0.21 - 0.04)
 
 
-def test_a_rate_that_fades_is_integrated():
-    model = imu()
-    model.begin_motion(1.0, TurnCurve(0.2, 0.4, -0.3, 0.25))
-    for sample in model.measure([1.0, 1.1, 1.5]):
-        gone = 1.0 - math.exp(-(sample.stamp - 1.0) / 0.25)
-        assert sample.yaw_rate == pytest.approx(0.4 - 0.3 * (1.0 - gone))
-        assert sample.yaw == pytest.approx(0.2 + 0.4 * (sample.stamp - 1.0) - 0.3 * 0.25 * gone)
-
-
 def test_yaw_and_rate_are_older_than_the_stamp_by_the_lag_over_several_motions():
     model = imu(lag=0.08)
     for since, yaw, rate in ((0.1, 0.0, 1.0), (0.13, 0.03, -2.0), (0.16, -0.03, 0.0)):

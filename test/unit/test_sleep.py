@@ -224,6 +224,15 @@ def test_a_stop_counts_also_as_the_node_wakes(kind, act, stop, slept_for):
     assert not bench.has_moved and not bench.is_driven
 
 
+def test_a_turn_that_a_script_repeats_does_not_count_after_a_sleep():
+    bench, turn = SleepingController(), lambda core: core.core.on_turn(core.event(90.0), core.now)
+    assert not bench.wakes_with(turn, 7.0)
+    for _ in range(3):      # once a second
+        assert not bench.moves_by(turn)
+    bench.run(2.5)
+    assert bench.moves_by(turn)
+
+
 def test_each_input_of_a_core_is_tried_or_moves_nothing():
     text = Path(__file__).read_text(encoding='utf-8')
     inputs = {name for core in (MoveToGoalCore, ControllerCore, GamepadCore) for name in dir(core)
