@@ -55,7 +55,7 @@ WRONG = {
               r'initial_global_yaw followed the yaw of the quaternion read in the order x, y, z, w',
               'initial_global_yaw'),
     'control': ([('self.has_control = relinq_msg.data', 'self.has_control = not relinq_msg.data')],
-                r'after a False on ctrl_relinq has_control was True', 'has_control'),
+                r'after a True on ctrl_relinq has_control was False', 'has_control'),
     'control not read': ([('not self.has_control or ', '')],
                          r'ctrl_relinq became False, and \d+ commands came later', ''),
     'no zero': ([('            self.cmd_pub.publish(Twist())\n', '            pass\n')],
