@@ -80,14 +80,6 @@ class NodeRun:
         is_last = np.diff(later, append=np.inf) > MAX_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
 
-    def constant_text(self, name: str, value: float) -> str:
-        """Returns a clause on the node's constant `name` if its value is not the handout's
-        `value`; else ''."""
-        series = self.variable(name.lower())
-        if series is None or not np.isfinite(series.value[-1]) or series.value[-1] == value:
-            return ''
-        return f'; its {name} is {series.value[-1]:g}, the handout has {value:g}'
-
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
     """Returns the sentence on a broken link. `assigned` has for each variable the lines of the

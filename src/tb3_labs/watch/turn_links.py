@@ -92,11 +92,16 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom. Also yields zeros that another callback sends during a
-    turn."""
+    """Yields commands that come too seldom, or do not come. Also yields zeros that another callback
+    sends during a turn."""
+    turning = node_run.boolean_variable('turning')
     for turn in node_run.cached(letter_turns):
         moving, letter = turn.moving, turn.letter
         if not len(moving):
+            is_on = turning is not None and turning.between(turn.begin, turn.end).value.sum() > 10
+            if is_on and not len(turn.time):
+                yield BrokenLink(f'after {letter} {turning.name} was True, and no command came',
+                                 turn.begin)
             continue
         ends_moving = moving[-1] == len(turn.time) - 1
         then_silent = turn.end - turn.time[-1] > MAX_COMMAND_GAP
@@ -132,13 +137,7 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     if len(wrong) < 2:
         return
     turn, k = wrong[0]
-    message = turn.command_text(k)
-    is_constant = len(turn.moving) > 5 and len(set(turn.command[turn.moving])) == 1
-    if is_constant and abs(turn.difference[k]) <= 180.0:
-        message = 'in the turn after {} the command stayed {:+.2f} rad/s, while the error went ' \
-            'from {:+.0f} to {:+.0f} degrees'.format(
-                turn.letter, turn.command[k], turn.error[turn.moving[0]], turn.error[k])
-    yield BrokenLink(message, turn.time[k], 'angular.z')
+    yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
 
 
 def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -148,8 +147,8 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
         if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
             k = int(np.argmax(np.abs(turn.command)))
             yield BrokenLink(
-                f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for'
-                + node_run.constant_text('MAX_ANG_Z', MAX_ANG_Z), turn.time[k], 'angular.z')
+                f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for', turn.time[k],
+                'angular.z')
         ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving])]
         if (np.abs(ahead) > 0.01).sum() > 2:
             yield BrokenLink(f'in the turn after {turn.letter} linear.x was '
@@ -160,7 +159,7 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a turn that ends outside the tolerance, too late, or without a zero command."""
     turning, limit = node_run.boolean_variable('turning'), HDG_TOL + OVER_TOLERANCE
-    own_tolerance = node_run.constant_text('HDG_TOL', HDG_TOL)
+    own_tolerance = own_tolerance_text(node_run)
     for turn in node_run.cached(letter_turns):
         if not len(turn.moving):
             continue
@@ -188,6 +187,14 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
             clause = ', with turning still True' if is_on else ''
             yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
                              f'{clause}{own_tolerance}', begin, 'turning')
+
+
+def own_tolerance_text(node_run: NodeRun) -> str:
+    """Returns a clause on the node's HDG_TOL if its value is not the handout's; else ''."""
+    series = node_run.variable('hdg_tol')
+    if series is None or series.value[-1] == HDG_TOL:
+        return ''
+    return f'; its HDG_TOL is {shortened_value(series.text[-1])}, the handout has {HDG_TOL:g}'
 
 
 def same_time_text(node_run: NodeRun) -> str:

@@ -3,7 +3,6 @@ resets this frame."""
 import math
 import re
 from functools import partial
-from typing import List, Sequence
 
 import numpy as np
 
@@ -198,15 +197,6 @@ def _why_no_reset_printed(observation: Observation) -> Reason:
     if PRINTED_POSE_SET.lower() in printed.lower():
         return ''
     return f'no line "{PRINTED_POSE_SET} to x=..., y=..., yaw=..." was printed'
-
-
-def remarks_on_parts(observation: Observation, parts: Sequence[str]) -> List[str]:
-    """Returns a sentence if the part OFFSET was not tried, else []. A node may take the IMU's yaw
-    for the odometry's yaw, and only the part OFFSET shows this mistake."""
-    if not parts or OFFSET in parts:
-        return []
-    return ['Odometry and IMU had the same zero here, a real robot has two: add offset to the '
-            f'parts; see {TWO_ZEROS_STEP}.']
 
 
 CRITERIA = [

@@ -197,7 +197,7 @@ def _why_not_driven_by_mouse(observation: Observation) -> Reason:
                                angular=scaled(HALF_WAY_SPEED, -1.0), skip_zeros=True))
 
 
-def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
+def remarks_on_turns(observation: Observation) -> List[str]:
     """Returns sentences on mistakes that cost no points."""
     # the lines after the typed letter
     printed = [observation.scene(name, may_die=True).printed.splitlines()[1:]
