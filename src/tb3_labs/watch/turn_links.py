@@ -97,11 +97,11 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     turning = node_run.boolean_variable('turning')
     for turn in node_run.cached(letter_turns):
         moving, letter = turn.moving, turn.letter
-        if not len(moving):
-            is_on = turning is not None and turning.between(turn.begin, turn.end).value.sum() > 10
-            if is_on and not len(turn.time):
+        if turning is not None and not len(turn.time):
+            if turning.between(turn.begin, turn.end).value.sum() > 10:
                 yield BrokenLink(f'after {letter} {turning.name} was True, and no command came',
                                  turn.begin)
+        if not len(moving):
             continue
         ends_moving = moving[-1] == len(turn.time) - 1
         then_silent = turn.end - turn.time[-1] > MAX_COMMAND_GAP

@@ -17,10 +17,10 @@ from tb3_labs.marking.labs.criteria import (
     why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     ANGLE_BEFORE_RESET, AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE,
-    DRIVE_TIME, DROVE_STRAIGHT, FARTHEST, FIRST_DRIVE, OBSERVATION_TIME, ODOMETRY_SILENT, OFFSET,
-    OFFSET_DRIVE, PRINT_TIME, REACTION_TIME, RESET, RESET_ANSWER_TIME, RESET_ELSEWHERE,
-    RESET_IN_DRIVE, RESET_PROBLEM, RESET_TO_ORIGIN, SECOND_DRIVE, TURN_TIME_IN_DRIVE,
-    WITHOUT_CONTROL, WRONG_NAME)
+    DRIVE_TIME, DROVE_STRAIGHT, FARTHEST, FIRST_DRIVE, OBSERVATION_TIME, ODOMETRY_SILENT,
+    OFFSET, OFFSET_DRIVE, PRINT_AFTER_RESET_TIME, REACTION_TIME, RESET, RESET_ELSEWHERE,
+    RESET_IN_DRIVE, RESET_PROBLEM, RESET_REPLY_TIME, RESET_TO_ORIGIN, SECOND_DRIVE,
+    TURN_TIME_IN_DRIVE, WITHOUT_CONTROL, WRONG_NAME)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
@@ -217,10 +217,11 @@ CRITERIA = [
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
               'a drive', THE_RESET, _why_not_reset,
-              limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
+              limits=f'answers {within(RESET_REPLY_TIME)}; in a drive it '
               f'turns by {MIN_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              THE_RESET, _why_no_reset_printed, limits=within(PRINT_TIME) + ' after the answer'),
+              THE_RESET, _why_no_reset_printed,
+              limits=within(PRINT_AFTER_RESET_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '
               f'{ANGLE_BEFORE_RESET:g} degrees and a reset', SECOND_DRIVE_STEP,
               lambda observation: (
