@@ -117,8 +117,8 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
 
 
 def mouse_moved_at(mouse: Any, begin: float) -> float:
-    """Returns the time of the first message after `begin` by which the mouse drives; inf without
-    such a message. At `begin`, the last message before is still in force."""
+    """Returns the time of the first message by which the mouse drives the robot; inf without such a
+    message. The search starts with the message that is in force at `begin`."""
     mouse = mouse.take(slice(max(last_before(mouse.arrival, begin), 0), None))
     is_far = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) >= MOUSE_DEAD_ZONE
     return float(min(mouse.arrival[is_far & (mouse.active > 0.0)], default=np.inf))

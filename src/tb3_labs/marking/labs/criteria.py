@@ -95,10 +95,10 @@ class Verdict:
         return f'  {outcome:11}  {points:8}  {text}'
 
 
-def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
-                parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts. `worth` has
-    the points of each criterion: name -> points."""
+def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
+                points_by_criterion: Mapping[str, float], parts: Sequence[str] = ()
+                ) -> List[Verdict]:
+    """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts."""
     verdicts: List[Verdict] = []
     for criterion in criteria:
         if not criterion.can_be_judged(parts):
@@ -112,7 +112,7 @@ def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: 
             reason = reason_of(problem, observation)
             if isinstance(problem, NotTried) and reason in {verdict.reason for verdict in verdicts}:
                 reason = NOT_TRIED
-        verdicts.append(Verdict(criterion, outcome, reason, worth[criterion.name],
+        verdicts.append(Verdict(criterion, outcome, reason, points_by_criterion[criterion.name],
                                 observation.moment))
     return verdicts
 
