@@ -35,8 +35,7 @@ WRONG = {
     'theta not kept': (
         [('        dx = global_x -', '        self.initial_odom_yaw = Quaternion(q.w, q.x, q.y, q.z)'
           '.to_euler()[2]\n        dx = global_x -')],
-        r'initial_odom_yaw followed the yaw of the odometry; it should be the yaw of the odometry at the',
-        'initial_odom_yaw'),
+        r'local_x followed the displacement since the reset, rotated by minus the present yaw[;,]', 'local_x'),
     'not rotated': ([(X, 'self.local_x = dx'), (Y, 'self.local_y = dy')],
                     r'local_x followed the displacement since the reset, not rotated[;,]',
                     'local_x'),

@@ -196,7 +196,8 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
                              + error_text(state, last_error), part.end, 'state')
     error, tolerance = pose.error(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
-    if part.next_state or not len(near) or part.end - times[near[0]] <= 1.0:
+    is_near_long = len(near) > 0 and part.end - times[near[0]] > 1.0
+    if part.next_state or not is_near_long:
         return
     is_left = error[near[0]:].max() > tolerance + POSE_TOLERANCE
     if is_left or not part.angular[part.time > times[near[0]] + MAX_PROBE_LAG].any():

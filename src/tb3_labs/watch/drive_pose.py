@@ -1,5 +1,5 @@
-"""The link of the local pose, in the Transformation lab. It checks local_x, local_y, local_yaw and
-their references, and finds the wrong quantities that these variables may follow.
+"""The link of the local pose, in the Transformation lab. It checks local_x, local_y, local_yaw, and
+finds the wrong quantities that these variables, or their references, may follow.
 
 Here, places are complex numbers, x + iy. Angles are compared on the unit circle, so that their
 range does not matter.
@@ -10,6 +10,7 @@ from typing import Any, Iterator, List
 
 import numpy as np
 
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.arrays import euler
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, worst_index
 from tb3_labs.watch.drive_states import (
@@ -49,8 +50,7 @@ def place_quantities(samples: Any, frame: Frame) -> Iterator[Quantity]:
 
 
 def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
-    """Returns the angles that a node may read for a yaw. The first two are the correct yaws of IMU
-    and odometry."""
+    """Returns the angles that a node may read for the yaw of the IMU. The first is correct."""
     w, x, y, z = imu.w, imu.x, imu.y, imu.z
     roll, pitch, _ = euler(w, x, y, z)
     _, _, misread_yaw = euler(x, y, z, w)
@@ -62,41 +62,24 @@ def yaw_readings(imu: Any, odometry: Any) -> List[Quantity]:
         ('the z of the quaternion', imu, z))]
 
 
-def local_yaw_quantities(readings: List[Quantity], frame: Frame) -> Iterator[Quantity]:
-    """Yields the quantities that a local yaw may follow. The first two are correct."""
-    yaw, *others = readings
-    yield derived(yaw, ' since the reset', yaw.value - frame.imu_yaw + frame.declared_yaw)
+def local_yaw_quantities(imu: Any, odometry: Any, frame: Frame) -> Iterator[Quantity]:
+    """Yields the quantities that a node may take for its local yaw in `frame`. The first two are
+    correct."""
+    declared, readings = frame.declared_yaw, yaw_readings(imu, odometry)
+    yaw = readings[0]
+    yield derived(yaw, ' since the reset', yaw.value - frame.imu_yaw + declared)
     yield derived(yaw, ' since the reset, without the declared pose', yaw.value - frame.imu_yaw)
     yield derived(yaw, ', not from the reset on', yaw.value)
-    for each in others:
-        since = each.value - value_at_begin(each, frame) + frame.declared_yaw
-        yield derived(each, ' since the reset', since)
+    for each in readings[1:]:
+        at_reset = each.value[index_from(each.time, frame.begin)]
+        yield derived(each, ' since the reset', each.value - at_reset + declared)
         if 'degrees' in each.name:
             yield derived(each, ', minus the radians at the reset', each.value - frame.imu_yaw)
 
 
-def reference_quantities(readings: List[Quantity], frame: Frame, declared: complex
-                         ) -> Iterator[Quantity]:
-    """Yields the quantities that a reference may follow. The first of the `readings` is the correct
-    one. The first two quantities are correct: a node may subtract the `declared` place or yaw from
-    its reference."""
-    correct, *others = readings
-    at_reset = value_at_begin(correct, frame)
-    yield derived(correct, ' at the reset', at_reset)
-    yield derived(correct, ' at the reset, without the declared pose', at_reset - declared)
-    yield correct
-    for each in others:
-        yield derived(each, ' at the reset', value_at_begin(each, frame))
-
-
-def value_at_begin(quantity: Quantity, frame: Frame) -> Any:
-    return quantity.value[index_from(quantity.time, frame.begin)]
-
-
-def derived(reading: Quantity, clause: str, value: Any) -> Quantity:
-    """Returns the quantity that a node computes from a reading. `value` is an array, or one
-    number."""
-    return reading._replace(name=reading.name + clause, value=value + 0.0 * reading.value)
+def derived(reading: Quantity, clause: str, value: np.ndarray) -> Quantity:
+    """Returns the quantity that a node computes from a reading."""
+    return reading._replace(name=reading.name + clause, value=value)
 
 
 def pose_quantities(node_run: NodeRun, frame: Frame, name: str) -> List[Quantity]:
@@ -107,21 +90,10 @@ def pose_quantities(node_run: NodeRun, frame: Frame, name: str) -> List[Quantity
                      for samples in (node_run.run.imu, node_run.run.odometry))
     if not len(imu) or not len(odometry):
         return []
-    if name in ('local_x', 'local_y'):
-        quantities = place_quantities(odometry, frame)
-    elif name == 'local_yaw':
-        quantities = local_yaw_quantities(yaw_readings(imu, odometry), frame)
-    elif name == 'initial_global_yaw':
-        quantities = reference_quantities(yaw_readings(imu, odometry), frame, frame.declared_yaw)
-    elif name == 'initial_odom_yaw':
-        yaw_of_imu, yaw_of_odometry, *others = yaw_readings(imu, odometry)
-        quantities = reference_quantities([yaw_of_odometry, yaw_of_imu, *others], frame,
-                                          frame.declared_yaw)
+    if name == 'local_yaw':
+        quantities = local_yaw_quantities(imu, odometry, frame)
     else:
-        place = Quantity('the place of the odometry', odometry.arrival,
-                         odometry.x + 1j * odometry.y, SCALE)
-        rotation = np.exp(1j * (frame.odometry_yaw - frame.declared_yaw))
-        quantities = reference_quantities([place], frame, frame.declared_place * rotation)
+        quantities = place_quantities(odometry, frame)
     return [each._replace(value=comparable(name, each.value)) for each in quantities]
 
 
@@ -130,7 +102,7 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
     unit circle, and a complex place becomes its x or its y."""
     if 'yaw' in name:
         return np.cos(value) + 1j * np.sin(value)       # faster than exp
-    return np.imag(value) if name.endswith('y') and np.iscomplexobj(value) else np.real(value)
+    return np.imag(value) if name == 'local_y' and np.iscomplexobj(value) else np.real(value)
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
@@ -139,8 +111,35 @@ def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:
     for frame, name in product(node_run.cached(local_frames), REFERENCES_OF):
         for wrong in wrong_in_frame(node_run, frame, name):
             for reference in REFERENCES_OF[name]:
-                yield from wrong_in_frame(node_run, frame, reference)
+                yield from wrong_reference(node_run, frame, reference)
             yield wrong
+
+
+def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
+    """Yields the reference `name` if it kept its value at the reset that begins the frame, or if it
+    is another yaw than the correct one."""
+    run, series = node_run.run, node_run.variable(name)
+    sensor, correct = {
+        'initial_global_yaw': ('the yaw of the IMU', frame.imu_yaw),
+        'initial_odom_yaw': ('the yaw of the odometry', frame.odometry_yaw),
+        'initial_global_x': ('the place of the odometry', frame.place.real),
+        'initial_global_y': ('the place of the odometry', frame.place.imag)}[name]
+    if series is None:
+        return
+    part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
+    if len(set(part.text)) != 1 or abs(wrap(part.value[0] - correct)) <= POSE_TOLERANCE:
+        return
+    text, behaviours = part.text[0], []
+    if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == text:
+        behaviours.append('stayed ' + shortened_value(text))
+    if 'yaw' in name:
+        behaviours += [
+            f'followed {each.name} at the reset' for each in yaw_readings(run.imu, run.odometry)
+            if abs(wrap(part.value[0] - each.at(frame.begin))) <= POSE_TOLERANCE]
+    if behaviours:
+        message = expected(f'{frame.clause}{series.name} {behaviours[0]}', sensor + ' at the reset')
+        yield BrokenLink(f'{message}: it was {shortened_value(text)} when this was {correct:.3g}',
+                         part.time[0], series.name)
 
 
 def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[BrokenLink]:
@@ -153,39 +152,30 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
     first = correct.time[correct.time >= frame.begin][:1]
     if not len(first):
         return
-    unit = unit_of(series) if name in REFERENCES_OF else 1.0
-    in_frame = replace(series, value=comparable(name, series.value * unit)).between(
-        first[0] + MAX_PROBE_LAG, frame.end)
-    part = part_with_control(node_run, in_frame)
+    comparable_series = replace(series, value=comparable(name, series.value * unit_of(series)))
+    part = part_with_control(
+        node_run, comparable_series.between(first[0] + MAX_PROBE_LAG, frame.end))
     is_known = np.isfinite(part.value).sum() >= MIN_VALUES
     if not is_known or matching_quantities(part, quantities[:2], RIGHT_SHARE):
-        return
-    before = series.text_at(frame.begin - SHORT_LAG) if frame.is_reset else ''
-    behaviour = behaviour_text(part, quantities, name in REFERENCES_OF, before)
-    if not behaviour:
         return
     should = correct.at(part.time)
     worst = worst_index(part, should)
     correct_value = np.angle(should[worst]) if 'yaw' in name else should[worst]
+    behaviour = behaviour_text(part, correct, quantities[2:])
     message = expected(f'{frame.clause}{series.name} {behaviour}', correct.name)
     yield BrokenLink(
         f'{message}: it was {shortened_value(part.text[worst])} when this was {correct_value:.3g}',
         part.time[worst], series.name)
 
 
-def behaviour_text(part: Series, quantities: List[Quantity], is_local: bool, before: str) -> str:
-    """Returns a clause on a wrong variable. The first two `quantities` are correct. `before` is the
-    variable's text before the reset. Returns '' for a reference that the node uses for another
-    purpose than the handout."""
-    is_constant = len(set(part.text)) == 1
-    if is_constant and (is_local or part.text[0] == before):
+def behaviour_text(part: Series, correct: Quantity, others: List[Quantity]) -> str:
+    """Returns a clause on a variable that does not follow the quantity `correct`. It may follow one
+    of the `others`."""
+    if len(set(part.text)) == 1:
         return 'stayed ' + shortened_value(part.text[0])
     moved = np.nan_to_num(np.abs(part.value - part.value[0])).max()
-    if moved > 2.0 * POSE_TOLERANCE or not is_local:
-        found = matching_quantities(part, quantities[2:], RIGHT_SHARE)
-        if found:
-            return 'followed ' + ', or '.join(each.name for each in found[:2])
-    if not is_local:
-        return ''
-    delay = longest_delay(part, quantities[0]._replace(scale=1.0), MAX_DELAY, RIGHT_SHARE)
+    found = matching_quantities(part, others, RIGHT_SHARE)
+    if found and moved > 2.0 * POSE_TOLERANCE:
+        return 'followed ' + ', or '.join(each.name for each in found[:2])
+    delay = longest_delay(part, correct._replace(scale=1.0), MAX_DELAY, RIGHT_SHARE)
     return f'came up to {delay:.1f} s late' if delay < np.inf else 'did not follow it'

@@ -147,7 +147,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: s
     goal = node_run.variable('goal_yaw')
     if series is None or heading is None:
         series, heading, goal = None, node_run.cached(headings)[0], None
-    begin_yaw = heading.at(np.array([begin]))[0] if series is None else series.at(begin)
+    begin_yaw = float((series or heading).at(begin))
     read_at = begin
     goal_before = goal_after = ''
     if goal is not None:

@@ -119,9 +119,10 @@ class Quantity(NamedTuple):
     scale: float
     per_degree: float = 0.0
 
-    def at(self, times: np.ndarray) -> np.ndarray:
-        """Returns the number of the last sample before each time, or of the first sample."""
-        return self.value[last_before(self.time, times).clip(0)]
+    def at(self, time: Any) -> Any:
+        """Returns the number of the last sample before a time, or of the first sample. If `time` is
+        an array, an array of numbers is returned."""
+        return self.value[last_before(self.time, time).clip(0)]
 
 
 def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:

@@ -205,7 +205,8 @@ def _reset_in_drive(trial, control, caller):
     begun = trial.recorder.now
     control.give()
     straight = wait_until(
-        lambda: any(row[1] for row in trial.recorder.commands_since(begun)), stimuli.REACTION_TIME)
+        lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begun)),
+        stimuli.REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
     _reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
            straight=straight)
