@@ -18,7 +18,7 @@ def told(node_run, lab='imu'):
 def test_a_run_without_variables_and_lines_breaks_no_link():
     sent = Twists(*(np.arange(30.0) for _ in range(8)))
     for lab in CHAINS:
-        assert told(NodeRun(made(commands=sent)), lab) is None
+        assert told(NodeRun(made(commands=sent, imu=Orientations.none())), lab) is None
 
 
 def printed_run(number, late=0):

@@ -54,8 +54,8 @@ class Lab(NamedTuple):
 
     title: str
     criteria: List[Criterion]
-    #: Returns sentences on mistakes in the tried parts that cost no points.
-    remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda observation, parts: []
+    #: Returns sentences on mistakes that cost no points.
+    remarks: Callable[[Observation], List[str]] = lambda observation: []
     option: Optional[Option] = None
 
     @property
@@ -74,8 +74,7 @@ class Lab(NamedTuple):
 LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA),
     TURN: Lab('IMU lab', turn.CRITERIA, turn.remarks_on_turns),
-    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
-                   move2goal.remarks_on_parts),
+    MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA),
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, option=Option(
         'pad', gamepad.HANDOUT_PAD, 'numbers of the gamepad that is played, '
         'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_text,
@@ -214,7 +213,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
     marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
     verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
-                     *LABS[lab].remarks(observation, parts)]
+                     *LABS[lab].remarks(observation)]
     marks.findings = list(marks.findings)
     try:
         if marks.is_full:

@@ -5,23 +5,17 @@ number from the node's *own* numbers in the previous links of the chain. Therefo
 of a mistake is not reported as another mistake.
 """
 from functools import cached_property, lru_cache
-from typing import Any, Callable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_until, wrap_all
-from tb3_labs.watch.quantities import Quantity, headings, matching_quantities, median_pause
-from tb3_labs.watch.variables import Series, bare_name, variables_of
+from tb3_labs.geometry.arrays import last_until
+from tb3_labs.watch.variables import Quantity, Series, bare_name, variables_of
 
-#: A variable is late if its pauses are longer than this while its quantity changes [s].
-MAX_UPDATE_GAP = 0.3
 #: A node whose variables were not read for longer than this may have ended [s].
 MAX_READING_GAP = 0.4
 #: A longer pause between commands is a mistake [s].
 MAX_COMMAND_GAP = 0.45
-#: If a variable follows no quantity, it is compared with the headings a second time, with a
-#: tolerance that is larger by this factor.
-COARSE_FACTOR = 30.0
 #: A variable with at most this many values is not called constant.
 MIN_READINGS = 10
 
@@ -69,22 +63,6 @@ class NodeRun:
         return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
     @cached_property
-    def imu_quantities(self) -> List[Quantity]:
-        """The quantities of the IMU that a node may take for the heading. The first is correct."""
-        return list(headings(self.run.imu.arrival, quaternion_of(self.run.imu)))
-
-    @property
-    def heading(self) -> Quantity:
-        """The correct heading by the IMU."""
-        return self.imu_quantities[0]
-
-    @cached_property
-    def odometry_quantities(self) -> List[Quantity]:
-        """The quantities of the odometry that a node may take for the heading."""
-        return list(headings(self.run.odometry.arrival, quaternion_of(self.run.odometry),
-                             ' of the odometry'))
-
-    @cached_property
     def reading_times(self) -> np.ndarray:
         """The times at which any variable was read [s]."""
         return np.unique(np.concatenate([np.empty(0)] + [
@@ -101,22 +79,6 @@ class NodeRun:
         later = self.reading_times[self.reading_times >= time]
         is_last = np.diff(later, append=np.inf) > MAX_READING_GAP
         return float(later[is_last][0]) if len(later) else np.inf
-
-    def constant_text(self, name: str, value: float) -> str:
-        """Returns a clause on the node's constant `name` if its value is not the handout's
-        `value`; else ''."""
-        series = self.variable(name.lower())
-        if series is None or not np.isfinite(series.value[-1]) or series.value[-1] == value:
-            return ''
-        return f'; its {name} is {series.value[-1]:g}, the handout has {value:g}'
-
-
-def quaternion_of(samples: Any) -> Sequence[np.ndarray]:
-    """Returns w, x, y, z of each sample. If the samples have only a yaw, roll and pitch are 0."""
-    if hasattr(samples, 'w'):
-        return samples.w, samples.x, samples.y, samples.z
-    half, zeros = samples.yaw / 2.0, 0.0 * samples.yaw
-    return np.cos(half), zeros, zeros, np.sin(half)
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
@@ -135,16 +97,6 @@ def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> 
 
 
 # -- functions that several labs share
-
-def is_usable_heading(quantity: Quantity, correct: Quantity) -> bool:
-    """Does a quantity differ from the correct heading by less than a degree? It may have another
-    range and another unit."""
-    unit = quantity.per_degree
-    if unit <= 0.0:
-        return False
-    error = wrap_all(quantity.value - correct.value / correct.per_degree * unit, 360.0 * unit)
-    return bool((np.abs(error) < unit).all())
-
 
 def is_constant(series: Series) -> bool:
     """Are all values of a variable equal? The first twentieth of the values is ignored."""
@@ -167,35 +119,6 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     name = correct.name.partition(',')[0]
     values = f'it was {series.value[worst]:.4g} when {name} was {should[worst]:.4g}'
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
-
-
-def followed_heading(series: Series, quantities: List[Quantity]
-                     ) -> Tuple[Optional[Quantity], Optional[BrokenLink]]:
-    """Returns (the usable heading that a variable follows, None). If there is no such heading,
-    returns (None, the BrokenLink). The first of the `quantities` is the correct heading."""
-    correct = quantities[0]
-    found = matching_quantities(series, quantities)
-    if found:
-        usable = [each for each in found if is_usable_heading(each, correct)]
-    else:       # on a busy computer samples come late, or are lost
-        usable = matching_quantities(
-            series, [each._replace(scale=COARSE_FACTOR * each.scale) for each in quantities
-                     if is_usable_heading(each, correct)])
-    if usable:
-        return usable[0], None
-    if is_constant(series) and not found:
-        message = expected(f'{series.name} stays at {series.text[-1][:40]}', correct.name)
-        return None, wrong_value(series, '', correct)._replace(message=message)
-    if found:
-        also = [each.name for each in found[1:2] if not np.allclose(
-            each.value, found[0].value, atol=1e-3 * each.scale)]
-        followed = 'follows ' + ', or '.join([found[0].name] + also)
-        return None, wrong_value(series, expected(followed, correct.name), correct)
-    pause = median_pause(series, correct)
-    behaviour = 'does not follow ' + correct.name
-    if pause > MAX_UPDATE_GAP:
-        behaviour += f', but changes only every {pause:.1f} s while that changes'
-    return None, wrong_value(series, behaviour, correct)
 
 
 def expected(observation: str, correct: Any) -> str:

@@ -1,7 +1,7 @@
 """The table of the links of each lab, and the search for the first broken link of a node."""
 from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
-from tb3_labs.watch import drive_links, drive_pose, printed_heading, turn_links
+from tb3_labs.watch import drive_links, drive_pose, headings, turn_links
 from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, sentence
 from tb3_labs.watch.variables import bare_name
 
@@ -48,7 +48,7 @@ TURNS, DRIVES, CONTROL = ('turns', 'both'), ('drive', 'reset'), ('drive', 'reset
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
-             'and which way?', printed_heading.wrong_heading, HEADING_EXERCISE.at_step(3),
+             'and which way?', headings.wrong_printed_heading, HEADING_EXERCISE.at_step(3),
              ('heading',)),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',

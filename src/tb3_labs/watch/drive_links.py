@@ -2,7 +2,7 @@
 -> goal -> command and end of each state -> silence.
 """
 from itertools import product
-from typing import Iterator, Sequence, Tuple
+from typing import Any, Iterator, Sequence, Tuple
 
 import numpy as np
 
@@ -26,15 +26,13 @@ GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
 def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields the variable has_control if it does not follow ctrl_relinq."""
-    series, starts = node_run.variable('has_control'), node_run.run.starts
+    series = node_run.variable('has_control')
     if series is None:
         return
     for begin, end, value in control_intervals(node_run):
-        # a node that was not running did not receive the message
-        if not starts and not node_run.runs_at(begin):
+        if not node_run.runs_at(begin):     # the node did not receive the message
             continue
-        known_until = end if starts else min(end, node_run.end_after(begin))
-        part = series.between(begin + MAX_PROBE_LAG, known_until)
+        part = series.between(begin + MAX_PROBE_LAG, min(end, node_run.end_after(begin)))
         if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
             yield BrokenLink(f'{part.time[-1] - begin:.1f} s after a {bool(value)} on ctrl_relinq '
                              f'{series.name} was {part.text[-1]}', part.time[0], series.name)
@@ -84,13 +82,10 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
     targets = [('atan2(dy, dx)', np.arctan2(dy, dx)), ('goal_yaw', part.pose.goal_yaw)]
     if part.state != ROTATE_TO_GOAL:
         targets.reverse()
-    targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan2(-dy, -dx)', np.arctan2(-dy, -dx)),
-                ('atan(dy / dx)', np.arctan(dy / dx)), ('0', 0.0 * dx)]
-    yaw = part.pose.yaw
-    imu, odometry = (samples.yaw[last_before(samples.arrival, part.time).clip(0)]
-                     for samples in (node_run.run.imu, node_run.run.odometry))
-    yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu), ('the yaw of the odometry', odometry),
-            ('0', 0.0 * yaw), ('-local_yaw', -yaw), ('local_yaw in degrees', np.degrees(yaw))]
+    targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
+    yaw, imu = part.pose.yaw, node_run.run.imu
+    latest = last_before(imu.arrival, part.time).clip(0)
+    yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu.yaw[latest]), ('0', 0.0 * yaw)]
     for (target, angle), (heading, turned) in product(targets, yaws):
         yield f'{target} - {heading}', wrap_all(angle - turned)
         yield f'{target} - {heading}, not normalized', angle - turned
@@ -128,7 +123,7 @@ def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
-    """Yields commands of a state whose sign or size differs from the handout's law."""
+    """Yields the wrong commands of a state, or the lack of commands."""
     if part.state not in TOLERANCES or part.end - part.begin < 1.0:
         return
     if not len(part.time):
@@ -140,12 +135,23 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
                              part.begin)
         return
     if part.state == MOVE_FORWARD:
-        speed = np.median(part.linear)
-        if not 0.0 < speed <= MAX_LINEAR_SPEED + 0.01:
-            other_field = node_run.cached(other_field_text) if speed == 0.0 else ''
-            yield BrokenLink(f'in {part.state} linear.x was {speed:.2f}, by the handout it is '
-                             f'{DRIVE_SPEED:g}{other_field}', part.begin, 'linear.x')
-        return
+        yield from wrong_speed(node_run, part)
+    else:
+        yield from wrong_rotation(node_run, part)
+
+
+def wrong_speed(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
+    """Yields a forward speed that is zero, backward or too fast."""
+    speed = np.median(part.linear)
+    is_too_fast = speed > MAX_LINEAR_SPEED + 0.01
+    if speed <= 0.0 or is_too_fast:
+        other_field = node_run.cached(other_field_text) if speed == 0.0 else ''
+        yield BrokenLink(f'in {part.state} linear.x was {speed:.2f}, by the handout it is '
+                         f'{DRIVE_SPEED:g}{other_field}', part.begin, 'linear.x')
+
+
+def wrong_rotation(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
+    """Yields turning commands that follow a wrong error, or have a wrong sign, or are zero."""
     formula, gain = fitted_formula(node_run, part)
     correct, error = next(heading_errors(node_run, part))
     text = f'in {part.state} angular.z was '
@@ -190,7 +196,8 @@ def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
                              + error_text(state, last_error), part.end, 'state')
     error, tolerance = pose.error(part.state), TOLERANCES[part.state]
     near = np.flatnonzero(error < tolerance)
-    if part.next_state or not len(near) or part.end - times[near[0]] <= 1.0:
+    is_near_long = len(near) > 0 and part.end - times[near[0]] > 1.0
+    if part.next_state or not is_near_long:
         return
     is_left = error[near[0]:].max() > tolerance + POSE_TOLERANCE
     if is_left or not part.angular[part.time > times[near[0]] + MAX_PROBE_LAG].any():
@@ -210,29 +217,29 @@ def not_silent(node_run: NodeRun) -> Iterator[BrokenLink]:
     yields the last command before such a moment if it is not zero."""
     sent = node_run.commands
     is_moving = (sent.linear != 0.0) | (sent.angular != 0.0)
-    is_any = np.ones_like(is_moving)
-    ends = [(part.begin, part.end, 'state became ' + GOAL_REACHED, is_any)
+    ends = [(part.begin, part.end, 'state became ' + GOAL_REACHED)
             for part in node_run.cached(state_intervals) if part.state == GOAL_REACHED]
-    ends += [(begin, end, 'ctrl_relinq became False', is_moving)
+    ends += [(begin, end, 'ctrl_relinq became False')
              for begin, end, value in control_intervals(node_run)
              if not value and node_run.runs_at(begin)]
-    for begin, end, event, is_counted in sorted(ends, key=lambda each: each[0]):
-        if end <= begin + MAX_PROBE_LAG:
+    for begin, end, event in sorted(ends):
+        seen = begin + MAX_PROBE_LAG
+        if end <= seen:
             continue
-        last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < begin + MAX_PROBE_LAG))
-        late = np.flatnonzero((sent.arrival > begin + MAX_PROBE_LAG) & (sent.arrival < end)
-                              & is_counted)
+        last = np.flatnonzero((sent.arrival > begin - 1.0) & (sent.arrival < seen))[-1:]
+        late = np.flatnonzero((sent.arrival > seen) & (sent.arrival < end))
+        if GOAL_REACHED not in event:       # without control, a node may send zeros
+            late = late[is_moving[late]]
         if len(late) > 3:
-            k = late[0]
-            yield BrokenLink(
-                f'{event}, and {len(late)} commands came later: linear.x {sent.linear[k]:.2f}, '
-                f'angular.z {sent.angular[k]:.2f}', sent.arrival[k])
-        soon = last[sent.arrival[last] > begin - SHORT_LAG]
-        if len(last) and is_moving[soon].all() and is_moving[last[-1]]:
-            k = last[-1]
-            yield BrokenLink(
-                f'{event}, and the last command was linear.x {sent.linear[k]:.2f}, angular.z '
-                f'{sent.angular[k]:.2f}: no zero followed', begin)
+            yield BrokenLink(f'{event}, and {len(late)} commands came later: '
+                             + command_text(sent, late[0]), sent.arrival[late[0]])
+        if is_moving[last].any():
+            yield BrokenLink(f'{event}, and the last command was {command_text(sent, last[0])}: '
+                             'no zero followed', begin)
+
+
+def command_text(sent: Any, k: int) -> str:
+    return f'linear.x {sent.linear[k]:.2f}, angular.z {sent.angular[k]:.2f}'
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:

@@ -4,7 +4,7 @@ Transformation lab, from the node's own variables.
 A local frame starts at each start of the node and at each reset. Here, places are complex numbers,
 x + iy, so that a rotation is a product.
 """
-from typing import Any, List, NamedTuple, Tuple
+from typing import List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -21,13 +21,10 @@ RIGHT_SHARE = 0.9
 MAX_PROBE_LAG, SHORT_LAG = 0.4, 0.1
 #: The robot rests for this time after the node's start [s].
 REST_TIME = 1.5
-#: A jump of a variable is a reset if the variable has at most two other jumps within this time [s].
-JUMP_WINDOW = 1.0
 #: The variables of the pose, each with the references from which the node computes it.
 REFERENCES_OF = {
     'local_yaw': ('initial_global_yaw',), 'local_x': ('initial_global_x', 'initial_odom_yaw'),
     'local_y': ('initial_global_y', 'initial_odom_yaw')}
-REFERENCES = 'initial_global_x', 'initial_global_y', 'initial_odom_yaw', 'initial_global_yaw'
 #: The variables of the goal, with the handout's values [m], [rad].
 HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians(GOAL_YAW_DEG))}
 
@@ -35,7 +32,7 @@ HANDOUT_GOAL = {'goal_x': GOAL_X, 'goal_y': GOAL_Y, 'goal_yaw': float(np.radians
 class Frame(NamedTuple):
     """A local frame, in force from `begin` to `end` [s]. If a reset begins the frame, the reset
     declares the robot's place and yaw in the frame. At `begin`, `place` and `odometry_yaw` are the
-    robot's pose by odometry, and `imu_yaw` is its yaw by IMU. Unknown values are NaN."""
+    robot's pose by odometry, and `imu_yaw` is its yaw by IMU."""
 
     begin: float
     declared_place: complex = 0j
@@ -52,101 +49,33 @@ class Frame(NamedTuple):
 
 
 def local_frames(node_run: NodeRun) -> List[Frame]:
-    """Returns the local frames of a run, in their order."""
-    run = node_run.run
-    if not node_run.variables or not len(run.odometry) or not len(run.imu):
+    """Returns the local frames of a run in order. A frame begins at each recorded start of the
+    node, and at each recorded reset. The starts are recorded in a trial alone."""
+    run, read = node_run.run, node_run.reading_times
+    if not len(read) or not len(run.odometry) or not len(run.imu):
         return []
-    begun = recorded_frames(node_run)
-    unknown: List[float] = []
-    if not run.starts:
-        unknown = unknown_begins(node_run, [frame.begin for frame in begun])
-        begun += [Frame(begin) for begin in unknown]
+    begun = [Frame(min(read[index_from(read, start)], start + REST_TIME)) for start in run.starts]
+    resets = run.resets
+    begun += [Frame(time, complex(x, y), yaw, is_reset=True) for time, x, y, yaw in zip(
+        resets.arrival, resets.x, resets.y, resets.yaw) if time > read[0]]
     begun.sort(key=lambda frame: frame.begin)
     ends = [frame.begin for frame in begun[1:]] + [run.duration + 1.0]
-    found: List[Frame] = []
+    found = []
     for frame, end in zip(begun, ends):
-        odometry, imu = (first_from(samples, frame.begin) for samples in (run.odometry, run.imu))
-        frame = frame._replace(end=end, place=complex(odometry.x, odometry.y),
-                               odometry_yaw=odometry.yaw, imu_yaw=imu.yaw)
-        # without recorded starts, such a frame began at an unknown moment
-        if not run.starts and (not found or frame.begin in unknown):
-            frame = with_own_references(node_run, frame, is_first=not found)
-        found.append(frame)
+        if not run.starts:      # after a gap in the readings, the node may have started again
+            end = min(end, node_run.end_after(frame.begin))
+        odometry, imu = (samples.take(index_from(samples.arrival, frame.begin))
+                         for samples in (run.odometry, run.imu))
+        if np.isfinite([odometry.x, odometry.y, odometry.yaw, imu.yaw]).all():
+            found.append(frame._replace(end=end, place=complex(odometry.x, odometry.y),
+                                        odometry_yaw=odometry.yaw, imu_yaw=imu.yaw))
     return found
 
 
-def recorded_frames(node_run: NodeRun) -> List[Frame]:
-    """Returns the frames without their poses. A frame begins at each recorded start of the node (or
-    else at the first reading), and at each recorded reset."""
-    run = node_run.run
-    times = next(iter(node_run.variables.values())).time
-    starts = run.starts or times[:1]
-    first_readings = times[np.searchsorted(times, starts).clip(max=len(times) - 1)]
-    found = [Frame(min(reading, start + REST_TIME))
-             for reading, start in zip(first_readings, starts)]
-    resets = run.resets
-    for time, x, y, yaw in zip(resets.arrival, resets.x, resets.y, resets.yaw):
-        if time > times[0]:
-            found.append(Frame(time, complex(x, y), yaw, is_reset=True))
-    return found
-
-
-def first_from(samples: Any, time: float) -> Any:
-    """Returns the first sample that arrived at `time` or later; else the last sample."""
-    return samples.take(min(int(np.searchsorted(samples.arrival, time)), len(samples) - 1))
-
-
-def with_own_references(node_run: NodeRun, frame: Frame, is_first: bool) -> Frame:
-    """Returns the frame with the robot's pose at its start, by the node's references."""
-    values = []
-    for series in map(node_run.variable, REFERENCES):
-        if series is None:
-            values.append(np.nan)
-        else:
-            values.append(series.value[0] if is_first else series.at(frame.begin + MAX_PROBE_LAG))
-    x, y, odometry_yaw, imu_yaw = values
-    return frame._replace(place=complex(x, y), odometry_yaw=odometry_yaw, imu_yaw=imu_yaw)
-
-
-def unknown_begins(node_run: NodeRun, known: List[float]) -> List[float]:
-    """Returns the times at which a frame started without a recorded start or reset. At such a time
-    the readings pause, or the node's references or pose jump. `known` are the recorded starts of
-    frames; times near them are left out."""
-    read = node_run.reading_times
-    begins = list(read[1:][np.diff(read) > MAX_READING_GAP])
-    for name in (*REFERENCES, *REFERENCES_OF):
-        series = node_run.variable(name)
-        if series is None:
-            continue
-        jumps = series.changes if name in REFERENCES else jumps_of(node_run, series)
-        # a variable that jumps more often is a mistake, not a reset
-        jumps_near = (np.searchsorted(jumps, jumps + JUMP_WINDOW)
-                      - np.searchsorted(jumps, jumps - JUMP_WINDOW))
-        begins += list(jumps[jumps_near <= 3])
-        is_none = series.text == 'None'
-        begins += list(series.time[1:][is_none[1:] != is_none[:-1]])
-    found: List[float] = []
-    for begin in sorted(begins):
-        is_known = (np.abs(np.subtract(known, begin)) <= 2.0 * MAX_PROBE_LAG).any()
-        if not is_known and begin - SHORT_LAG > max(found, default=-np.inf):
-            found.append(float(begin) - SHORT_LAG)
-    return found
-
-
-def jumps_of(node_run: NodeRun, series: Series) -> np.ndarray:
-    """Returns the times at which a pose variable changed by more than the sensor did."""
-    if 'yaw' in series.name:
-        samples = node_run.run.imu
-        steps = np.abs(wrap_all(np.diff(series.value) * unit_of(series)))
-        sensor_steps = np.abs(wrap_all(np.diff(samples.yaw)))
-    else:
-        samples = node_run.run.odometry
-        steps = np.abs(np.diff(series.value))
-        sensor_steps = np.hypot(np.diff(samples.x), np.diff(samples.y))
-    # the length of the sensor's path until each reading, and until MAX_PROBE_LAG before the reading
-    way = np.interp(series.time, samples.arrival, np.append(0.0, np.cumsum(sensor_steps)))
-    way_before = np.interp(series.time - MAX_PROBE_LAG, series.time, way) if len(way) else way
-    return series.time[1:][steps > 2.0 * POSE_TOLERANCE + way[1:] - way_before[:-1]]
+def index_from(times: np.ndarray, time: float) -> int:
+    """Returns the index of the first of the `times` that is not before `time`; else the last
+    index."""
+    return min(int(np.searchsorted(times, time)), len(times) - 1)
 
 
 class Pose(NamedTuple):

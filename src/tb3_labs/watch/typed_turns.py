@@ -1,15 +1,14 @@
 """The turns of a node, from its own variables. A turn has a letter, a goal, commands and errors."""
 from dataclasses import dataclass
-from typing import Any, List, NamedTuple, Optional, Tuple
+from typing import Any, List, NamedTuple, Optional
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import last_before, wrap_all
-from tb3_labs.handout import HDG_TOL, MOUSE_DEAD_ZONE, TURN_DEG
-from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, followed_heading, is_usable_heading)
-from tb3_labs.watch.quantities import Quantity, heading_from_another_zero, matching_quantities
-from tb3_labs.watch.variables import Series
+from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun
+from tb3_labs.watch.headings import followed_heading, heading_from_another_zero, headings
+from tb3_labs.watch.variables import Quantity, Series
 
 #: A node reads a typed letter within this time [s].
 LETTER_DELAY = 3.0
@@ -19,17 +18,17 @@ READING_PERIOD = 0.06
 CLEAR_ERROR = 20.0
 #: The error at the end of a turn may exceed the handout's tolerance by this [deg].
 OVER_TOLERANCE = 4.0
-#: A variable that is not named curr_yaw is the heading only if its values differ by more than this.
-MIN_RANGE = 0.5
-#: (begin, end, is_cut, side): the first fields of a NodeTurn.
-TypedLetter = Tuple[float, float, bool, int]
+#: The letter of a turn whose letter was not recorded.
+UNKNOWN_LETTER = 'a letter'
+#: The value of a recorded letter (RunData.letters), and the requested angle [deg].
+LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
+TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
 
 
 @dataclass(frozen=True)
 class NodeTurn:
-    """The turn after a typed letter, until the next letter. `side` is 1 for the letter l, -1 for r,
-    and 0 for an unknown letter. A turn `is_cut` if the mouse was moved, or the node ended, before
-    the next letter was typed.
+    """The turn after a typed letter, until the next letter. `letter` is l, r or UNKNOWN_LETTER. A
+    turn `is_cut` if the mouse was moved, or the node ended, before the next letter was typed.
 
     Angles have the node's own unit. `begin_yaw` is curr_yaw when the letter was typed.
     `goal_before` and `goal_after` are the texts of goal_yaw before and after the node read the
@@ -41,7 +40,7 @@ class NodeTurn:
     begin: float
     end: float
     is_cut: bool
-    side: int
+    letter: str
     begin_yaw: float
     goal_before: str
     goal_after: str
@@ -50,10 +49,6 @@ class NodeTurn:
     goal: np.ndarray
     heading: np.ndarray
     difference: np.ndarray
-
-    @property
-    def letter(self) -> str:
-        return {1: 'l', -1: 'r'}.get(self.side, 'a letter')
 
     @property
     def error(self) -> np.ndarray:
@@ -70,15 +65,6 @@ class NodeTurn:
         """The indices of the commands that turn while the side of the error is clear."""
         is_clear = (np.abs(self.error) > CLEAR_ERROR) & (np.abs(self.error) < 180.0 - CLEAR_ERROR)
         return np.flatnonzero(is_clear & (np.abs(self.command) > 0.02))
-
-    def ends_at_once(self, turning: Series) -> bool:
-        """Did `turning` become False at the first command, while the goal was far?"""
-        if self.is_cut or not (np.abs(self.error[:1]) > HDG_TOL + OVER_TOLERANCE).any():
-            return False
-        over = self.time[0] + 2.0 * READING_PERIOD
-        later = turning.between(over, self.end).value
-        return bool(turning.between(self.begin, over).value.any()
-                    and len(later) > 4 and not later.any())
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
@@ -100,60 +86,42 @@ class OwnHeading(NamedTuple):
 
 
 def own_heading(node_run: NodeRun) -> OwnHeading:
-    series = node_run.variable('curr_yaw')
-    if series is None:
-        series = renamed_heading(node_run)
+    series, quantities = node_run.variable('curr_yaw'), node_run.cached(headings)
     if series is None:
         return OwnHeading()
-    quantity, broken = followed_heading(series, node_run.imu_quantities)
+    quantity, broken = followed_heading(series, quantities)
     if broken is not None and 'does not follow' in broken.message:
         # a node can turn correctly by a heading that is 0 in any direction
         for unit in (1.0, np.pi / 180.0):
-            another = heading_from_another_zero(series, node_run.heading, unit)
+            another = heading_from_another_zero(series, quantities[0], unit)
             if another is not None:
                 return OwnHeading(series, another)
     return OwnHeading(series, quantity, broken)
 
 
-def renamed_heading(node_run: NodeRun) -> Optional[Series]:
-    """Returns the first variable that follows a usable heading, for a node without curr_yaw. If
-    there is none, returns the first variable that follows any quantity of the IMU, or None."""
-    followers = []
-    for series in node_run.variables.values():
-        numbers = series.value[np.isfinite(series.value)]
-        if 'goal' in series.name or not len(numbers) or np.ptp(numbers) <= MIN_RANGE:
-            continue
-        found = matching_quantities(series, node_run.imu_quantities)
-        if found and is_usable_heading(found[0], node_run.heading):
-            return series
-        if found:
-            followers.append(series)
-    return followers[0] if followers else None
-
-
-def typed_letters(node_run: NodeRun) -> List[TypedLetter]:
-    """Returns the TypedLetters of a run. If the recording has no letters, `turning` shows when the
-    letters were typed."""
-    mouse = node_run.run.mouse
-    is_recorded = len(node_run.run.letters) > 0
-    if is_recorded:
-        times, sides = node_run.run.letters.arrival, node_run.run.letters.value
-    else:
-        times = unrecorded_letters(node_run)
-        sides = np.zeros(len(times))
-    drives = (mouse.active > 0.0) & (np.maximum(abs(mouse.x), abs(mouse.y)) >= MOUSE_DEAD_ZONE)
+def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
+    """Returns the NodeTurn of each letter l or r of a run. If the recording has no letters,
+    `turning` shows when the letters were typed."""
+    run = node_run.run
+    letters = [(time, LETTER_OF_SIDE.get(side, '')) for time, side in zip(
+        run.letters.arrival, run.letters.value)]
+    if not letters:
+        letters = [(time, UNKNOWN_LETTER) for time in unrecorded_letters(node_run)]
+    ends = [time for time, _ in letters[1:]] + [run.duration]
     found = []
-    for begin, end, side in zip(times, np.append(times[1:], node_run.run.duration), sides):
-        if is_recorded and not side:
-            continue        # a letter other than l and r starts no turn
-        # when the letter is typed, the last message of the mouse is still in force
-        first = max(last_before(mouse.arrival, begin), 0)
-        during = slice(first, np.searchsorted(mouse.arrival, end))
-        moved = mouse.arrival[during][drives[during]]
-        cut = min(*moved[:1], node_run.end_after(begin), end)
-        if cut > begin:
-            found.append((float(begin), float(cut), bool(cut < end), int(side)))
+    for (begin, letter), end in zip(letters, ends):
+        cut = min(mouse_moved_at(run.mouse, begin), node_run.end_after(begin), end)
+        if letter and cut > begin:
+            found.append(turn_of(node_run, begin, cut, cut < end, letter))
     return found
+
+
+def mouse_moved_at(mouse: Any, begin: float) -> float:
+    """Returns the time of the first message by which the mouse drives the robot; inf without such a
+    message. The search starts with the message that is in force at `begin`."""
+    mouse = mouse.take(slice(max(last_before(mouse.arrival, begin), 0), None))
+    is_far = np.maximum(np.abs(mouse.x), np.abs(mouse.y)) >= MOUSE_DEAD_ZONE
+    return float(min(mouse.arrival[is_far & (mouse.active > 0.0)], default=np.inf))
 
 
 def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
@@ -172,23 +140,14 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     return becomes_true - 2.0 * READING_PERIOD
 
 
-def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
-    """Returns the NodeTurn of each letter of a run."""
-    series, quantity, _ = node_run.cached(own_heading)
+def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: str) -> NodeTurn:
+    """Returns the NodeTurn of a letter. If the node has no usable heading, the turn has the correct
+    heading and the correct goal."""
+    series, heading, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
-    if quantity is None:        # the turns are found by the correct heading
-        quantity, series, goal = node_run.heading, None, None
-    return [turn_of(letter, node_run.commands, quantity, series, goal)
-            for letter in typed_letters(node_run)]
-
-
-def turn_of(letter: TypedLetter, commands: Any, heading: Quantity, series: Optional[Series],
-            goal: Optional[Series]) -> NodeTurn:
-    """Returns the NodeTurn of a letter. The node uses the quantity `heading`; its variable for the
-    heading is `series`. `goal` is the variable goal_yaw. If it is None, the letter gives the goal.
-    """
-    begin, end, _, side = letter
-    begin_yaw = series.at(begin) if series is not None else float(heading.at(np.array([begin]))[0])
+    if series is None or heading is None:
+        series, heading, goal = None, node_run.cached(headings)[0], None
+    begin_yaw = float((series or heading).at(begin))
     read_at = begin
     goal_before = goal_after = ''
     if goal is not None:
@@ -196,17 +155,15 @@ def turn_of(letter: TypedLetter, commands: Any, heading: Quantity, series: Optio
         changes = goal.between(begin, min(end, begin + LETTER_DELAY)).changes
         read_at = float(changes[0]) if len(changes) else begin + READING_PERIOD
         goal_before, goal_after = goal.text_at(begin), goal.text_at(read_at + READING_PERIOD)
+    commands = node_run.commands
     is_after = commands.arrival > max(begin, read_at - 2.0 * READING_PERIOD)
     commands = commands.take(is_after & (commands.arrival < end))
-    times, headings = commands.arrival, heading.at(commands.arrival)
-    if goal is not None:
+    times, yaws = commands.arrival, heading.at(commands.arrival)
+    if goal is None:
+        goals = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree + 0.0 * times
+    else:
         last_moment = np.nextafter(end, 0.0)
         goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))
                           for time in times])
-    else:
-        goals = np.full(len(times), begin_yaw + side * TURN_DEG * heading.per_degree)
-    difference = (goals - headings) / heading.per_degree
-    if goal is None and not side:
-        difference[:] = np.nan
-    return NodeTurn(*letter, begin_yaw, goal_before, goal_after, times, commands.angular, goals,
-                    headings, difference)
+    return NodeTurn(begin, end, is_cut, letter, begin_yaw, goal_before, goal_after, times,
+                    commands.angular, goals, yaws, (goals - yaws) / heading.per_degree)

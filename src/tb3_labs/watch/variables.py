@@ -1,4 +1,8 @@
-"""The variables of a node over a run, by their names. probe/sitecustomize.py reads them.
+"""The variables of a node over a run, and the search for the quantities that a variable follows.
+
+probe/sitecustomize.py reads the variables. A quantity is a number that a formula gives for each
+message of a sensor. A variable follows a quantity if each value of the variable is the number of a
+recent message.
 
 In this folder a `run` is a RunData (:mod:`tb3_labs.report.run_data`). All times are arrivals at the
 recorder [s].
@@ -6,11 +10,23 @@ recorder [s].
 import math
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_until
+from tb3_labs.geometry.arrays import last_before, last_until
+
+#: Two numbers are equal if they differ by at most this share of the quantity's scale.
+SAME_SHARE = 3e-4
+#: A variable follows a quantity if at least this share of its values comes from recent samples.
+FOLLOWING_SHARE = 0.98
+#: A sample stays recent until this time after the arrival of the next sample [s]. The last sample
+#: always stays recent.
+RECENT_TIME = 0.5
+#: The node may receive a sample up to this time before the recorder does [s].
+ARRIVAL_LEAD = 0.03
+#: At most about this many values of a variable are compared.
+MAX_VALUES = 400
 
 TRUTH_VALUES = {'True': 1.0, 'False': 0.0}
 
@@ -77,8 +93,9 @@ def variables_by_node(rows: Any) -> Dict[str, Dict[str, Series]]:
 def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
     """Returns {name: Series} of `node`, by default of the node with the most readings."""
     rows = run.variables
-    counts = Counter(rows.node.tolist())
-    most: str = max(sorted(counts), key=lambda name: counts[name], default='')
+    if not len(rows):
+        return {}
+    (most, _), *_ = Counter(rows.node.tolist()).most_common()
     chosen = node or most
     is_own = np.array([name == chosen for name in rows.node], dtype=bool)
     return variables_by_node(rows.take(is_own)).get(chosen, {})
@@ -87,3 +104,67 @@ def variables_of(run: Any, node: Optional[str] = None) -> Dict[str, Series]:
 def bare_name(name: str) -> str:
     """Returns a variable's own name in small letters: `curr_yaw` of `Controller._curr_yaw`."""
     return name.rpartition('.')[2].strip('_').lower()
+
+
+# -- quantities
+
+class Quantity(NamedTuple):
+    """A number for each sample of a sensor. `name` names the number and its unit. `scale` is about
+    the range of the number. `per_degree` is the change of a heading for one degree to the left; 0
+    if the quantity is not a heading."""
+
+    name: str
+    time: np.ndarray
+    value: np.ndarray
+    scale: float
+    per_degree: float = 0.0
+
+    def at(self, time: Any) -> Any:
+        """Returns the number of the last sample before a time, or of the first sample. If `time` is
+        an array, an array of numbers is returned."""
+        return self.value[last_before(self.time, time).clip(0)]
+
+
+def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME) -> np.ndarray:
+    """Returns for each value of a variable the age of the newest sample with this value [s]; inf if
+    no sample of the last `longest` seconds has this value. The newest sample has the age 0."""
+    times, readings = quantity.time, series.time
+    if not len(times) or not len(readings):
+        return np.full(len(readings), np.inf)
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
+    # in each array a row is a reading, and a column is a sample, newest first
+    index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
+    exists, index = index >= 0, index.clip(0)
+    replaced_at = np.append(times[1:], np.inf)    # a sample gets old when the next sample comes
+    age = (readings[:, None] - replaced_at[index]).clip(0.0)
+    distance = np.abs(series.value[:, None] - quantity.value[index])
+    is_equal = exists & (age <= longest) & (distance <= SAME_SHARE * quantity.scale)
+    return np.where(is_equal, age, np.inf).min(axis=1)
+
+
+def subsampled(series: Series) -> Series:
+    """Returns every n-th of the values that are numbers, at most about MAX_VALUES."""
+    known = np.flatnonzero(np.isfinite(series.value))
+    return series.take(known[::max(1, len(known) // MAX_VALUES)])
+
+
+def matching_quantities(series: Series, quantities: Iterable[Quantity],
+                        share: float = FOLLOWING_SHARE) -> List[Quantity]:
+    """Returns the quantities that a variable follows, in the given order. If there are several,
+    this run does not show which one the node uses."""
+    # the variable may have its first value before the first message comes
+    first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
+    values = subsampled(series.take(slice(first, None)))
+    if not len(values.time):
+        return []
+    return [quantity for quantity in quantities
+            if np.isfinite(sample_ages(values, quantity)).mean() >= share - 1e-9]
+
+
+def longest_delay(series: Series, quantity: Quantity, longest: float,
+                  share: float = FOLLOWING_SHARE) -> float:
+    """Returns the delay with which at least this share of a variable's values follows a quantity
+    [s]; inf if the delay exceeds `longest`, or the variable does not follow the quantity."""
+    ages = np.sort(sample_ages(subsampled(series), quantity, longest))
+    return float(ages[int(share * (len(ages) - 1))]) if len(ages) else math.inf

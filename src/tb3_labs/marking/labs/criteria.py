@@ -5,7 +5,7 @@ function `judge` returns. No text that students read contains the solution.
 """
 from dataclasses import dataclass
 from enum import Enum
-from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Set, Tuple
+from typing import Callable, Iterable, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from tb3_labs.marking.labs.stimuli import (
 from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
-    CLOSED_TOPIC, STOPPED_BY, exceptions_in, other_fields, reason_of, why_idle, why_missing)
+    CLOSED_TOPIC, exceptions_in, other_fields, reason_of, why_idle, why_missing)
 from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
 
 #: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
@@ -95,37 +95,26 @@ class Verdict:
         return f'  {outcome:11}  {points:8}  {text}'
 
 
-def verdicts_of(criteria: Iterable[Criterion], observation: Observation, worth: Mapping[str, float],
-                parts: Sequence[str] = ()) -> List[Verdict]:
-    """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts. `worth` has
-    the points of each criterion: name -> points."""
+def verdicts_of(criteria: Iterable[Criterion], observation: Observation,
+                points_by_criterion: Mapping[str, float], parts: Sequence[str] = ()
+                ) -> List[Verdict]:
+    """Returns a Verdict for each criterion of the lab's `parts`. [] means all parts."""
     verdicts: List[Verdict] = []
-    quoted: Set[str] = set()
     for criterion in criteria:
         if not criterion.can_be_judged(parts):
             continue
         observation.moment = None
         try:
-            reason = _quoted_once(criterion.judge(observation), quoted)
+            reason = criterion.judge(observation)
             outcome = Outcome.MISSED if reason else Outcome.MET
         except NotObserved as problem:
             outcome = Outcome.NOT_OFFERED if isinstance(problem, NotOffered) else Outcome.MISSED
-            reason = _quoted_once(reason_of(problem, observation), quoted)
+            reason = reason_of(problem, observation)
             if isinstance(problem, NotTried) and reason in {verdict.reason for verdict in verdicts}:
                 reason = NOT_TRIED
-        verdicts.append(Verdict(criterion, outcome, reason, worth[criterion.name],
+        verdicts.append(Verdict(criterion, outcome, reason, points_by_criterion[criterion.name],
                                 observation.moment))
     return verdicts
-
-
-def _quoted_once(reason: Reason, quoted: Set[str]) -> Reason:
-    """Returns the Reason, and adds the exception in the Reason to the set `quoted`. If `quoted`
-    already has the exception, the returned Reason has the words "the same exception" instead."""
-    before, stopped, error = reason.partition(STOPPED_BY + ', ')
-    if not stopped or error not in quoted:
-        quoted.add(error)
-        return reason
-    return before + 'the same exception had stopped it'
 
 
 # ----- criteria of several labs: start and Ctrl+C -----

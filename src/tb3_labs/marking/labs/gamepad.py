@@ -14,10 +14,10 @@ from tb3_labs.marking.labs.criteria import (
     Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_started,
     why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
-    BOTH_STICKS, BUTTONS, CALLS, HAND_OVER, IS_ORIGIN, IS_UNIT, LATCHED, LEFT_STICK_DOWN,
-    LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQUISHED, RESET_BUTTON, RESET_TIME,
-    RESET_WITHOUT_SERVICE, RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT, SERVICE_NAME, STICKS, STICKS_LET_GO,
-    STICK_TIME, TAKE_BACK, UP_HANDED_OVER, UP_TAKEN_BACK)
+    BOTH_STICKS, BUTTONS, CALLS, CALL_AFTER_Y_TIME, HAND_OVER, IS_ORIGIN, IS_UNIT, LATCHED,
+    LEFT_STICK_DOWN, LEFT_STICK_UP, NO_SERVICE, PAD_SILENT, PUBLISH_TIME, RELINQUISHED,
+    RESET_BUTTON, RESET_WITHOUT_SERVICE, RIGHT_STICK_LEFT, RIGHT_STICK_RIGHT, SERVICE_NAME,
+    STICKS, STICKS_LET_GO, STICK_TIME, TAKE_BACK, UP_HANDED_OVER, UP_TAKEN_BACK)
 from tb3_labs.marking.trial.observation import NotObserved, Observation
 from tb3_labs.marking.trial.remarks import exceptions_in, last_line, other_topics
 from tb3_labs.watch.chains import BY_THUMB
@@ -199,12 +199,12 @@ CRITERIA = [
               BY_THUMB, _why_not_regained,
               limits=f'within {PUBLISH_TIME:g} s; the stick within {STICK_TIME:g} s'),
     Criterion('resets', BUTTONS, f'Y calls /{SET_POSE_SERVICE} with (0, 0, 0)', Y_STEP,
-              _why_not_reset, limits=within(RESET_TIME) + ', by a quaternion of length 1'),
+              _why_not_reset, limits=within(CALL_AFTER_Y_TIME) + ', by a quaternion of length 1'),
     Criterion('says_success', BUTTONS, f'says "{PRINTED_RESET}." after Y', Y_STEP,
-              _why_no_success_printed, limits=within(RESET_TIME)),
+              _why_no_success_printed, limits=within(CALL_AFTER_Y_TIME)),
     clean_exit_criterion(BUTTONS, BY_THUMB),
     Criterion('says_why_not', NO_SERVICE, 'says why the reset failed without a service', BY_THUMB,
-              _why_no_error_printed, limits=within(RESET_TIME)),
+              _why_no_error_printed, limits=within(CALL_AFTER_Y_TIME)),
     Criterion('stops_robot', BUTTONS, 'at Ctrl+C while driving sends zero velocity', BEYOND,
               why_not_stopped_at_ctrl_c, extra=True, limits=STOPS_AT_ONCE),
     Criterion('not_blocked', NO_SERVICE, 'Y without a service does not block the sticks', BEYOND,

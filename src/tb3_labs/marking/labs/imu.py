@@ -62,7 +62,7 @@ def _why_wrong_heading(observation: Observation) -> Reason:
 def _why_not_from_0_to_360(observation: Observation) -> Reason:
     for heading, printed in _headings_at_rest(observation):
         for number in printed:
-            if not 0.0 <= number < 360.0:
+            if number < 0.0 or number >= 360.0:
                 return f'printed {number:.1f} degrees while the robot stood at {heading:.0f}'
     return ''
 

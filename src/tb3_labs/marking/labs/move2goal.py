@@ -3,7 +3,6 @@ resets this frame."""
 import math
 import re
 from functools import partial
-from typing import List, Sequence
 
 import numpy as np
 
@@ -18,10 +17,10 @@ from tb3_labs.marking.labs.criteria import (
     why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
     ANGLE_BEFORE_RESET, AT_GOAL, CONTROL, CONTROL_TAKEN, DECLARED, DECLARED_DRIVE, DRIVE,
-    DRIVE_TIME, DROVE_STRAIGHT, FARTHEST, FIRST_DRIVE, OBSERVATION_TIME, ODOMETRY_SILENT, OFFSET,
-    OFFSET_DRIVE, PRINT_TIME, REACTION_TIME, RESET, RESET_ANSWER_TIME, RESET_ELSEWHERE,
-    RESET_IN_DRIVE, RESET_PROBLEM, RESET_TO_ORIGIN, SECOND_DRIVE, TURN_TIME_IN_DRIVE,
-    WITHOUT_CONTROL, WRONG_NAME)
+    DRIVE_TIME, DROVE_STRAIGHT, FARTHEST, FIRST_DRIVE, OBSERVATION_TIME, ODOMETRY_SILENT,
+    OFFSET, OFFSET_DRIVE, PRINT_AFTER_RESET_TIME, REACTION_TIME, RESET, RESET_ELSEWHERE,
+    RESET_IN_DRIVE, RESET_PROBLEM, RESET_REPLY_TIME, RESET_TO_ORIGIN, SECOND_DRIVE,
+    TURN_TIME_IN_DRIVE, WITHOUT_CONTROL, WRONG_NAME)
 from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
@@ -200,15 +199,6 @@ def _why_no_reset_printed(observation: Observation) -> Reason:
     return f'no line "{PRINTED_POSE_SET} to x=..., y=..., yaw=..." was printed'
 
 
-def remarks_on_parts(observation: Observation, parts: Sequence[str]) -> List[str]:
-    """Returns a sentence if the part OFFSET was not tried, else []. A node may take the IMU's yaw
-    for the odometry's yaw, and only the part OFFSET shows this mistake."""
-    if not parts or OFFSET in parts:
-        return []
-    return ['Odometry and IMU had the same zero here, a real robot has two: add offset to the '
-            f'parts; see {TWO_ZEROS_STEP}.']
-
-
 CRITERIA = [
     Criterion('starts', DRIVE, 'runs and listens to odom', FOUR_STATES, why_not_started,
               limits=IN_TIME),
@@ -227,10 +217,11 @@ CRITERIA = [
               limits=f'and {ROUNDING:g} for rounding'),
     Criterion('resets', RESET, f'a service /{SET_POSE_SERVICE} resets the local frame, also in '
               'a drive', THE_RESET, _why_not_reset,
-              limits=f'answers {within(RESET_ANSWER_TIME)}; in a drive it '
+              limits=f'answers {within(RESET_REPLY_TIME)}; in a drive it '
               f'turns by {MIN_TURN_IN_DRIVE:g} degrees {within(TURN_TIME_IN_DRIVE)}'),
     Criterion('says_reset', RESET, f'says "{PRINTED_POSE_SET} to x=..., y=..., yaw=..."',
-              THE_RESET, _why_no_reset_printed, limits=within(PRINT_TIME) + ' after the answer'),
+              THE_RESET, _why_no_reset_printed,
+              limits=within(PRINT_AFTER_RESET_TIME) + ' after the answer'),
     Criterion('second_place', RESET, 'does the same task after a turn by '
               f'{ANGLE_BEFORE_RESET:g} degrees and a reset', SECOND_DRIVE_STEP,
               lambda observation: (

@@ -87,7 +87,7 @@ def buttons(trial):
                         break
                     services.offer(names)
                     pad.press(pad.numbers.reset_button, Y_PRESS_TIME)
-                    wait_until(lambda: calls, stimuli.RESET_TIME - Y_PRESS_TIME)
+                    wait_until(lambda: calls, stimuli.CALL_AFTER_Y_TIME - Y_PRESS_TIME)
                     time.sleep(DELIVERY_TIME)
                 requests = [request for _, request in calls]
                 stimulus.facts.update({
@@ -139,7 +139,7 @@ def no_service(trial):
     with HeldPad(trial.option) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
-        time.sleep(stimuli.RESET_TIME)
+        time.sleep(stimuli.CALL_AFTER_Y_TIME)
 
 
 def lost(trial):

@@ -102,8 +102,8 @@ class ResetCaller:
                 problem = str(exception)
             answers.append(problem[:200])
         threading.Thread(target=call, daemon=True).start()
-        if not wait_until(lambda: answers, stimuli.RESET_ANSWER_TIME):
-            return f'{self.name} did not answer within {stimuli.RESET_ANSWER_TIME:g} s'
+        if not wait_until(lambda: answers, stimuli.RESET_REPLY_TIME):
+            return f'{self.name} did not answer within {stimuli.RESET_REPLY_TIME:g} s'
         return answers[0]
 
 
@@ -183,7 +183,8 @@ def reset(trial):
         _reset_in_drive(trial, control, caller)
 
 
-def _reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_TIME, straight=True):
+def _reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
+           straight=True):
     """Record the stimulus `name`: call the reset service with `pose`, and wait for `seconds` [s].
     Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - INTERRUPTION_TIME),
@@ -204,7 +205,8 @@ def _reset_in_drive(trial, control, caller):
     begun = trial.recorder.now
     control.give()
     straight = wait_until(
-        lambda: any(row[1] for row in trial.recorder.commands_since(begun)), stimuli.REACTION_TIME)
+        lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begun)),
+        stimuli.REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
     _reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
            straight=straight)

@@ -111,28 +111,23 @@ def mouse_fields(fields):
     """Returns the names of the three fields that have status, x and y, and a sentence on each name
     that differs from the mouse lab's name. `fields` has (name, type, ...) for each field.
 
-    If the names do not fit, the fields are chosen by type and order. Raises ``ValueError`` with a
-    clause if the message has no flag, or fewer than two numbers.
+    x and y are the first numbers whose names begin with these letters. If such a name is missing,
+    they are the first two numbers. Raises ``ValueError`` with a clause if the message has no flag,
+    or fewer than two numbers.
     """
     flags = [name for name, kind, *_ in fields if kind in FLAGS]
     numbers = [name for name, kind, *_ in fields if kind in NUMBERS]
     if not flags or len(numbers) < 2:
         known = ', '.join(f'{kind} {name}' for name, kind, *_ in fields)
         raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
-    x_and_y = [_similar_name(X, numbers), _similar_name(Y, numbers)]
+    x_and_y = [next((name for name in numbers if name.lower().startswith(letter)), '')
+               for letter in 'xy']
     if not all(x_and_y):
         x_and_y = numbers[:2]
-    chosen = [_similar_name(STATUS, flags) or flags[0], *x_and_y]
+    chosen = [STATUS if STATUS in flags else flags[0], *x_and_y]
     remarks = [f'Your {name} was taken for {usual}.'
                for name, usual in zip(chosen, (STATUS, X, Y)) if name != usual]
     return chosen, remarks
-
-
-def _similar_name(usual, names):
-    """Returns the name in `names` that matches `usual`; '' if no name matches. Capitals, `_` and
-    the end `Pos` may differ, as in xPos, x_pos and x."""
-    bare = {name.lower().replace('_', ''): name for name in reversed(names)}
-    return bare.get(usual.lower()) or bare.get(usual.lower().replace('pos', ''), '')
 
 
 def mouse_of(trial, names):
@@ -201,7 +196,7 @@ def both(trial):
         trial.node.start()
     with mouse_of(trial, stimuli.BESIDE_TURNS) as hand:
         hand.at(0.0, 0.0, seconds=0.3)
-        _try_turn(trial, stimuli.TURN_BESIDE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
+        _try_turn(trial, stimuli.TURN_BESIDE_MOUSE, LEFT_KEY, seconds=stimuli.BESIDE_MOUSE_TIME)
         trial.observe(stimuli.AFTER_TURN, stimuli.MOUSE_TIME, lambda: hand.at(0.0, 1.0))
         hand.at(0.0, 0.0)
         wait_until(trial.recorder.rests, 2.0)
@@ -238,6 +233,6 @@ def lost(trial):
 
 
 EXERCISE_PARTS = {stimuli.HEADING: exercise, stimuli.ODD_SAMPLES: odd_samples}
-PARTS = {stimuli.TURNS: turns, stimuli.MOUSE: mouse, stimuli.BOTH: both,
+PARTS = {stimuli.TURNS: turns, stimuli.MOUSE: mouse, stimuli.MOUSE_AND_TURNS: both,
          stimuli.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
          stimuli.LOST: lost}

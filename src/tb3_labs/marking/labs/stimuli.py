@@ -43,7 +43,7 @@ HEADING_DEG = 'heading_deg'
 # -- the IMU lab
 
 #: The parts of the lab.
-TURNS, MOUSE, BOTH, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
+TURNS, MOUSE, MOUSE_AND_TURNS, SHUTDOWN = 'turns', 'mouse', 'both', 'shutdown'
 #: The stimuli in which the IMU falls silent in a turn, and the mouse in a drive.
 IMU_SILENT, MOUSE_SILENT = 'IMU silent', 'mouse silent'
 
@@ -85,7 +85,7 @@ ANSWER_TIME = 1.0
 MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
     'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
     'mouse half right and half down', 'mouse deactivated')
-BESIDE_TURNS = TURN_BESIDE, AFTER_TURN, IN_TURN = (
+BESIDE_TURNS = TURN_BESIDE_MOUSE, AFTER_TURN, IN_TURN = (
     'l beside the mouse', 'mouse after a turn', 'mouse in a turn')
 #: stimulus -> the place (x, y) of the active mouse. x is positive to the right, y upward, both from
 #: -1 to 1.
@@ -118,9 +118,9 @@ DROVE_STRAIGHT = 'straight'     # turned to the goal by the marker, did the robo
 #: The marker observes the node for this time, before the node has control and at the goal [s].
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].
-RESET_ANSWER_TIME = 3.0
+RESET_REPLY_TIME = 3.0
 #: After its answer to a reset, the node prints its line about the reset within this time [s].
-PRINT_TIME = 0.5
+PRINT_AFTER_RESET_TIME = 0.5
 #: Between the first drive and the reset, the marker turns the robot by this angle [deg].
 ANGLE_BEFORE_RESET = 100.0
 #: After a reset in a drive, the node turns the robot for at most this time [s].
@@ -167,4 +167,4 @@ STICK_TIME = 0.8
 #: After A or B, the node publishes a value on ctrl_relinq within this time [s].
 PUBLISH_TIME = 1.0
 #: After Y, the node calls the reset, or prints an error, within this time [s].
-RESET_TIME = 2.5
+CALL_AFTER_Y_TIME = 2.5

@@ -13,10 +13,10 @@ from tb3_labs.marking.labs.criteria import (
     Criterion, Reason, clean_exit_criterion, lost_device_criterion, scaled, why_not_printed,
     why_not_started, why_not_steered, why_not_stopped, why_not_stopped_at_ctrl_c, within)
 from tb3_labs.marking.labs.stimuli import (
-    AFTER_TURN, ANSWER_TIME, BESIDE_MOUSE_TIME, BOTH, CARPET_SLIP, DEACTIVATED, HALF_WAY,
-    IMU_SILENT, IN_TURN, MOUSE, MOUSE_LEFT, MOUSE_PLACES, MOUSE_REACTION, MOUSE_SILENT, MOUSE_TIME,
-    MOUSE_UP, NEAR_MIDDLE, NONSENSE, NOT_ACTIVE, SHUTDOWN, TURNS, TURN_BESIDE, TURN_REACTION,
-    TURN_STIMULI, TURN_TIME, TYPED_NONSENSE)
+    AFTER_TURN, ANSWER_TIME, BESIDE_MOUSE_TIME, CARPET_SLIP, DEACTIVATED, HALF_WAY, IMU_SILENT,
+    IN_TURN, MOUSE, MOUSE_AND_TURNS, MOUSE_LEFT, MOUSE_PLACES, MOUSE_REACTION, MOUSE_SILENT,
+    MOUSE_TIME, MOUSE_UP, NEAR_MIDDLE, NONSENSE, NOT_ACTIVE, SHUTDOWN, TURNS, TURN_BESIDE_MOUSE,
+    TURN_REACTION, TURN_STIMULI, TURN_TIME, TYPED_NONSENSE)
 from tb3_labs.marking.trial.observation import MOVED, RESTED, WAS_MOVING, NotObserved, Observation
 from tb3_labs.marking.trial.remarks import STILL_DEG, why_idle
 from tb3_labs.watch.chains import TURN_LAB
@@ -197,7 +197,7 @@ def _why_not_driven_by_mouse(observation: Observation) -> Reason:
                                angular=scaled(HALF_WAY_SPEED, -1.0), skip_zeros=True))
 
 
-def remarks_on_turns(observation: Observation, parts: Sequence[str] = ()) -> List[str]:
+def remarks_on_turns(observation: Observation) -> List[str]:
     """Returns sentences on mistakes that cost no points."""
     # the lines after the typed letter
     printed = [observation.scene(name, may_die=True).printed.splitlines()[1:]
@@ -236,14 +236,16 @@ CRITERIA = [
               limits=f'zero velocity at {MOUSE_PLACES[NEAR_MIDDLE]} {STOPS_AT_ONCE}'),
     Criterion('mouse_off', MOUSE, 'the robot stops at once when the mouse is deactivated',
               MOUSE_STEP, _why_not_deactivated, limits='zero velocity ' + STOPS_AT_ONCE),
-    Criterion('turn_beside_mouse', BOTH, 'turns also while the mouse is active in the middle',
-              MOUSE_STEP, partial(why_not_turned, name=TURN_BESIDE, seconds=BESIDE_MOUSE_TIME),
+    Criterion('turn_beside_mouse', MOUSE_AND_TURNS,
+              'turns also while the mouse is active in the middle', MOUSE_STEP,
+              partial(why_not_turned, name=TURN_BESIDE_MOUSE, seconds=BESIDE_MOUSE_TIME),
               limits='as left, over ' + within(BESIDE_MOUSE_TIME)),
-    Criterion('mouse_after_turn', BOTH, 'the mouse drives after a turn', MOUSE_STEP,
+    Criterion('mouse_after_turn', MOUSE_AND_TURNS, 'the mouse drives after a turn', MOUSE_STEP,
               _why_not_driven_after_turn,
               limits=f'more than {EDGE_SPEED[0]:.2f} m/s {within(MOUSE_TIME)}'),
-    Criterion('mouse_in_turn', BOTH, 'a mouse moved during a turn drives then or after it',
-              MOUSE_STEP, _why_not_driven_in_turn, limits=within(MOUSE_REACTION)),
+    Criterion('mouse_in_turn', MOUSE_AND_TURNS,
+              'a mouse moved during a turn drives then or after it', MOUSE_STEP,
+              _why_not_driven_in_turn, limits=within(MOUSE_REACTION)),
     Criterion('stops_robot', SHUTDOWN, 'at Ctrl+C in a turn sends zero velocity', CTRL_C_STEP,
               why_not_stopped_at_ctrl_c, limits=STOPS_AT_ONCE),
     Criterion('says_goodbye', SHUTDOWN, f'at Ctrl+C says "{CONTROLLER_GOODBYE}"', CTRL_C_STEP,

@@ -18,8 +18,9 @@ import threading
 import time
 import weakref
 from collections import Counter
+from contextlib import suppress
 from enum import Enum
-from types import FunctionType, MemberDescriptorType, ModuleType
+from types import FunctionType, ModuleType
 
 #: The pause between two readings, and the longest pause between two searches for objects [s].
 READ_PAUSE, MAX_PAUSE = 0.05, 16.0
@@ -27,13 +28,11 @@ READ_PAUSE, MAX_PAUSE = 0.05, 16.0
 SEARCH_SHARE = 0.003
 #: The largest numbers of variables, objects, and objects of one class that are shown.
 MAX_SHOWN, MAX_OBJECTS, MAX_OF_A_CLASS = 40, 20, 3
-#: A longer text is cut [characters]. A list or array with more elements is not shown.
+#: A longer text is cut [characters]. A longer list or array is not shown.
 MAX_VALUE_LENGTH, MAX_NUMBERS = 200, 9
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: The names of the attributes that each thread has.
-THREAD_ATTRIBUTES = frozenset(vars(threading.main_thread()))
 #: The parts of an object, and their parts, are shown down to this depth.
 MAX_NESTED = 3
 
@@ -94,8 +93,9 @@ class WatchedNode:
             name = module_of(kind)
             path = getattr(sys.modules.get(name), '__file__', None)
             folder = os.path.dirname(os.path.abspath(path)) if path else ''
-            self._is_own[kind] = name == '__main__' or name.split('.')[0] != 'tb3_labs' and (
-                folder == self._folder or (folder + '/').startswith(self._package + '/src/'))
+            is_of_tb3_labs = name.split('.')[0] == 'tb3_labs'
+            is_near = folder == self._folder or (folder + '/').startswith(self._package + '/src/')
+            self._is_own[kind] = name == '__main__' or (is_near and not is_of_tb3_labs)
         return self._is_own[kind]
 
     def is_object(self, value):
@@ -135,7 +135,8 @@ class WatchedNode:
             if self.is_object(each):
                 counts[type(each)] += 1
                 if counts[type(each)] <= MAX_OF_A_CLASS and len(self._objects) < MAX_OBJECTS:
-                    self._objects.append(reference_to(each))
+                    with suppress(TypeError):   # a class with __slots__ has no weak references
+                        self._objects.append(weakref.ref(each))
         self._next = time.monotonic() + max(
             self._pause, (time.thread_time() - begin) / SEARCH_SHARE)
         self._pause = min(MAX_PAUSE, 4.0 * self._pause)
@@ -170,17 +171,13 @@ class WatchedNode:
                 yield from self._texts(f'{name}.{part}', each, known, depth + 1)
 
     def _parts(self, value, known):
-        """{name: value} of the parts of a message, of an object of the node, or of a dictionary."""
+        """{name: value} of the parts of a message, or of an object of the node."""
         kind = type(value)
         if module_of(kind).startswith('geometry_msgs.msg'):
             return {part: getattr(value, part, None) for part in kind.__slots__}
         if self.is_object(value) and id(value) not in known:
             known.add(id(value))
             return attributes(value)
-        if issubclass(kind, tuple) and self.is_own(kind):
-            return dict(zip(kind._fields, tuple.__iter__(value)))
-        if kind is dict and len(value) <= MAX_NUMBERS:
-            return {part: each for part, each in list(value.items()) if type(part) is str}
         return {}
 
 
@@ -215,14 +212,6 @@ def module_of(kind):
     return name if type(name) is str else ''
 
 
-def reference_to(thing):
-    """A function that returns `thing`, or None after the node has deleted it."""
-    try:
-        return weakref.ref(thing)
-    except TypeError:       # a class with __slots__ may forbid weak references
-        return lambda: thing
-
-
 def sendable(text):
     """The beginning of a text, with '?' in place of characters that UTF-8 lacks."""
     text = text[:MAX_VALUE_LENGTH]
@@ -231,21 +220,10 @@ def sendable(text):
 
 def attributes(thing):
     """{name: value} of an object's attributes, without running code of its class."""
-    held = {}
-    for kind in type(thing).__mro__:
-        for name, slot in list(vars(kind).items()):
-            if type(slot) is MemberDescriptorType:
-                try:
-                    held[name] = slot.__get__(thing)
-                except AttributeError:      # the attribute is not set yet
-                    pass
     try:
-        held.update(object.__getattribute__(thing, '__dict__'))
-    except AttributeError:
-        pass
-    if issubclass(type(thing), threading.Thread):
-        return {name: value for name, value in held.items() if name not in THREAD_ATTRIBUTES}
-    return held
+        return dict(object.__getattribute__(thing, '__dict__'))
+    except AttributeError:      # a class with __slots__
+        return {}
 
 
 # -- the thread
