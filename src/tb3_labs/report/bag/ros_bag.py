@@ -4,12 +4,7 @@ The library rosbag makes Python code of the definitions of messages in a bag, an
 But a bag may come from a stranger. So this reader uses only the installed message classes, and does
 not read topics of other types.
 """
-import math
-import struct
-from collections import Counter
-from functools import lru_cache
-
-import genpy
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -19,9 +14,10 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.messages import make_collectors, samples_of
-from tb3_labs.report.bag.records import Bag, BagProblem, ReadLimits, TooLarge, open_bag
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
+from tb3_labs.report.bag.messages import Table, resets_in
+from tb3_labs.report.bag.records import Bag, BagProblem
+from tb3_labs.report.run_data import Numbers, RunData
 
 #: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
 OPTIONAL_TOPICS = {
@@ -36,19 +32,6 @@ OPTIONAL_TOPICS = {
 CLASSES = {(made._type, made._md5sum): made for made in (
     Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, Joy,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: The first reading keeps the records for the second reading if their size is below this [bytes].
-MAX_KEPT_BYTES = 2 ** 26
-#: A record takes this memory in addition to its data [bytes].
-RECORD_OVERHEAD = 500
-#: The recorder's clock was set back if a message of a topic arrived by more than this before the
-#: previous message [s]. A busy recorder may exchange two messages that are nearer to each other.
-MIN_SET_BACK = 0.2
-#: If all topics are silent for longer than this [s], the clock was set forward, or the computer
-#: slept. A smaller jump of the clock looks like a silence of all topics.
-MAX_OUTAGE = 3600.0
-#: The problem of a recording whose clock jumped. The recording is read until the jump, since all
-#: times after the jump are wrong.
-CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
 #: If topics are not read, at most this many of them are named.
@@ -62,39 +45,16 @@ def read_run(path, namespace=None, log=lambda line: None):
     with each line about parts of the bag that are not read.
     """
     try:
-        with open_bag(path) as file:
-            return _read(Bag(file, path), path, namespace, log)
+        bag = Bag(str(path), _class_of)
+        run = _run(bag, str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
-    except FileNotFoundError:
-        raise BagProblem(f'{path}: there is no such file') from None
     except Exception as problem:        # a stranger's bytes may be anything
         raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
             path, ' '.join(str(getattr(problem, 'strerror', None) or problem).split()))) from None
-
-
-def _contents(bag):
-    """Returns (types, senders, unknown, records). `types` is {topic: (installed class or None,
-    number of messages)}. `senders` is {topic: names}. `unknown` has the topic and type of each
-    topic that cannot be read. `records` is None if the records are too large to keep."""
-    numbers, records = Counter(), []
-    size = 0
-    for record in bag.messages(_class_of, ReadLimits()):
-        numbers[record.connection] += 1
-        size += RECORD_OVERHEAD + len(record.data)
-        if size < MAX_KEPT_BYTES:
-            records.append(record)
-    types, senders, unknown = {}, {}, set()
-    for connection, number in numbers.items():
-        topic, made = connection.topic, _class_of(connection)
-        known, count = types.get(topic, (None, 0))
-        types[topic] = known or made, count + number
-        if made is None:
-            unknown.add(f'{topic} ({connection.kind})')
-        else:
-            senders.setdefault(topic, set()).add(connection.sender)
-    is_whole = size < MAX_KEPT_BYTES and not bag.problem
-    return types, senders, sorted(unknown), records if is_whole else None
+    for line in [*_unknown_types(bag), *run.notes]:
+        log(f'{path}: {line}')
+    return run
 
 
 def _class_of(connection):
@@ -102,47 +62,66 @@ def _class_of(connection):
     return CLASSES.get((connection.kind, connection.checksum))
 
 
-def _read(bag, path, namespace, log):
-    types, senders, unknown, records = _contents(bag)
-    try:
-        topics = choose_topics(types, namespace)
-    except BagProblem as problem:
-        raise _missing(problem, bag.problem, types) from None
+def _unknown_types(bag):
+    """Yields a line on the topics of `bag` that are not read."""
+    unknown = sorted({f'{connection.topic} ({connection.kind})' for connection in bag.streams
+                      if _class_of(connection) is None})
     if unknown:
         more = len(unknown) - NAMED_TOPICS
-        log('{}: not read, since these types are not installed here, or not as they are in the '
-            'bag: {}{}'.format(path, ', '.join(unknown[:NAMED_TOPICS]),
-                               f', {more} more' if more > 0 else ''))
-    prefix = parent(topics['odometry'])
-    limits = ReadLimits()
-    collectors = make_collectors([*topics, 'sender_index'], prefix, limits)
-    names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
-    of_topic = {topic: (collectors[part], types[topic][0]) for part, topic in topics.items()}
-    if records is None:
-        records = bag.messages(
-            lambda connection: connection.topic in of_topic and _class_of(connection), limits)
-    start, problem = _collect(records, of_topic, collectors['sender_index'], names)
-    problem = problem or bag.problem
-    for collector in collectors.values():
-        collector.close()
-    for part in ('imu', 'odometry'):
-        if not len(collectors[part].arrival):
-            raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
-                           problem, types)
-    arrivals = [collector.arrival for collector in collectors.values()]
-    duration = max(float(times.max()) for times in arrivals if len(times))
-    notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
-    for part, topic in topics.items():
-        if collectors[part].is_full:
-            number = len(collectors[part].arrival)
-            notes.append(f'{topic} has more than {number} messages: the later ones are left out')
-    for note in notes:
-        log(f'{path}: {note}')
+        yield 'not read, since these types are not installed here, or not as they are in the ' \
+            'bag: {}{}'.format(', '.join(unknown[:NAMED_TOPICS]),
+                               f', {more} more' if more > 0 else '')
+
+
+def _run(bag, path, namespace):
+    types = _types(bag)
+    try:
+        topics = choose_topics(types, namespace)
+        prefix = parent(topics['odometry'])
+        in_order = {part: _in_order(bag, topic, types[topic][0]) for part, topic in topics.items()}
+        tables = {part: Table(part, types[topics[part]][0], prefix, bag.start, arrival, messages)
+                  for part, (arrival, messages, _) in in_order.items()}
+        for part in ('imu', 'odometry'):
+            if not len(tables[part].arrival):
+                raise BagProblem(f'not one good message on {topics[part]} (bad quaternions?)')
+    except BagProblem as problem:
+        raise _missing(problem, bag.problem, types) from None
+    clock = RecordedClock.of(tables['odometry'].arrival, tables['odometry'].stamp)
+    samples = {part: table.samples(clock) for part, table in tables.items()}
+    if 'log' in samples:
+        samples['resets'] = resets_in(samples['log'])
+    arrival, _, senders = in_order.get('commands', (np.empty(0), [], []))
+    names, index = np.unique(np.array(senders, object), return_inverse=True)
+    samples['sender_index'] = Numbers(
+        arrival, times_on_recorders_clock(arrival, arrival, clock), index.astype(float))
+    duration = max(float(each.arrival.max()) for each in samples.values() if len(each))
+    notes = (f'{bag.problem}: the report ends at {duration:.1f} s',) if bag.problem else ()
     absolute = {_absolute(topic) for topic in types}
     devices = tuple(name for name in DEVICE_TOPICS if prefix + name in absolute)
-    dropped = {part: collector.bad for part, collector in collectors.items()}
-    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes), devices=devices,
-                   senders=tuple(names), dropped=dropped, **samples_of(collectors))
+    dropped = {part: table.dropped for part, table in tables.items()}
+    return RunData(path, bag.start, duration, topics=topics, notes=notes, devices=devices,
+                   senders=tuple(names), dropped=dropped, **samples)
+
+
+def _types(bag):
+    """Returns {topic: (installed class or None, number of messages)}."""
+    types = {}
+    for connection, stream in bag.streams.items():
+        known, number = types.get(connection.topic, (None, 0))
+        types[connection.topic] = (known or _class_of(connection), number + len(stream.messages))
+    return types
+
+
+def _in_order(bag, topic, made):
+    """Returns (arrivals, messages, senders) of the messages of class `made` on a topic, sorted by
+    arrival. The messages of several senders follow each other in the bag's streams."""
+    streams = [(connection.sender, stream) for connection, stream in bag.streams.items()
+               if connection.topic == topic and _class_of(connection) is made]
+    arrival = np.concatenate([stream.arrival for _, stream in streams])
+    messages = [message for _, stream in streams for message in stream.messages]
+    senders = [sender for sender, stream in streams for _ in stream.messages]
+    order = np.argsort(arrival, kind='stable')
+    return arrival[order], [messages[k] for k in order], [senders[k] for k in order]
 
 
 def _missing(message, problem, types):
@@ -155,48 +134,9 @@ def _missing(message, problem, types):
     return BagProblem(f'was not read to its end: {problem}; until there: {message}')
 
 
-def _collect(records, of_topic, sender_index, names):
-    """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill the
-    Collector `sender_index` with the index of each command's sender. `names` is {sender: index}.
-    Returns (time of the first message [s since 1970], the problem that ended the reading or '')."""
-    # the records of a topic are read one after the other into the same message object
-    messages = {topic: made() for topic, (_, made) in of_topic.items()}
-    is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in of_topic and (
-        of_topic[connection.topic][1] is _class_of(connection)))
-    start = None
-    last = math.inf
-    last_of_topic = {}      # {topic: arrival of its last message}
-    try:
-        for connection, (seconds, nanoseconds), data in records:
-            if start is None:
-                start = seconds + 1e-9 * nanoseconds
-            if not is_wanted(connection):
-                continue
-            topic = connection.topic
-            (collector, made), message = of_topic[topic], messages[topic]
-            try:
-                message.deserialize(data)
-            except (genpy.DeserializationError, struct.error, ValueError):
-                collector.bad += 1
-                continue
-            arrival = (seconds - start) + 1e-9 * nanoseconds
-            is_set_back = arrival < last_of_topic.get(topic, arrival) - MIN_SET_BACK
-            if is_set_back or arrival > last + MAX_OUTAGE:
-                return start, CLOCK_JUMPED
-            last = last_of_topic[topic] = arrival
-            collector.add(message, arrival, start)
-            if made is Twist:
-                # a sender whose commands come after the end of the first reading is not in `names`
-                sender_index.keep([names.setdefault(connection.sender, len(names))],
-                                  arrival, arrival)
-    except TooLarge as too_large:
-        return start, str(too_large)
-    return start, ''
-
-
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
-    `namespace` is None. `_contents` returns the `types`. May raise BagProblem."""
+    `namespace` is None. `_types` returns the `types`. May raise BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
