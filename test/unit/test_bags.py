@@ -26,7 +26,7 @@ from tb3_labs.report.bag import records
 from tb3_labs.report.bag.records import CLOCK_JUMPED, BagProblem
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.completion import completed
+from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.moments import moments
 from tb3_labs.ros.conversions import to_pose_stamped, to_twist
 
@@ -121,7 +121,7 @@ def sent_by(node):
             'message_definition': Twist._full_text, 'callerid': node}
 
 
-def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tmp_path):
+def test_a_program_that_drove_is_named(tmp_path):
     turning = known_run()
     turning = replace(turning, imu=replace(turning.imu, yaw=0.3 * turning.imu.time))
     path = write_bag(tmp_path / 'square.bag', turning, sources=(sensors,))
@@ -131,9 +131,8 @@ def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tm
             bag.write('/cmd_vel', to_twist(*speeds), rospy.Time.from_sec(BEGIN + time),
                       connection_header=sent_by('/testsuite'))
     run = completed(read_run(path))
-    found = [each for each in moments(run, [], []) if each['kind'] == 'hand']
-    assert [each['begin'] for each in found] == pytest.approx(list(range(1, 9)), abs=0.1)
-    assert all(each['text'].startswith('driven by /testsuite: ') for each in found)
+    (found,) = [each for each in moments(run, [], []) if each['kind'] == 'hand']
+    assert found['begin'] == pytest.approx(1.0, abs=0.1) and found['text'].startswith('driven by /testsuite: ')
     by_hand = replace(run, senders=('/teleop_twist_keyboard',))
     assert moments(by_hand, [], [])[0]['text'].startswith('by hand: ')
 
@@ -224,7 +223,7 @@ DAMAGED = 'the recording was cut off, or is damaged'
     (record(b'', op=b'\2', conn=b'none'), DAMAGED), (record(b'', 2 ** 32 - 1, op=b'\4'), DAMAGED),
     (record(b'', SPARSE, op=b'\5', compression=b'bz2') + bytes(99), DAMAGED),
     (record(b'', SPARSE, op=b'\7', topic=b'/x', conn=bytes(4)) + bytes(99), DAMAGED),
-    (imu_connection() + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)), 'no nav_msgs/Odometry was recorded'),
+    (imu_connection() + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)), 'no nav_msgs/Odometry'),
     (chunk(bytes(2 ** 26 + 1)), 'it takes more than 2e+06 bytes'),
     (chunk(b''.join(map(connection, range(999)))), 'it takes more than 2e+06 bytes'),
     (chunk(imu_connection() + EMPTY_MESSAGE * 5000), 'it takes more than 2e+06 bytes'),

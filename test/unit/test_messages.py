@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from real_recordings import arrays_of
 
-from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
-from tb3_labs.report.bag.messages import declared_by
+from tb3_labs.report.bag.messages import RecordedClock, times_on_recorders_clock
+from tb3_labs.report.motion.resets_and_goals import declared_by
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.completion import completed
+from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData, yaw_offset
 
 #: The robot's clock is ahead of the recorder's by this much [s].

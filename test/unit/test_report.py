@@ -25,7 +25,7 @@ from tb3_labs.report.run_data import MIN_LEAP, Commands, ImuSamples, OdometrySam
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.completion import completed
+from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.figures import paths_figure
 from tb3_labs.report.page.files import COMPUTED, GOAL_TAKEN, NO_COMMANDS, NO_DRIVE, write_csv, write_report
 
@@ -128,8 +128,9 @@ def odd_bags(bag, tmp_path_factory):
 
 
 @pytest.mark.parametrize('words, said', [
-    ('none.bag', 'none.bag: there is no such file'), ('text.bag', 'a bag of version 1'),
-    ('.', 'a bag of ROS 2 is a folder'),
+    ('none.bag', 'none.bag: cannot be read (No such file or directory)'),
+    ('text.bag', 'not a bag of ROS 1, version 2.0'),
+    ('.', 'cannot be read (Is a directory)'),
     ('still.bag', 'no nav_msgs/Odometry'), ('run.bag -o text.bag/report', 'choose another folder')])
 def test_what_cannot_be_reported_is_one_line(words, said, odd_bags, monkeypatch, capsys):
     monkeypatch.chdir(odd_bags)

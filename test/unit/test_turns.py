@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_run import drive, driven, states, turn, values
 
-from tb3_labs.report.motion.completion import completed
+from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.motion.turns import turn_reports
 
 

@@ -1,13 +1,9 @@
 """Makes the samples of each topic from the messages of a recording.
 
-At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y=..., yaw=...``. The
-handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
-or a degree sign follows the number, or if the number is larger than a whole turn in radians.
-
+The times of all samples are converted to one clock, the recorder's clock.
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 """
 import math
-import re
 import struct
 import sys
 from dataclasses import dataclass, fields
@@ -16,10 +12,8 @@ from typing import Dict, Optional
 import genpy
 import numpy as np
 
-from tb3_labs.geometry.angles import WHOLE_TURN, wrap, yaw_from_quaternion
+from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.geometry.arrays import yaws_from_quaternions
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.bag.clock import times_on_recorders_clock
 from tb3_labs.report.run_data import (
     LogLines, MouseSamples, Numbers, OdometrySamples, Orientations, Poses, States, Twists,
     Variables)
@@ -27,41 +21,75 @@ from tb3_labs.report.run_data import (
 #: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
 
-#: The line of a reset. Two neighbouring parts of this expression never match the same character, so
-#: the search is fast even in a line of thousands of blanks.
-NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
-RESET_LINE = re.compile(
-    r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
-    r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
-#: Only this many characters of a line are searched for a reset.
-MAX_RESET_LENGTH = 500
 #: A sample with a larger number is invalid [m, rad, m/s, rad/s]. The firmware's spikes are below
 #: 1000 rad/s.
 MAX_NUMBER = 1e5
 #: The bytes of a message's stamp, and the bytes of a header without the name of its frame.
 STAMP, HEADER_SIZE = slice(4, 12), 16
 
+#: Two senders share one clock if their clocks differ by less than this [s].
+SAME_CLOCK = 0.1
+#: A message is late if its delay differs from its sender's usual delay by more than this [s].
+LATE_BY = 0.5
+#: No recorder is busy for longer than this. If the delay of a message is longer, its stamp is
+#: ignored [s].
+MAX_BELIEVED_DELAY = 10.0
+#: A sender's stamps are used if at least this share of its messages is not late.
+MIN_IN_TIME_SHARE = 0.25
+#: If more than this share of a sender's messages is late, and all these messages are at the begin
+#: or at the end of the recording, the sender's clock was set.
+OTHER_CLOCK_SHARE = 0.1
 
-def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
-    line."""
-    found = RESET_LINE.search(line[:MAX_RESET_LENGTH])
-    if found is None:
-        return None
-    x, y, yaw = (float(word) for word in found.groups()[:3])
-    if not math.isfinite(x + y + yaw):      # a number like 1e999
-        return None
-    if found.group(4) is not None or abs(yaw) > WHOLE_TURN:
-        yaw = math.radians(yaw)
-    return Pose2(x, y, wrap(yaw))
+
+@dataclass(frozen=True)
+class RecordedClock:
+    """The clock of a sender, which is `lag` behind the recorder's clock [s]. `stamps` are the
+    stamps of the sender's messages."""
+
+    lag: float
+    stamps: np.ndarray
+
+    @classmethod
+    def of(cls, arrival: np.ndarray, stamp: np.ndarray) -> 'RecordedClock':
+        """Returns the clock of a sender with at least one message. The clock is computed from the
+        messages with the shortest delays, without outliers."""
+        lags = np.sort(arrival - stamp)
+        lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE_BY]
+        return cls(float(lags[len(lags) // 20]), stamp)
+
+    def is_same_as(self, other: 'RecordedClock') -> bool:
+        """Do the stamps of this sender come from the clock of the `other` sender?"""
+        is_copied = np.isin(np.round(self.stamps, 6), np.round(other.stamps, 6))
+        return abs(self.lag - other.lag) < SAME_CLOCK or is_copied.mean() > 0.5
 
 
-def resets_in(log: LogLines) -> Poses:
-    """Returns the poses that the lines of a log declare."""
-    poses = [declared_by(text) for text in log.texts]
-    lines = log.take([k for k, pose in enumerate(poses) if pose is not None])
-    rows = [(pose.x, pose.y, pose.yaw) for pose in poses if pose is not None]
-    return Poses(lines.arrival, lines.time, *np.array(rows).reshape(-1, 3).T)
+def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
+                             robot_clock: Optional[RecordedClock]) -> np.ndarray:
+    """Returns the times at which a sender sent its messages, on the recorder's clock [s]. Each time
+    is at least the previous time.
+
+    `robot_clock` is the odometry's RecordedClock, or None. All senders that share this clock get
+    the same lag, so that their stamps stay comparable to the microsecond. A stamp is more exact
+    than an arrival: messages arrive late while the recorder is busy, and early while a simulated
+    clock stands still. The arrival is used only if the stamp is not plausible.
+    """
+    if not len(stamp):
+        return arrival
+    clock = RecordedClock.of(arrival, stamp)
+    if robot_clock is not None and clock.is_same_as(robot_clock):
+        clock = robot_clock
+    delay = np.abs(arrival - stamp - clock.lag)
+    in_time = np.flatnonzero(delay < LATE_BY)
+    if len(in_time) < MIN_IN_TIME_SHARE * len(stamp):
+        return np.maximum.accumulate(arrival)
+    by_stamp = delay < MAX_BELIEVED_DELAY
+    most_late = OTHER_CLOCK_SHARE * len(stamp)
+    first, last = in_time[0], in_time[-1]
+    if first > most_late:       # the sender's clock was set at `first`
+        by_stamp[:first] = False
+    if len(stamp) - 1 - last > most_late:       # the sender's clock was set after `last`
+        by_stamp[last + 1:] = False
+    return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
 
 
 @dataclass(frozen=True)

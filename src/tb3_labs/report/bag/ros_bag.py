@@ -14,9 +14,9 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.clock import RecordedClock, times_on_recorders_clock
-from tb3_labs.report.bag.messages import Table, resets_in
+from tb3_labs.report.bag.messages import RecordedClock, Table, times_on_recorders_clock
 from tb3_labs.report.bag.records import Bag, BagProblem
+from tb3_labs.report.motion.resets_and_goals import resets_in
 from tb3_labs.report.run_data import Numbers, RunData
 
 #: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
@@ -34,8 +34,6 @@ CLASSES = {(made._type, made._md5sum): made for made in (
     *(made for _, made in OPTIONAL_TOPICS.values()))}
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
-#: If topics are not read, at most this many of them are named.
-NAMED_TOPICS = 5
 
 
 def read_run(path, namespace=None, log=lambda line: None):
@@ -50,27 +48,20 @@ def read_run(path, namespace=None, log=lambda line: None):
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
     except Exception as problem:        # a stranger's bytes may be anything
-        raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
-            path, ' '.join(str(getattr(problem, 'strerror', None) or problem).split()))) from None
-    for line in [*_unknown_types(bag), *run.notes]:
-        log(f'{path}: {line}')
+        reason = getattr(problem, 'strerror', None) or problem
+        raise BagProblem(f'{path}: cannot be read ({reason})') from None
+    unknown = {f'{each.topic} ({each.kind})' for each in bag.streams if _class_of(each) is None}
+    if unknown:
+        log(f"{path}: not read, since these types are not installed here, or not as they are in "
+            f"the bag: {', '.join(sorted(unknown))}")
+    for note in run.notes:
+        log(f'{path}: {note}')
     return run
 
 
 def _class_of(connection):
     """Returns the installed class of the connection's messages, or None."""
     return CLASSES.get((connection.kind, connection.checksum))
-
-
-def _unknown_types(bag):
-    """Yields a line on the topics of `bag` that are not read."""
-    unknown = sorted({f'{connection.topic} ({connection.kind})' for connection in bag.streams
-                      if _class_of(connection) is None})
-    if unknown:
-        more = len(unknown) - NAMED_TOPICS
-        yield 'not read, since these types are not installed here, or not as they are in the ' \
-            'bag: {}{}'.format(', '.join(unknown[:NAMED_TOPICS]),
-                               f', {more} more' if more > 0 else '')
 
 
 def _run(bag, path, namespace):
@@ -85,7 +76,9 @@ def _run(bag, path, namespace):
             if not len(tables[part].arrival):
                 raise BagProblem(f'not one good message on {topics[part]} (bad quaternions?)')
     except BagProblem as problem:
-        raise _missing(problem, bag.problem, types) from None
+        if bag.problem:
+            problem = f'was not read to its end: {bag.problem}; until there: {problem}'
+        raise BagProblem(problem) from None
     clock = RecordedClock.of(tables['odometry'].arrival, tables['odometry'].stamp)
     samples = {part: table.samples(clock) for part, table in tables.items()}
     if 'log' in samples:
@@ -122,16 +115,6 @@ def _in_order(bag, topic, made):
     senders = [sender for sender, stream in streams for _ in stream.messages]
     order = np.argsort(arrival, kind='stable')
     return arrival[order], [messages[k] for k in order], [senders[k] for k in order]
-
-
-def _missing(message, problem, types):
-    """Returns the BagProblem with this message. `problem` is the reason why the bag was not read to
-    its end, or ''. `types` has the topics that were read."""
-    if not problem:
-        return BagProblem(message)
-    if not types:
-        return BagProblem(f'was not read: {problem}')
-    return BagProblem(f'was not read to its end: {problem}; until there: {message}')
 
 
 def choose_topics(types, namespace):

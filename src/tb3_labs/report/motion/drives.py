@@ -1,6 +1,6 @@
 """Finds the drives of a recorded run, and measures their errors, drift and times.
 
-The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.completion`).
+The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge case: without the ground truth, or without a sample near the time of a value, the value is NaN.

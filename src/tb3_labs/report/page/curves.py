@@ -19,10 +19,6 @@ MARK_HEIGHT = 8
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. The
-#: curve of a stranger's bag may need a depth that would take hours. So a stretch at this depth is
-#: not split, and all its samples are kept.
-MAX_DEPTH = 500
 #: The points (time, value) of a line, and the indices of the points that are not joined to the
 #: previous point.
 Line = Tuple[List[Tuple[float, float]], List[int]]
@@ -49,34 +45,29 @@ class Figure(NamedTuple):
 
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
-                 breaks: Iterable[int] = (), most: float = math.inf) -> np.ndarray:
+                 breaks: Iterable[int] = ()) -> np.ndarray:
     """Returns the indices of the samples that a curve keeps. The straight lines between these
     samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
-    the indices at which a new stretch begins, in order. Both ends of a stretch are kept. The search
-    ends when more than `most` samples are kept, even if the lines differ by more than `bounds`.
+    the indices at which a new stretch begins, in order. Both ends of a stretch are kept.
 
     Source: Douglas and Peucker (1973), with the distance along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
     begins = [0, *breaks]
-    splits = 0
-    stretches = [(begin, end - 1, 0) for begin, end in zip(begins, [*begins[1:], len(time)])]
-    while stretches and splits <= most:
-        first, last, depth = stretches.pop()
+    stretches = [(begin, end - 1) for begin, end in zip(begins, [*begins[1:], len(time)])]
+    while stretches:
+        first, last = stretches.pop()
         is_kept[[first, last]] = True
-        if depth == MAX_DEPTH:
-            is_kept[first:last] = True
-        elif last - first > 1:
-            inner = slice(first + 1, last)
-            share = (time[inner] - time[first]) / max(time[last] - time[first], 1e-9)
-            on_line = values[first] + share[:, None] * (values[last] - values[first])
-            distances = (np.abs(values[inner] - on_line) / bounds).max(axis=1)
-            farthest = int(np.argmax(distances))
-            if distances[farthest] > 1.0:
-                middle = first + 1 + farthest
-                is_kept[middle] = True
-                splits += 1
-                stretches += [(first, middle, depth + 1), (middle, last, depth + 1)]
+        if last - first < 2:
+            continue
+        inner = slice(first + 1, last)
+        share = (time[inner] - time[first]) / max(time[last] - time[first], 1e-9)
+        on_line = values[first] + share[:, None] * (values[last] - values[first])
+        distances = (np.abs(values[inner] - on_line) / bounds).max(axis=1)
+        farthest = int(np.argmax(distances))
+        if distances[farthest] > 1.0:
+            middle = first + 1 + farthest
+            stretches += [(first, middle), (middle, last)]
     return np.flatnonzero(is_kept)
 
 

@@ -15,9 +15,6 @@ from tb3_labs.report.motion.drives import STRAIGHT_AFTER, DriveReport
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import number, safe, table
 
-#: A table on a page has at most this many rows.
-MAX_ROWS = 200
-
 
 def _goal(drive: DriveReport) -> Tuple[float, float, float]:
     """Returns (x [m], y [m], yaw [deg]) of the goal."""
@@ -79,13 +76,11 @@ def numbered(word: str, columns: Sequence[Column], reports: Sequence[Any]) -> st
     """Returns an HTML table with a numbered row for each report. `word` names a row, 'turn' or
     'drive'."""
     rows = []
-    for count, report in enumerate(reports[:MAX_ROWS], 1):
+    for count, report in enumerate(reports, 1):
         values = [(column.value(report), column.form) for column in columns]
         rows.append([str(count)] + [number(value, form) if form else value
                                     for value, form in values])
-    more = len(reports) - MAX_ROWS
-    note = f'<p>{word}s.csv has {more} more.</p>' if more > 0 else ''
-    return table([word] + [column.head for column in columns], rows, texts=('outcome',)) + note
+    return table([word] + [column.head for column in columns], rows, texts=('outcome',))
 
 
 def write_reports(folder: Path, name: str, turns: Sequence[TurnReport],

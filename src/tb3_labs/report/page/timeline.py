@@ -1,9 +1,8 @@
 """Makes the data of the timeline of a run, and from these data the timeline's HTML.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording, but differs from each recorded value by at most its bound (`BOUNDS`). Only a track
-that would need more than `MAX_POINTS` differs by more. A track is interrupted at a time without
-samples.
+the recording, but differs from each recorded value by at most its bound (`BOUNDS`). A track is
+interrupted at a time without samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
 `local` and of the goals are in ``local``, all other poses are in ``odom``.
@@ -37,11 +36,8 @@ BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 ROUNDED_DIGITS = 3
 #: The largest change of a value by this rounding.
 TIMELINE_ROUNDING = 0.0005
-#: The largest numbers of the points of a track, of the marks of a page, and of the characters of a
-#: text.
-MAX_POINTS, MAX_MARKS, MAX_TEXT_LENGTH = 50000, 500, 1000
-#: A page has at most this many lines of a log. If a log is longer, its middle is left out.
-MAX_LOG_LINES = 2000
+#: The most characters of a text.
+MAX_TEXT_LENGTH = 1000
 #: The name of rosbag's node. Its log lines are not shown.
 RECORDER = 'record'
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
@@ -58,8 +54,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
-    kept = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
-    shown = kept[::math.ceil(len(kept) / MAX_POINTS)]
+    shown = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
     return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
             'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
@@ -86,10 +81,10 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
         'angle': track(time, [np.degrees(angle)], ['deg'],
                        [*goal_resets,
                         *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
-        'commands': _commands(run.commands)[:MAX_POINTS],
+        'commands': _commands(run.commands),
         'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
-                  for span in spans(run)[:MAX_MARKS]],
-        'marks': sorted(marked, key=lambda moment: moment['begin'])[:MAX_MARKS],
+                  for span in spans(run)],
+        'marks': sorted(marked, key=lambda moment: moment['begin']),
         'log': _lines(run.log),
         'nodes': variable_figures.nodes(run), 'variables': variable_figures.texts(run),
         'figures': variable_figures.figures(run)}
@@ -145,10 +140,7 @@ def _lines(log: LogLines) -> List[List[Any]]:
         if len(times) > 1:
             text += f' ({len(times)} times)'
         rows.append([round(float(times[0]), 3), str(level), text])
-    if len(rows) <= MAX_LOG_LINES:
-        return rows
-    first, last = rows[:MAX_LOG_LINES // 2], rows[-MAX_LOG_LINES // 2:]
-    return [*first, [first[-1][0], '', f'({len(rows) - MAX_LOG_LINES} lines are left out)'], *last]
+    return rows
 
 
 def section(data: Dict[str, Any]) -> str:

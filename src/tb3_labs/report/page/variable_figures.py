@@ -18,7 +18,6 @@ from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 #: The limits of a page.
 MAX_FIGURES = 12
 MAX_SHOWN_VARIABLES = 40
-MAX_LINE_POINTS = 2000     # of each line
 MAX_VALUE_LENGTH = 200         # characters of each text
 #: A variable with more different texts than this has no figure.
 MAX_LEVELS = 8
@@ -101,12 +100,10 @@ def changes(variable: Series) -> np.ndarray:
 
 
 def texts(run: RunData) -> List[List[Any]]:
-    """Returns [name, times of the changes, texts after the changes] of each variable. If there are
-    too many changes, some are left out."""
+    """Returns [name, times of the changes, texts after the changes] of each variable."""
     rows = []
     for each in variables(run):
         shown = changes(each)
-        shown = shown[::1 + len(shown) // MAX_LINE_POINTS]
         rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[shown], each.value[shown])]])
@@ -167,13 +164,8 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     is_jump = np.abs(np.diff(values)) > whole_turn / 2.0
     breaks = np.flatnonzero(is_gap | is_jump) + 1
     bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
-    most = max(MAX_LINE_POINTS, 2 * len(breaks) + 2)
-    kept = kept_samples(time, values[:, None], bound, breaks, most)
-    while len(kept) > most:
-        bound *= 2.0
-        kept = kept_samples(time, values[:, None], bound, breaks, most)
-    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
-              for k in kept][:MAX_LINE_POINTS]
+    kept = kept_samples(time, values[:, None], bound, breaks)
+    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}')) for k in kept]
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
@@ -183,7 +175,7 @@ def _level_steps(variable: Series, levels: List[str]) -> Line:
     begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > MIN_GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
-    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MAX_LINE_POINTS]:
+    for begin, end in zip(begins, [*begins[1:], len(heights) - 1]):
         if begin and variable.time[begin] - variable.time[begin - 1] > MIN_GAP:
             breaks.append(len(points))
         is_silent = variable.time[end] - variable.time[end - 1] > MIN_GAP
