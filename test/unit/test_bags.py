@@ -15,26 +15,18 @@ import rosbag
 import rospy
 from recorded_run import (  # noqa: F401
     BEGIN, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
-from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, Vector3
+from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Float64, Header
 
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.report.bag import records
 from tb3_labs.report.bag.records import CLOCK_JUMPED, BagProblem
 from tb3_labs.report.bag.ros_bag import read_run
-from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.moments import moments
-from tb3_labs.ros.conversions import to_pose_stamped, to_twist
-
-
-def test_topics_that_were_recorded_by_relative_names(tmp_path):
-    run = read_run(write_bag(tmp_path / 'relative.bag', namespaces=(None,)))
-    first, _ = drives(run)
-    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
+from tb3_labs.ros.conversions import to_twist
 
 
 def test_one_robot_of_several(tmp_path):
@@ -54,9 +46,6 @@ def events(run):
     yield 1.0, '/rosout', Log(name='/move_to_goal', msg='Goal reached!')
     yield 2.0, 'turn', Float64(-90.0)
     yield 2.0, 'turn', Float64(math.nan)
-    estimate = PoseWithCovarianceStamped()
-    estimate.pose.pose = to_pose_stamped(Pose2(3.0, 4.0, 0.5), 'local', 0.0).pose
-    yield 2.0, 'initialpose', estimate
     yield 3.0, 'ctrl_relinq', Bool(True)
     yield 3.0, 'joy', Joy(axes=[0.0], buttons=[0, 0, 1])
 
@@ -88,10 +77,8 @@ def test_the_mouse_and_all_fields_of_a_command(tmp_path):
     assert run.dropped['commands'] == 1 and len(sent.between(4.2, 9.0)) == 1
 
 
-@pytest.mark.parametrize('options, declared', [
-    ({}, [(1.0, 0.5, 1.57)]), ({'keep': lambda name: name != '/rosout'}, [(3.0, 4.0, 0.5)]),
-    ({'namespaces': ('/robot3',)}, [])])
-def test_a_reset_is_a_line_of_the_robots_own_log_or_without_a_log_a_pose_estimate(options, declared, tmp_path):
+@pytest.mark.parametrize('options, declared', [({}, [(1.0, 0.5, 1.57)]), ({'namespaces': ('/robot3',)}, [])])
+def test_a_reset_is_a_line_of_the_robots_own_log(options, declared, tmp_path):
     resets = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, events), **options)).resets
     assert [*zip(resets.x, resets.y, resets.yaw)] == [pytest.approx(pose) for pose in declared]
 

@@ -104,7 +104,7 @@ class Layout:
     has_header: bool = True
 
 
-POSE = Layout(7, {'x': 0, 'y': 1}, 3)
+POSES = Poses, Layout(7, {'x': 0, 'y': 1}, 3)
 #: {field of RunData: (class of its samples, layout of its messages)}
 LAYOUTS = {
     'imu': (Orientations, Layout(37, {'x': 0, 'y': 1, 'z': 2, 'w': 3, 'yaw_rate': 15}, 0)),
@@ -112,8 +112,7 @@ LAYOUTS = {
     'commands': (Twists, Layout(6, {
         'linear': 0, 'sideways': 1, 'upward': 2, 'rolling': 3, 'pitching': 4, 'angular': 5},
         has_header=False)),
-    'local_pose': (Poses, POSE), 'ground_truth': (Poses, POSE), 'goals': (Poses, POSE),
-    'resets': (Poses, Layout(43, POSE.index, 3))}      # with a covariance
+    'local_pose': POSES, 'ground_truth': POSES, 'goals': POSES}
 #: No wheel follows these parts of a command. So a command is kept, whatever they are.
 IGNORED_SPEEDS = 'sideways', 'upward', 'rolling', 'pitching'
 

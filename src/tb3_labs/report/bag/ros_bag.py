@@ -23,14 +23,14 @@ from tb3_labs.report.run_data import Numbers, RunData
 OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
-    'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
+    'states': ('goal_state', String),
     'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool),
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}
 #: The classes of all topics of record.launch, by type and checksum.
 CLASSES = {(made._type, made._md5sum): made for made in (
-    Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, Joy,
+    Imu, Odometry, TFMessage, Log, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
@@ -65,12 +65,12 @@ def _class_of(connection):
 
 
 def _run(bag, path, namespace):
-    types = _types(bag)
+    types = {each.topic: _class_of(each) for each in bag.streams}
     try:
         topics = choose_topics(types, namespace)
         prefix = parent(topics['odometry'])
-        in_order = {part: _in_order(bag, topic, types[topic][0]) for part, topic in topics.items()}
-        tables = {part: Table(part, types[topics[part]][0], prefix, bag.start, arrival, messages)
+        in_order = {part: _in_order(bag, topic, types[topic]) for part, topic in topics.items()}
+        tables = {part: Table(part, types[topics[part]], prefix, bag.start, arrival, messages)
                   for part, (arrival, messages, _) in in_order.items()}
         for part in ('imu', 'odometry'):
             if not len(tables[part].arrival):
@@ -89,20 +89,10 @@ def _run(bag, path, namespace):
         arrival, times_on_recorders_clock(arrival, arrival, clock), index.astype(float))
     duration = max(float(each.arrival.max()) for each in samples.values() if len(each))
     notes = (f'{bag.problem}: the report ends at {duration:.1f} s',) if bag.problem else ()
-    absolute = {_absolute(topic) for topic in types}
-    devices = tuple(name for name in DEVICE_TOPICS if prefix + name in absolute)
+    devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
     dropped = {part: table.dropped for part, table in tables.items()}
     return RunData(path, bag.start, duration, topics=topics, notes=notes, devices=devices,
                    senders=tuple(names), dropped=dropped, **samples)
-
-
-def _types(bag):
-    """Returns {topic: (installed class or None, number of messages)}."""
-    types = {}
-    for connection, stream in bag.streams.items():
-        known, number = types.get(connection.topic, (None, 0))
-        types[connection.topic] = (known or _class_of(connection), number + len(stream.messages))
-    return types
 
 
 def _in_order(bag, topic, made):
@@ -119,50 +109,43 @@ def _in_order(bag, topic, made):
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
-    `namespace` is None. `_types` returns the `types`. May raise BagProblem."""
+    `namespace` is None. `types` is {topic: installed class or None}. May raise BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or parent(topics['odometry'])
     for part, (name, kind) in OPTIONAL_TOPICS.items():
-        found = [topic for topic, (of, _) in types.items()
-                 if of is kind and _absolute(topic) == prefix + name]
+        found = [topic for topic, made in types.items()
+                 if made is kind and topic == prefix + name]
         if found:
             topics[part] = found[0]
-    if types.get('/tf', ('',))[0] is TFMessage:
+    if types.get('/tf') is TFMessage:
         topics['frames'] = '/tf'
-    if types.get('/rosout', ('',))[0] is Log:
+    if types.get('/rosout') is Log:
         topics['log'] = '/rosout'
-        # a line in the log shows that a reset was done; initialpose shows only a request
-        topics.pop('resets', None)
     return topics
 
 
-def _by_type(types, kind, ending, prefix):
-    """Returns the topic of type `kind` in the namespace `prefix` whose last name is `ending`. If
-    there is not exactly one, returns the topic with the most messages. Raises BagProblem if several
-    robots have such a topic."""
-    names = [topic for topic, (of, _) in types.items() if of is kind
-             and (prefix is None or _absolute(topic).startswith(prefix))]
-    if not names:
+def _by_type(types, kind, name, prefix):
+    """Returns the topic of type `kind` in the namespace `prefix`, or in any namespace if it is
+    None. If there are several, the topic is the one with this `name`. Raises BagProblem if there is
+    not exactly one."""
+    topics = [topic for topic, made in types.items() if made is kind
+              and (prefix is None or topic.startswith(prefix))]
+    if not topics:
         place = f' in {prefix}' if prefix else ''
         raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
             kind._type, place, ', '.join(sorted(types)) or 'no messages at all'))
-    named = [topic for topic in names if topic.rsplit('/', 1)[-1] == ending]
-    exact = [topic for topic in named if prefix and _absolute(topic) == prefix + ending]
-    if exact:
-        return exact[0]
-    if len({parent(topic) for topic in named}) > 1:
-        raise BagProblem('several robots were recorded ({}): choose one, such as --ns {}'.format(
-            ', '.join(sorted(named)), parent(sorted(named)[-1]).strip('/') or '/'))
-    return max(named or names, key=lambda topic: types[topic][1])
-
-
-def _absolute(topic):
-    """Returns the absolute name of a topic, since a bag may have relative names."""
-    return '/' + topic.lstrip('/')
+    exact = [topic for topic in topics if prefix and topic == prefix + name]
+    named = [topic for topic in topics if topic.rsplit('/', 1)[-1] == name]
+    found = exact or named or topics
+    if len(found) > 1:
+        raise BagProblem('several topics of {} were recorded ({}): choose a robot, such as --ns {}'
+                         .format(kind._type, ', '.join(sorted(found)),
+                                 parent(sorted(found)[-1]).strip('/') or '/'))
+    return found[0]
 
 
 def parent(topic):
     """Returns the namespace of a topic, such as `/robot3/` of `/robot3/odom`."""
-    return _absolute(topic).rpartition('/')[0] + '/'
+    return topic.rpartition('/')[0] + '/'

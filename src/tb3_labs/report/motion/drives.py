@@ -12,7 +12,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
-from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
@@ -129,3 +129,12 @@ def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) 
     if following.goal != drive.goal:
         return 'replaced by a new goal'
     return 'begun anew' if _is_same_epoch(frames, drive, following) else 'ended by a reset'
+
+
+def yaw_offset(run: RunData) -> Tuple[float, float]:
+    """Returns (mean, drift) of the IMU's yaw minus the odometry's yaw [rad]. The drift is the mean
+    of the recording's last tenth minus the mean of its first tenth."""
+    offset = np.unwrap(run.imu.yaw_at(run.odometry.time) - np.unwrap(run.odometry.yaw))
+    tenth = max(1, len(offset) // 10)
+    drift = offset[-tenth:].mean() - offset[:tenth].mean()
+    return wrap(float(offset.mean())), float(drift)

@@ -48,8 +48,8 @@ LOSS_PER_SECOND = 0.05
 MAX_TIME_BEFORE = 0.05
 #: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
-#: A goal belongs to a state if their messages arrived within this time [s].
-SAME_MOMENT = 0.5
+#: A goal belongs to a state if it arrived at most this time after the state [s].
+SAME_MOMENT = 0.1
 
 
 def declared_by(line: str) -> Optional[Pose2]:
@@ -178,32 +178,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 @cached_per_run
 def spans(run: RunData) -> List[Span]:
-    """Returns the states of move_to_goal as Spans, in order. If a goal was sent together with a
-    state, the state begins at the goal's stamp. Otherwise the state begins at its own arrival."""
-    begins: List[float] = []
-    goals: List[Optional[Pose2]] = []
-    for arrival, sent_with in zip(run.states.arrival.tolist(), _goals_of_states(run)):
-        begin, goal = arrival, int(last_until(run.goals.arrival, arrival))
-        if sent_with is not None:
-            begin, goal = min(arrival, float(run.goals.time[sent_with])), sent_with
-        begins.append(max(begins[-1:] + [begin]))
-        goals.append(run.goals.pose(goal) if goal >= 0 else None)
-    ends = begins[1:] + [max(begins[-1:] + [run.duration])]
-    return [Span(*span) for span in zip(run.states.text, begins, ends, goals)]
-
-
-def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """Returns for each state the index of the goal that was sent together with the state, or None.
-    States and goals are sent in the same order, but several may arrive at the same moment."""
-    goals = run.goals.arrival
-    following = 0
-    indices: List[Optional[int]] = []
-    for arrival in run.states.arrival:
-        following += int(np.searchsorted(goals[following:], arrival - SAME_MOMENT))
-        is_near = following < len(goals) and goals[following] < arrival + SAME_MOMENT
-        indices.append(following if is_near else None)
-        following += is_near
-    return indices
+    """Returns the states of move_to_goal as Spans, in order. A state begins when it arrives."""
+    begins = run.states.arrival.tolist()
+    ends = begins[1:] + [run.duration]
+    goals = last_until(run.goals.arrival, run.states.arrival + SAME_MOMENT).tolist()
+    return [Span(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
+            for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
 @cached_per_run

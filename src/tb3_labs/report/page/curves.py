@@ -6,7 +6,7 @@ view.
 """
 import math
 from html import escape
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -23,8 +23,6 @@ GRID_LINES = 4
 #: previous point.
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
-#: CSS classes for the lines of variables in a figure.
-VARIABLE_CLASSES = ('variable', 'second')
 BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
@@ -33,14 +31,22 @@ MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
         ' style="top:{top}px;--x:{x:.4f};--w:{width:.4f}"></a>')
 
 
-class Figure(NamedTuple):
-    """A figure of a node's variables. It has a line for each variable, and the line that the
-    variables should follow."""
+class Command(NamedTuple):
+    """A command of the timeline, in force until the next one. Both speeds are None if the robot's
+    timeout has ended the command before."""
 
-    names: List[str]
+    time: float
+    linear: Optional[float]
+    angular: Optional[float]
+
+
+class Figure(NamedTuple):
+    """A figure of a variable of a node, and of the line that the variable should follow."""
+
+    name: str
+    line: Line
     reference: str        # the name of the line `measured`, '' without such a line
     measured: Line
-    lines: List[Line]
     levels: List[str]     # the texts at the heights 0, 1, 2, ...; [] if the values are numbers
 
 
@@ -90,11 +96,11 @@ def curves(data: Dict[str, Any]) -> Iterator[str]:
             ('distance', 'distance to the goal [m]', data['distance'], 0.1, GRID_STEPS),
             ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0, ANGLE_STEPS)):
         yield _curve(data, name, caption, [('measured', _line_of(track))], least, (), steps)
-    for column, name, caption, track, least in (
-            (1, 'linear', 'forward [m/s]', data['speed'], 0.1),
-            (2, 'angular', 'turning [rad/s]', data['rate'], 0.4)):
+    for name, caption, track, least in (
+            ('linear', 'forward [m/s]', data['speed'], 0.1),
+            ('angular', 'turning [rad/s]', data['rate'], 0.4)):
         yield _curve(data, name, caption + BOTH_LINES, [
-            ('measured', _line_of(track)), ('commanded', _command_steps(data, column))], least)
+            ('measured', _line_of(track)), ('commanded', _command_steps(data, name))], least)
 
 
 def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
@@ -103,29 +109,30 @@ def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
         least, steps = 0.0, GRID_STEPS
         if figure.reference.startswith('heading'):
             least, steps = 10.0, ANGLE_STEPS
-        names = [f'<b class="{kind}">{escape(name)}</b>' for kind, name in zip(
-            VARIABLE_CLASSES, figure.names)]
+        caption = f'<b class="variable">{escape(figure.name)}</b>'
         if figure.reference:
-            names.append(f'<b class="measured">{escape(figure.reference)}</b>')
-        yield _curve(data, f'variable-{number}', ', '.join(names), [
-            ('measured', figure.measured), *zip(VARIABLE_CLASSES, figure.lines)],
-            least, figure.levels, steps)
+            caption += f', <b class="measured">{escape(figure.reference)}</b>'
+        yield _curve(data, f'variable-{number}', caption, [
+            ('measured', figure.measured), ('variable', figure.line)], least, figure.levels, steps)
 
 
 def _line_of(track: Dict[str, Any]) -> Line:
     return [*zip(track['time'], track['columns'][0])], track['breaks']
 
 
-def _command_steps(data: Dict[str, Any], column: int) -> Line:
-    """Returns the line of one column of the commands, which are constant between two commands."""
-    rows = data['commands']
+def _command_steps(data: Dict[str, Any], name: str) -> Line:
+    """Returns the line of a speed of the commands, which are constant between two commands. `name`
+    is a field of Command."""
+    commands: List[Command] = data['commands']
+    ends = [command.time for command in commands[1:]] + [data['duration']]
     points: List[Tuple[float, float]] = []
     breaks: List[int] = []
-    for row, end in zip(rows, [row[0] for row in rows[1:]] + [data['duration']]):
-        if row[column] is None:
+    for command, end in zip(commands, ends):
+        speed = getattr(command, name)
+        if speed is None:
             breaks.append(len(points))
         else:
-            points += [(row[0], row[column]), (end, row[column])]
+            points += [(command.time, speed), (end, speed)]
     return points, breaks
 
 

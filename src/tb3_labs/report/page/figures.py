@@ -39,8 +39,6 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
-#: A figure shows at most this many turns, or paths between two resets.
-MAX_DRAWN = 40
 #: The legend names at most this many turns.
 MAX_NAMED_TURNS = 12
 #: The places of names, from the origins of their frames, as shares of a panel's width. Frames with
@@ -77,7 +75,7 @@ def turns_figure(run: RunData) -> Optional[Figure]:
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in found[1:]] + [math.inf]
-    for number, (turn, next_begin) in enumerate(zip(found[:MAX_DRAWN], next_begins)):
+    for number, (turn, next_begin) in enumerate(zip(found, next_begins)):
         until = min(turn.end + SHOWN_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
@@ -109,7 +107,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
-    for number, epoch in enumerate(frames[:MAX_DRAWN]):
+    for number, epoch in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
@@ -128,7 +126,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _draw_ends(in_local, local, [goal for _, goal in goals])
     chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
-              for number, epoch in enumerate(frames[:MAX_DRAWN])]
+              for number, epoch in enumerate(frames)]
     size = _same_scale((in_odom, [pose for pose, _ in chosen]),
                        (in_local, [pose.inverse() for pose, _ in chosen]))
     _draw_frames(in_odom, size, 'odom', [(pose, 'local' + after) for pose, after in chosen])

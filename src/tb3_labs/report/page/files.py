@@ -8,19 +8,19 @@ from datetime import datetime
 from html import escape
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence, Union
+from typing import Dict, List, Optional, Union
 
 import numpy as np
 
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.arrays import last_until, wrap_all
-from tb3_labs.report.motion.drives import drives
+from tb3_labs.report.motion.drives import drives, yaw_offset
 from tb3_labs.report.motion.resets_and_goals import epochs, goal_errors, spans
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, tables, timeline
 from tb3_labs.report.page.document import degrees, document
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
-from tb3_labs.report.run_data import Poses, RunData, yaw_offset
+from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
 #: A pose belongs to the row of an odometry message if their times differ by at most this [s].
@@ -32,18 +32,15 @@ CAPTIONS = {
     'turns': 'Angle left to what was asked, and rate of turn, from the first command on.'}
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
-NO_COMMANDS = ('No drives are listed: no command came on cmd_vel (does the terminal of a node that '
-               'should drive show an exception? Does rosnode info name cmd_vel among its '
-               'publications?).')
-NO_DRIVE = 'No drives are listed: neither goal_state nor the commands show one.'
+NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
 #: The paragraph of a page on the values that were not recorded.
 COMPUTED = (
     'Some values are computed, because their topics were not recorded. Without goal_state, drives '
     'are found by the commands on cmd_vel; a movement that is neither a turn nor a drive counts as '
     'by hand. Without the topic turn, the asked angle is the nearest multiple of 90 degrees. '
     'Without tf, the local frame is declared (0, 0, 0) at the first sample, and again at each '
-    'reset; a place in it is by the odometry, a heading by the IMU.')
-GOAL_TAKEN = ' Without current_goal, each goal is ({:g} m, {:g} m, {:g} deg), see --goal.'
+    'reset; a place in it is by the odometry, a heading by the IMU. Without current_goal, each '
+    'goal is the goal of the lab, or the goal of the option --goal.')
 
 
 def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> List[Path]:
@@ -65,18 +62,19 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     parts += [printed_faults(run), timeline.section(timeline.timeline(
         run, model, moments(run, turned, driven))), *broken_links(run)]
     if turned:
-        parts.append(_part('Turns', tables.TURN_COLUMNS, turned))
+        parts += ['<h2>Turns</h2>', tables.numbered('turn', tables.TURN_COLUMNS, turned)]
     parts.append(turns)
-    if driven or not turned:
-        is_commanded = len(run.states) or len(run.commands)
-        reason = NO_DRIVE if is_commanded else NO_COMMANDS
-        parts.append(_part('Drives', tables.REACHED_COLUMNS, driven, '' if driven else reason))
+    if driven:
+        parts += ['<h2>Drives</h2>', tables.numbered('drive', tables.REACHED_COLUMNS, driven)]
+    elif not turned:
+        parts.append(f'<p>{NO_DRIVE}</p>')
     parts.append(paths)
     if driven:
-        parts += ['<div class="next"></div>',
-                  _part('Along the way', tables.ALONG_COLUMNS, driven, tables.DRIFT_NOTE)]
+        parts += ['<div class="next"></div>', '<h2>Along the way</h2>',
+                  tables.numbered('drive', tables.ALONG_COLUMNS, driven),
+                  f'<p>{tables.DRIFT_NOTE}</p>']
     if run.derived or not all(turn.was_sent for turn in turned):
-        parts.append(f'<p>{escape(_computed(run))}</p>')
+        parts.append(f'<p>{escape(COMPUTED)}</p>')
     parts.append(f"<p>Beside this page: {', '.join((path.name for path in files[1:]))}.</p>")
     write_output(files[0], document('Run report: ' + name, parts))
     return files
@@ -94,38 +92,14 @@ def write_figure(figure: Optional[figures.Figure], path: Path) -> str:
 
 
 def _summary(run: RunData, model: RobotModel) -> str:
-    offset = yaw_offset(run)
-    resets = len(epochs(run)) - 1
-    invalid = ''.join(', {} invalid messages of {} dropped'.format(
-        number, run.topics.get(part, part)) for part, number in run.dropped.items() if number)
-    return (
-        '{} on {}, {:.1f} s, {:.2f} m driven, {} reset{}{}. IMU yaw minus odometry yaw: mean {} '
-        'deg, standard deviation {}, change from the first to the last tenth of the run {}.'.format(
-            model.name.capitalize(), datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M'),
-            run.duration, run.odometry.length, resets or 'no', '' if resets == 1 else 's',
-            invalid,
-            degrees(offset.mean, '{:+.2f}'), degrees(offset.spread, '{:.3f}'),
-            degrees(offset.drift, '{:+.3f}')))
-
-
-def _part(title: str, columns: Sequence[tables.Column], reports: Sequence[Any],
-          note: str = '') -> str:
-    """Returns the HTML of a heading, the table of the reports, and the note below the table."""
-    html = f'<h2>{title}</h2>'
-    if reports:
-        row = 'turn' if columns is tables.TURN_COLUMNS else 'drive'
-        html += tables.numbered(row, columns, reports)
-    if note:
-        html += f'<p>{escape(note)}</p>'
-    return html
-
-
-def _computed(run: RunData) -> str:
-    """Returns the text on the values of the run that were computed."""
-    if 'goals' not in run.derived:
-        return COMPUTED
-    goal = run.goals.pose(0)
-    return COMPUTED + GOAL_TAKEN.format(goal.x, goal.y, round(math.degrees(goal.yaw), 3) + 0.0)
+    date = datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M')
+    invalid = ''.join(f', {number} invalid messages of {run.topics.get(part, part)} dropped'
+                      for part, number in run.dropped.items() if number)
+    mean, drift = yaw_offset(run)
+    return (f'{model.name.capitalize()} on {date}, {run.duration:.1f} s, '
+            f'{run.odometry.length:.2f} m driven, resets: {len(epochs(run)) - 1}{invalid}. '
+            f"IMU yaw minus odometry yaw: mean {degrees(mean, '{:+.2f}')} deg, change from the "
+            f"first to the last tenth of the run {degrees(drift, '{:+.3f}')}.")
 
 
 def write_csv(run: RunData, path: Path) -> None:

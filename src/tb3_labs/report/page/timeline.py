@@ -10,7 +10,6 @@ Units in the data: seconds since the recording's start, metres, degrees, m/s, ra
 import json
 import math
 from html import escape
-from itertools import groupby
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -21,7 +20,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
-from tb3_labs.report.page.curves import curves, mark_line, kept_samples, variable_curves
+from tb3_labs.report.page.curves import (
+    Command, curves, kept_samples, mark_line, variable_curves)
 from tb3_labs.report.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
@@ -30,12 +30,10 @@ TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: Only these data are read by the timeline's program. Python draws all other data into the page.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
                'angle', 'commands', 'goals', 'marks', 'variables')
-#: The largest difference between a recorded value and its track, for each unit.
+#: The largest difference between a recorded value and its track, for each unit, without rounding.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits after the point.
 ROUNDED_DIGITS = 3
-#: The largest change of a value by this rounding.
-TIMELINE_ROUNDING = 0.0005
 #: The most characters of a text.
 MAX_TEXT_LENGTH = 1000
 #: The name of rosbag's node. Its log lines are not shown.
@@ -54,7 +52,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
-    shown = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
+    shown = kept_samples(time, values, bounds, begins)
     return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
             'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
@@ -105,18 +103,18 @@ def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
     return [int(index) for index in found if 0 < index < len(time)]
 
 
-def _commands(commands: Commands) -> List[List[Any]]:
-    """Returns [time, m/s, rad/s] of each command that differs from the previous command. At the
-    time at which the robot's timeout ended a command, the row has None for both speeds."""
+def _commands(commands: Commands) -> List[Command]:
+    """Returns the commands that differ from their previous command, and a Command without speeds
+    where the robot's timeout ended a command."""
     times = commands.time.tolist()
-    rows: List[List[Any]] = []
+    rows: List[Command] = []
     for time, following, linear, angular in zip(
             times, [*times[1:], math.inf], commands.linear.tolist(), commands.angular.tolist()):
-        speeds = [round(linear, 3), round(angular, 3)]
-        if not rows or rows[-1][1:] != speeds:
-            rows.append([round(time, 3), *speeds])
+        command = Command(round(time, 3), round(linear, 3), round(angular, 3))
+        if not rows or rows[-1][1:] != command[1:]:
+            rows.append(command)
         if following - time > COMMAND_TIMEOUT:
-            rows.append([round(time + COMMAND_TIMEOUT, 3), None, None])
+            rows.append(Command(round(time + COMMAND_TIMEOUT, 3), None, None))
     return rows
 
 
@@ -129,18 +127,10 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    """Returns [time, level, text] of each log line. The text begins with the node's name. Equal
-    lines that follow each other become one line."""
-    lines = [(level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH], at)
-             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
-             if node.rpartition('/')[2] != RECORDER]
-    rows: List[List[Any]] = []
-    for (level, text), group in groupby(lines, key=lambda line: line[:2]):
-        times = [at for *_, at in group]
-        if len(times) > 1:
-            text += f' ({len(times)} times)'
-        rows.append([round(float(times[0]), 3), str(level), text])
-    return rows
+    """Returns [time, level, text] of each log line. The text begins with the node's name."""
+    return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
+            for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
+            if node.rpartition('/')[2] != RECORDER]
 
 
 def section(data: Dict[str, Any]) -> str:
