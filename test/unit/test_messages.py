@@ -26,7 +26,7 @@ def arrived_late(begin, end, arrival):
 
 
 @pytest.mark.parametrize('set_at', [0.3, 0.5, 0.8])
-@pytest.mark.parametrize('by', [1e6, 2.0, -2.0, -1e6])
+@pytest.mark.parametrize('by', [1e6, 11.0, -11.0, -1e6])
 def test_a_clock_that_is_set_during_the_recording(set_at, by):
     stamp = SENT + AHEAD + np.where(SENT > 10.0 * set_at, by, 0.0)
     assert times_on_recorders_clock(SENT, stamp, None) == pytest.approx(SENT, abs=1e-6)
@@ -57,12 +57,7 @@ def one_in_time_of(number):
     (SENT, SENT + AHEAD - 0.095, ROBOT, SENT - 0.095), (SENT, SENT + AHEAD + 0.105, ROBOT, SENT),
     # a quarter of the messages must come in time
     (one_in_time_of(4), SENT + AHEAD, ROBOT, SENT),
-    (one_in_time_of(5), SENT + AHEAD, ROBOT, np.maximum.accumulate(one_in_time_of(5))),
-    # a clock that is off for more than a tenth of the messages was set: behind at first, or ahead at the end
-    (SENT, SENT + AHEAD - 0.6 * (NUMBER < 10), None, SENT - 0.6 * (NUMBER < 10)),
-    (SENT, SENT + AHEAD + 0.6 * (NUMBER >= 90), None, SENT + 0.6 * (NUMBER >= 90)),
-    (SENT, SENT + AHEAD - 0.6 * (NUMBER < 11), None, SENT),
-    (SENT, SENT + AHEAD + 0.6 * (NUMBER >= 89), None, SENT)])
+    (one_in_time_of(5), SENT + AHEAD, ROBOT, np.maximum.accumulate(one_in_time_of(5)))])
 def test_the_time_of_a_message(arrival, stamp, robot, time):
     assert times_on_recorders_clock(arrival, stamp, robot) == pytest.approx(time)
 

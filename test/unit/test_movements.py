@@ -115,7 +115,7 @@ def test_a_drive_by_numbers():
     assert found.true == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
     times = math.radians(135.0) / 1.5 + 0.1, 4.0 + 0.1, math.radians(133.0) / 1.5
     assert found.seconds == pytest.approx((times[0], times[1] - 0.1, times[2] + 0.1), abs=1e-6)
-    assert found.time == pytest.approx(sum(times))
+    assert found.duration == pytest.approx(sum(times))
     assert found.drift == pytest.approx(0.0, abs=1e-3)
     assert run.derived == ('local_pose', 'frames', 'states', 'goals')
 

@@ -36,9 +36,6 @@ LATE_BY = 0.5
 MAX_BELIEVED_DELAY = 10.0
 #: A sender's stamps are used if at least this share of its messages is not late.
 MIN_IN_TIME_SHARE = 0.25
-#: If more than this share of a sender's messages is late, and all these messages are at the begin
-#: or at the end of the recording, the sender's clock was set.
-OTHER_CLOCK_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -79,24 +76,17 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
     if robot_clock is not None and clock.is_same_as(robot_clock):
         clock = robot_clock
     delay = np.abs(arrival - stamp - clock.lag)
-    in_time = np.flatnonzero(delay < LATE_BY)
-    if len(in_time) < MIN_IN_TIME_SHARE * len(stamp):
+    if (delay < LATE_BY).mean() < MIN_IN_TIME_SHARE:
         return np.maximum.accumulate(arrival)
     by_stamp = delay < MAX_BELIEVED_DELAY
-    most_late = OTHER_CLOCK_SHARE * len(stamp)
-    first, last = in_time[0], in_time[-1]
-    if first > most_late:       # the sender's clock was set at `first`
-        by_stamp[:first] = False
-    if len(stamp) - 1 - last > most_late:       # the sender's clock was set after `last`
-        by_stamp[last + 1:] = False
     return np.maximum.accumulate(np.where(by_stamp, stamp + clock.lag, arrival))
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The layout of messages that end with `size` numbers of 8 bytes each. `index` has the index of
-    the number for each field of the samples, apart from the yaw. The numbers from the index
-    `quaternion` on are x, y, z, w."""
+    """The layout of messages that end with `size` numbers of 8 bytes each. Names of frames may
+    precede the numbers. `index` has the index of the number for each field of the samples, apart
+    from the yaw. The numbers from the index `quaternion` on are x, y, z, w."""
 
     size: int
     index: Dict[str, int]
@@ -132,7 +122,7 @@ def _rows_of_log(message, prefix):
 def _rows_of_variables(message, prefix):
     for status in message.status:
         for each in status.values:
-            yield None, status.name, sys.intern(each.key), each.value
+            yield message.header, status.name, sys.intern(each.key), each.value
 
 
 def _row_of_text(message, prefix):
@@ -153,8 +143,8 @@ ROWS = {
 
 
 class Table:
-    """The samples of a topic: `arrival`, `stamp`, `columns`. `dropped` is the number of messages
-    that were invalid."""
+    """The samples of a topic: the arrays `arrival` and `stamp`, and an array for each field of the
+    class `kind` in `columns`. `dropped` is the number of invalid samples and messages."""
 
     def __init__(self, part, made, prefix, start, arrival, messages):
         """`part` is a field of RunData, `made` the class of the messages, and `prefix` the robot's
@@ -181,7 +171,7 @@ class Table:
             self.stamp = self._seconds(stamps[::2], stamps[1::2])
         numbers = np.frombuffer(b''.join([message[-size:] for message in whole]), '<f8')
         numbers = numbers.reshape(-1, layout.size).T
-        columns = {name: numbers[index] for name, index in layout.index.items()}
+        columns = {name: numbers[index].copy() for name, index in layout.index.items()}
         if layout.quaternion is not None:
             x, y, z, w = numbers[layout.quaternion:layout.quaternion + 4]
             columns['yaw'] = yaws_from_quaternions(w, x, y, z)
@@ -217,14 +207,13 @@ class Table:
 
     def _drop_invalid(self):
         """Drop the samples with a number that is NaN or too large."""
-        numbers = [column for column in self.columns if column.dtype != object]
         is_valid = np.ones(len(self.arrival), bool)
-        for column in numbers:
-            is_valid &= np.abs(column) < MAX_NUMBER
-        if not is_valid.all():
-            self.dropped += int((~is_valid).sum())
-            self.arrival, self.stamp = self.arrival[is_valid], self.stamp[is_valid]
-            self.columns = [column[is_valid] for column in self.columns]
+        for column in self.columns:
+            if column.dtype != object:
+                is_valid &= np.abs(column) < MAX_NUMBER
+        self.dropped += int((~is_valid).sum())
+        self.arrival, self.stamp = self.arrival[is_valid], self.stamp[is_valid]
+        self.columns = [column[is_valid] for column in self.columns]
 
     def samples(self, robot_clock):
         """Returns the samples. `robot_clock` is the odometry's RecordedClock."""

@@ -54,10 +54,10 @@ class ReadingEnded(Exception):
 
 
 class Connection(NamedTuple):
-    """A sender of messages on a topic. The messages have the type `kind`, with this checksum."""
+    """A sender of messages of this type on a topic. The checksum is the md5sum of the type."""
 
     topic: str
-    kind: str
+    message_type: str
     checksum: str
     sender: str
 

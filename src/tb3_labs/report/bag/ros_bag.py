@@ -50,7 +50,8 @@ def read_run(path, namespace=None, log=lambda line: None):
     except Exception as problem:        # a stranger's bytes may be anything
         reason = getattr(problem, 'strerror', None) or problem
         raise BagProblem(f'{path}: cannot be read ({reason})') from None
-    unknown = {f'{each.topic} ({each.kind})' for each in bag.streams if _class_of(each) is None}
+    unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
+               if _class_of(each) is None}
     if unknown:
         log(f"{path}: not read, since these types are not installed here, or not as they are in "
             f"the bag: {', '.join(sorted(unknown))}")
@@ -61,7 +62,7 @@ def read_run(path, namespace=None, log=lambda line: None):
 
 def _class_of(connection):
     """Returns the installed class of the connection's messages, or None."""
-    return CLASSES.get((connection.kind, connection.checksum))
+    return CLASSES.get((connection.message_type, connection.checksum))
 
 
 def _run(bag, path, namespace):

@@ -41,7 +41,7 @@ class DriveReport:
     seconds: Tuple[float, ...]        # the time in each state of DRIVING
 
     @property
-    def time(self) -> float:
+    def duration(self) -> float:
         """The duration of the drive [s]."""
         return self.end - self.begin
 

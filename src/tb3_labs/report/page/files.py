@@ -110,14 +110,14 @@ def write_csv(run: RunData, path: Path) -> None:
     in_order = spans(run)
     names = np.array([''] + [span.state for span in in_order], dtype=object)
     states = names[last_until([span.begin for span in in_order], at) + 1]
-    near = _nearest(error_time, at)
+    near = _same_instant(error_time, at)
     newest = last_until(run.commands.time, at)
     is_over = np.append(run.commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT
     newest = np.where(is_over, -1, newest)      # before the first command, `newest` is -1, too
     columns = {
         'time_s': at, **_pose_columns('odom', odometry, np.arange(len(at))),
-        **_pose_columns('local', local, _nearest(local.time, at)),
-        **_pose_columns('truth', truth, _nearest(truth.time, at)),
+        **_pose_columns('local', local, _same_instant(local.time, at)),
+        **_pose_columns('truth', truth, _same_instant(truth.time, at)),
         'imu_yaw_deg': np.degrees(wrap_all(run.imu.yaw_at(at))),
         'distance_error_m': _chosen(distance, near),
         'angle_error_deg': np.degrees(_chosen(angle, near)),
@@ -134,15 +134,12 @@ def _pose_columns(name: str, poses: Poses, index: np.ndarray) -> Dict[str, np.nd
             name + '_yaw_deg': np.degrees(_chosen(poses.yaw, index))}
 
 
-def _nearest(times: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Returns for each time in `at` the index of the nearest of `times`; -1 if the nearest time
-    differs by more than SAME_INSTANT."""
-    if not len(times):
-        return np.full(len(at), -1)
-    after = np.minimum(np.searchsorted(times, at), len(times) - 1)
-    before = np.maximum(after - 1, 0)
-    index = np.where(np.abs(times[after] - at) < np.abs(times[before] - at), after, before)
-    return np.where(np.abs(times[index] - at) <= SAME_INSTANT, index, -1)
+def _same_instant(times: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Returns for each time in `at` the index of the last of `times` that differs from it by at
+    most SAME_INSTANT; -1 if there is none."""
+    index = last_until(times, at + SAME_INSTANT)
+    is_older = np.append(times, -math.inf)[index] < at - SAME_INSTANT
+    return np.where(is_older, -1, index)
 
 
 def _chosen(values: np.ndarray, index: np.ndarray) -> np.ndarray:
