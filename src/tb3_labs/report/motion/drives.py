@@ -20,7 +20,7 @@ from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0
-#: Stands for an unknown (distance, angle), and for an unknown (drift, deviation).
+#: Stands for an unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
@@ -37,7 +37,6 @@ class DriveReport:
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # final change of the heading in MOVE_FORWARD [rad]
-    deviation: float                  # largest change of the heading in MOVE_FORWARD [rad]
     seconds: Tuple[float, ...]        # the time in each state of DRIVING
 
     @property
@@ -94,7 +93,7 @@ def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
             seconds[part.state] += part.end - part.begin
     return DriveReport(
         whole.begin, whole.end, whole.goal, _outcome(frames, whole, next_states),
-        _final_error(local, whole), true_error, *_drift(run, parts), tuple(seconds.values()))
+        _final_error(local, whole), true_error, _drift(run, parts), tuple(seconds.values()))
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
@@ -106,16 +105,14 @@ def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
     return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)
 
 
-def _drift(run: RunData, parts: Sequence[Span]) -> Tuple[float, float]:
-    """Returns (drift, deviation) of the IMU's heading in the longest stretch of MOVE_FORWARD."""
+def _drift(run: RunData, parts: Sequence[Span]) -> float:
+    """Returns the drift in the longest stretch of MOVE_FORWARD."""
     stretches = [part for part in parts if part.state == FORWARD]
     if not stretches:
-        return UNKNOWN
+        return math.nan
     longest = max(stretches, key=lambda part: part.end - part.begin)
     yaw = np.unwrap(run.imu.between(longest.begin + STRAIGHT_AFTER, longest.end).yaw)
-    if len(yaw) < 2:
-        return UNKNOWN
-    return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())
+    return float(yaw[-1] - yaw[0]) if len(yaw) > 1 else math.nan
 
 
 def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) -> str:
