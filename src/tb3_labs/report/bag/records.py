@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 from shlex import quote
 from typing import Callable, Dict, List, NamedTuple, Optional, Union
 
-#: The memory that one reading takes at most [bytes]. A recording of one hour by record.launch takes
-#: 1.2e9.
+#: The memory that one reading takes at most [bytes]. An hour of record.launch takes 1.2e9, and
+#: 1.6e9 if it is packed.
 MAX_MEMORY = 2e9
 #: A message and a connection take this memory in addition to their data [bytes].
 MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000

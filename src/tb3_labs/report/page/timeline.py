@@ -63,22 +63,22 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)
-    local_resets, goal_resets = (_resets(frames, at) for at in (local.time, time))
+    local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
+    turned_over = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
+    # at the begin of each epoch, the pose in ``local`` is taken for the true pose
+    truth = [run.ground_truth.between(epoch.begin, epoch.end).seen_from(
+        epoch.odom_T_local @ epoch.local_T_world)
+        for epoch in frames if epoch.local_T_world is not None]
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        # at the begin of each epoch, the pose in ``local`` is taken for the true pose
-        'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
-            epoch.odom_T_local @ epoch.local_T_world)
-            for epoch in frames if epoch.local_T_world is not None])),
+        'truth': _poses(Poses.joined(truth)),
         'frame': _poses(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
         'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
         'speed': track(odometry.time, [odometry.linear], ['m/s']),
         'distance': track(time, [distance], ['m'], goal_resets),
-        'angle': track(time, [np.degrees(angle)], ['deg'],
-                       [*goal_resets,
-                        *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
+        'angle': track(time, [np.degrees(angle)], ['deg'], [*goal_resets, *turned_over]),
         'commands': _commands(run.commands),
         'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
                   for span in spans(run)],
@@ -138,15 +138,15 @@ def section(data: Dict[str, Any]) -> str:
     text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
                       allow_nan=False).replace('<', '\\u003c')
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
-    return '<style>\n{}</style>\n{}'.format(
-        ''.join(path.read_text(encoding='utf-8') for path in styles),
-        TIMELINE_PAGE.read_text(encoding='utf-8').format(
-            curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
-            nodes=escape(', '.join(data['nodes'])),
-            marks=''.join(mark_line(data)), data=text,
-            mark_list=''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
-                each['begin'], each['begin'], escape(each['text'])) for each in data['marks']),
-            log=''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
-                level, at, at, escape(text)) for at, level, text in data['log']),
-            bounds=', '.join('{:g} {}'.format(bound, unit) for unit, bound in BOUNDS.items()),
-            script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js'))))
+    style = ''.join(path.read_text(encoding='utf-8') for path in styles)
+    mark_list = ''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
+        each['begin'], each['begin'], escape(each['text'])) for each in data['marks'])
+    log = ''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
+        level, at, at, escape(text)) for at, level, text in data['log'])
+    page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
+        curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
+        nodes=escape(', '.join(data['nodes'])), marks=''.join(mark_line(data)),
+        mark_list=mark_list, log=log, data=text,
+        bounds=', '.join(f'{bound:g} {unit}' for unit, bound in BOUNDS.items()),
+        script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
+    return f'<style>\n{style}</style>\n{page}'
