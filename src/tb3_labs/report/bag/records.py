@@ -64,8 +64,8 @@ class Connection(NamedTuple):
 
 @dataclass
 class Stream:
-    """The messages of a connection, in the order of the file. A message is empty if it is too
-    large, or if the messages of the connection are not wanted."""
+    """The messages of a connection, in the order of the file. A message that is too large is empty.
+    If the messages are not wanted, there are none."""
 
     is_wanted: bool
     arrival: array = field(default_factory=lambda: array('d'))     # [s since the first message]
@@ -94,15 +94,12 @@ class Bag:
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 if data[:len(BAG_VERSION)] != BAG_VERSION:
                     raise BagProblem(NOT_A_BAG.format(quote(path)))
-                self._read_to_end(data)
-
-    def _read_to_end(self, data: mmap.mmap) -> None:
-        try:
-            self._read(data, len(BAG_VERSION))
-        except ReadingEnded as reason:
-            self.problem = str(reason)
-        except (ValueError, LookupError, struct.error, OSError):
-            self.problem = 'the recording was cut off, or is damaged'
+                try:
+                    self._read(data, len(BAG_VERSION))
+                except ReadingEnded as reason:
+                    self.problem = str(reason)
+                except (ValueError, LookupError, struct.error, OSError):
+                    self.problem = 'the recording was cut off, or is damaged'
 
     def _read(self, data: Union[bytes, mmap.mmap], at: int) -> None:
         """Read the records from `at` to the end of the file, or of an unpacked chunk."""

@@ -23,8 +23,6 @@ from tb3_labs.watch.chains import broken_links_of_nodes
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 #: A line of a traceback that names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
-#: A page shows at most this many characters of an exception.
-MAX_ERROR_LENGTH = 300
 #: A node of the skeletons prints this when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
@@ -98,7 +96,7 @@ def printed_faults(run: RunData) -> str:
         if todo:
             todos.setdefault(todo.group(), time)
     parts = [FAULT_LINE.format(escape('An exception came {}: {}.'.format(
-        'once' if len(times) == 1 else f'{len(times)} times', error[:MAX_ERROR_LENGTH])), times[0])
+        'once' if len(times) == 1 else f'{len(times)} times', error)), times[0])
         for error, times in errors.items()]
     if todos:
         parts.append(FAULT_LINE.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
