@@ -111,35 +111,40 @@ def _rows_of_frames(message, prefix):
     for each in message.transforms:
         if each.child_frame_id.strip('/') == (prefix + 'local').strip('/'):
             place, q = each.transform.translation, each.transform.rotation
-            yield each.header, place.x, place.y, yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
+            yaw = yaw_from_quaternion(w=q.w, x=q.x, y=q.y, z=q.z)
+            return each.header, [(place.x, place.y, yaw)]
+    return None, []
 
 
 def _rows_of_log(message, prefix):
-    if message.name.startswith(prefix):
-        yield message.header, LEVELS.get(message.level, ''), message.name, message.msg
+    if not message.name.startswith(prefix):
+        return None, []
+    return message.header, [(LEVELS.get(message.level, ''), message.name, message.msg)]
 
 
 def _rows_of_variables(message, prefix):
-    for status in message.status:
-        for each in status.values:
-            yield message.header, status.name, sys.intern(each.key), each.value
+    return message.header, [(status.name, sys.intern(each.key), each.value)
+                            for status in message.status for each in status.values]
 
 
-def _row_of_text(message, prefix):
-    yield None, message.data
+def _rows_of_mouse(message, prefix):
+    return message.header, [(message.xPos, message.yPos, float(message.status.data))]
+
+
+def _rows_of_text(message, prefix):
+    return None, [(message.data,)]
 
 
 #: {field of RunData: (class of its samples, function)} for messages of other layouts.
-#: ``function(message, prefix)`` yields a row for each sample of the robot in the namespace
-#: `prefix`. A row has the header with the stamp, or None, and the values of the sample.
+#: ``function(message, prefix)`` returns the header with the stamp, or None, and a row of values for
+#: each sample of the robot in the namespace `prefix`.
 ROWS = {
-    'states': (States, _row_of_text), 'events': (States, _row_of_text),
-    'printed': (States, _row_of_text), 'frames': (Poses, _rows_of_frames),
+    'states': (States, _rows_of_text), 'events': (States, _rows_of_text),
+    'printed': (States, _rows_of_text), 'frames': (Poses, _rows_of_frames),
     'log': (LogLines, _rows_of_log), 'variables': (Variables, _rows_of_variables),
-    'turn_requests': (Numbers, lambda message, prefix: [(None, math.radians(message.data))]),
-    'control': (Numbers, lambda message, prefix: [(None, float(message.data))]),
-    'mouse': (MouseSamples, lambda message, prefix: [
-        (message.header, message.xPos, message.yPos, float(message.status.data))])}
+    'mouse': (MouseSamples, _rows_of_mouse),
+    'turn_requests': (Numbers, lambda message, prefix: (None, [(math.radians(message.data),)])),
+    'control': (Numbers, lambda message, prefix: (None, [(float(message.data),)]))}
 
 
 class Table:
@@ -186,16 +191,15 @@ class Table:
         for at, data in zip(arrival.tolist(), messages):
             try:
                 message.deserialize(data)
-                found = [*rows_of(message)]
+                header, found = rows_of(message)
             except (genpy.DeserializationError, struct.error, ValueError):
                 self.dropped += 1
                 continue
-            for header, *row in found:
-                stamp = at
-                if header is not None:
-                    stamp = self._seconds(header.stamp.secs, header.stamp.nsecs)
-                times.append((at, stamp))
-                rows.append(row)
+            stamp = at
+            if header is not None:
+                stamp = self._seconds(header.stamp.secs, header.stamp.nsecs)
+            times += [(at, stamp)] * len(found)
+            rows += found
         self.arrival, self.stamp = np.array(times).reshape(-1, 2).T
         width = len(fields(self.kind)) - 2
         kind = object if self.kind in (States, LogLines, Variables) else float
