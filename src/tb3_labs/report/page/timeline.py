@@ -84,7 +84,7 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
                   for span in spans(run)],
         'marks': sorted(marked, key=lambda moment: moment['begin']),
         'log': _lines(run.log),
-        'nodes': variable_figures.nodes(run), 'variables': variable_figures.texts(run),
+        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variable_figures.texts(run),
         'figures': variable_figures.figures(run)}
 
 

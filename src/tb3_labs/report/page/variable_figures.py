@@ -27,8 +27,6 @@ BOUND_SHARE = 1.0 / 500.0
 MAX_DRAWN_NUMBER = 1e300
 #: An angle above this is in degrees, not in radians.
 MAX_RADIANS = 7.0
-
-
 #: The handouts' variables. They are drawn first, in this order.
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
@@ -58,11 +56,6 @@ def _reference(run: RunData, variable: Series) -> Reference:
     if variable.name == 'local_yaw':
         return Reference('yaw in local', local.time, local.yaw, WHOLE_TURN)
     return Reference('', np.empty(0), np.empty(0))
-
-
-def nodes(run: RunData) -> List[str]:
-    """Returns the names of the nodes whose variables were recorded."""
-    return list(dict.fromkeys(run.variables.node))
 
 
 @cached_per_run
