@@ -45,7 +45,7 @@ def main(argv):
     """Read the bag, and write the report. Returns the exit status."""
     given = parse(argv)
     try:
-        from tb3_labs.report.motion.completion import LAB_GOAL, completed
+        from tb3_labs.report.motion.movements import LAB_GOAL, completed
         from tb3_labs.report.page.files import write_report    # needs matplotlib
         from tb3_labs.report.bag.ros_bag import read_run
         run = completed(read_run(str(given.bag), given.ns, _print), given.goal or LAB_GOAL)

@@ -4,8 +4,6 @@ import math
 import os
 import re
 import struct
-import subprocess
-import sys
 import tracemalloc
 from dataclasses import replace
 from io import BytesIO
@@ -17,27 +15,18 @@ import rosbag
 import rospy
 from recorded_run import (  # noqa: F401
     BEGIN, DELAY, MISS, MISS_DEG, in_degrees, known_run, run, sensors, write_bag)
-from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import Twist, Vector3
 from rosgraph_msgs.msg import Log
-from sensor_msgs.msg import Joy
+from sensor_msgs.msg import Imu, Joy
 from std_msgs.msg import Bool, Float64, Header
-from tf2_msgs.msg import TFMessage
 
-from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag import messages, records, ros_bag
-from tb3_labs.report.bag.messages import MAX_LINE_LENGTH
-from tb3_labs.report.bag.ros_bag import CLOCK_JUMPED, BagProblem, read_run
-from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.completion import completed
+from tb3_labs.report.bag import records
+from tb3_labs.report.bag.records import CLOCK_JUMPED, BagProblem
+from tb3_labs.report.bag.ros_bag import read_run
+from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.moments import moments
-from tb3_labs.ros.conversions import to_pose_stamped, to_twist
-
-
-def test_topics_that_were_recorded_by_relative_names(tmp_path):
-    run = read_run(write_bag(tmp_path / 'relative.bag', namespaces=(None,)))
-    first, _ = drives(run)
-    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
+from tb3_labs.ros.conversions import to_twist
 
 
 def test_one_robot_of_several(tmp_path):
@@ -57,9 +46,6 @@ def events(run):
     yield 1.0, '/rosout', Log(name='/move_to_goal', msg='Goal reached!')
     yield 2.0, 'turn', Float64(-90.0)
     yield 2.0, 'turn', Float64(math.nan)
-    estimate = PoseWithCovarianceStamped()
-    estimate.pose.pose = to_pose_stamped(Pose2(3.0, 4.0, 0.5), 'local', 0.0).pose
-    yield 2.0, 'initialpose', estimate
     yield 3.0, 'ctrl_relinq', Bool(True)
     yield 3.0, 'joy', Joy(axes=[0.0], buttons=[0, 0, 1])
 
@@ -91,10 +77,8 @@ def test_the_mouse_and_all_fields_of_a_command(tmp_path):
     assert run.dropped['commands'] == 1 and len(sent.between(4.2, 9.0)) == 1
 
 
-@pytest.mark.parametrize('options, declared', [
-    ({}, [(1.0, 0.5, 1.57)]), ({'keep': lambda name: name != '/rosout'}, [(3.0, 4.0, 0.5)]),
-    ({'namespaces': ('/robot3',)}, [])])
-def test_a_reset_is_a_line_of_the_robots_own_log_or_without_a_log_a_pose_estimate(options, declared, tmp_path):
+@pytest.mark.parametrize('options, declared', [({}, [(1.0, 0.5, 1.57)]), ({'namespaces': ('/robot3',)}, [])])
+def test_a_reset_is_a_line_of_the_robots_own_log(options, declared, tmp_path):
     resets = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, events), **options)).resets
     assert [*zip(resets.x, resets.y, resets.yaw)] == [pytest.approx(pose) for pose in declared]
 
@@ -124,7 +108,7 @@ def sent_by(node):
             'message_definition': Twist._full_text, 'callerid': node}
 
 
-def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tmp_path):
+def test_a_program_that_drove_is_named(tmp_path):
     turning = known_run()
     turning = replace(turning, imu=replace(turning.imu, yaw=0.3 * turning.imu.time))
     path = write_bag(tmp_path / 'square.bag', turning, sources=(sensors,))
@@ -134,9 +118,8 @@ def test_a_program_that_drove_is_named_and_its_square_is_split_where_it_turns(tm
             bag.write('/cmd_vel', to_twist(*speeds), rospy.Time.from_sec(BEGIN + time),
                       connection_header=sent_by('/testsuite'))
     run = completed(read_run(path))
-    found = [each for each in moments(run, [], []) if each['kind'] == 'hand']
-    assert [each['begin'] for each in found] == pytest.approx(list(range(1, 9)), abs=0.1)
-    assert all(each['text'].startswith('driven by /testsuite: ') for each in found)
+    (found,) = [each for each in moments(run, [], []) if each['kind'] == 'hand']
+    assert found['begin'] == pytest.approx(1.0, abs=0.1) and found['text'].startswith('driven by /testsuite: ')
     by_hand = replace(run, senders=('/teleop_twist_keyboard',))
     assert moments(by_hand, [], [])[0]['text'].startswith('by hand: ')
 
@@ -190,177 +173,82 @@ def test_a_topic_behind_another_in_the_file_is_not_a_clock_that_was_set(run, tmp
 # Bags of strangers: each of the small files takes gigabytes, or minutes, if it is read as it asks --
 
 def record(data, size=None, **header):
-    """The bytes of a record of a bag, which says that its data have `size` bytes; its header's
-    fields are bytes, or numbers of 4 bytes."""
+    """The bytes of a record of a bag, which says that its data have `size` bytes."""
     fields = b''.join(struct.pack('<I', len(name) + 1 + len(value)) + name.encode() + b'=' + value
                       for name, value in header.items())
     return b''.join([struct.pack('<I', len(fields)), fields,
                      struct.pack('<I', len(data) if size is None else size), data])
 
 
-def start_of_bag(index_pos=13):
-    return b'#ROSBAG V2.0\n' + record(b'', op=b'\3', index_pos=struct.pack('<Q', index_pos))
-
-
 def connection(number, topic=b'/x', data=b''):
     return record(data, op=b'\7', topic=topic, conn=struct.pack('<I', number))
 
 
-def chunk(content, by=b'bz2', **header):
-    packed = bz2.compress(content) if by == b'bz2' else pytest.importorskip(
-        'roslz4').compress(content)
-    return record(packed, op=b'\5', compression=by, **header)
+def chunk(content, by=b'bz2', size=None):
+    return record(bz2.compress(content), size, op=b'\5', compression=by)
+
+
+def imu_connection():
+    names = {'topic': '/imu', 'type': Imu._type, 'md5sum': Imu._md5sum}
+    data = b''.join(struct.pack('<I', len(name) + 1 + len(text)) + f'{name}={text}'.encode()
+                    for name, text in names.items())
+    return connection(0, b'/imu', data)
 
 
 EMPTY_MESSAGE = record(b'', op=b'\2', conn=bytes(4), time=bytes(8))
+SPARSE = 2 * 10 ** 9
 
 
-def read_within(path, log=lambda line: None):
-    """(the reader's result, its greatest memory in MiB, its processor time)."""
-    tracemalloc.start()
-    begun = process_time()
-    try:
-        read = read_run(path, log=log)
-    except BagProblem as problem:
-        read = str(problem)
-    finally:
-        took, peak = process_time() - begun, tracemalloc.get_traced_memory()[1] / 2 ** 20
-        tracemalloc.stop()
-    return read, peak, took
-
-
-@pytest.fixture
-def small(monkeypatch):
-    """A budget of a thousandth."""
-    monkeypatch.setattr(records, 'MAX_CHUNK_BYTES', 2 ** 19)
-    for what, most in records.MAX_READ.items():
-        monkeypatch.setitem(records.MAX_READ, what, max(2, most // 1000))
+DAMAGED = 'the recording was cut off, or is damaged'
 
 
 @pytest.mark.parametrize('content, said', [
-    (lambda: chunk(bytes(2 ** 24)), 'was not read: a packed chunk holds more than 0.5 MiB'),
-    (lambda: chunk(bytes(2 ** 24), b'lz4'), 'was not read: a packed chunk holds more than 0.5 MiB'),
-    (lambda: chunk(EMPTY_MESSAGE * 9)[:-9], 'was not read: the recording was cut off'),
-    (lambda: chunk(chunk(chunk(bytes(2 ** 20)))), 'no messages at all'),
-    (lambda: record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), 'damaged near byte'),
-    (lambda: chunk(b'', b'lz4') + record(b'\4\x22\x4d\x18' + b'\xff' * 99, op=b'\5', compression=b'lz4'),
-     'damaged near byte'),
-    (lambda: record(b'', op=b'\5', compression=b'zip'), 'damaged near byte'),
-    (lambda: struct.pack('<I', 2 ** 32 - 1), 'damaged near byte'),
-    (lambda: record(b'', op=b'\7'), 'damaged near byte'),
-    (lambda: record(b'', op=b'\2', conn=b'none'), 'damaged near byte'),
-    (lambda: bytes(2 ** 20), 'was not read: the file is damaged near byte'),
-    (lambda: connection(0, data=bytes(2 ** 21)), 'damaged near byte'),
-    (lambda: connection(0, bytes(20000)), 'damaged near byte'),
-    (lambda: record(b'', op=b'\7', topic=b'/x', conn=b'n' * 9000), 'damaged near byte'),
-    (lambda: chunk(connection(0) * 21), 'was not read: it has more than 20 connections'),
-    (lambda: chunk(connection(0) + EMPTY_MESSAGE * 5000),
-     'not read to its end: it has more than 2,000 records; until there: no sensor_msgs/Imu was'),
-    (lambda: record(b'', op=b'\6', count=b'\xff' * 4) * 9999, 'it has more than 2,000 records'),
-    (lambda: record(b'', 2 ** 32 - 1, op=b'\4'), 'the bag has: no messages at all'),
-    (lambda: chunk(record(bytes(2 ** 18), op=b'\4')) * 20, 'it has more than 2 MiB')])
-def test_a_small_file_takes_neither_memory_nor_time(content, said, small, tmp_path):
-    (tmp_path / 'run.bag').write_bytes(start_of_bag() + content())
-    words, most, took = read_within(tmp_path / 'run.bag')
-    assert said in words and '\n' not in words and most < 16.0 and took < 5.0, (words, most)
+    (chunk(EMPTY_MESSAGE * 9)[:-9], DAMAGED), (chunk(chunk(chunk(bytes(2 ** 20)))), DAMAGED),
+    (chunk(b'', b'lz4'), 'its chunks are packed by lz4; unpack it: rosbag decompress'),
+    (record(b'BZh9' + bytes(99), op=b'\5', compression=b'bz2'), DAMAGED),
+    (struct.pack('<I', 2 ** 32 - 1), DAMAGED), (bytes(2 ** 20), DAMAGED), (record(b'', op=b'\7'), DAMAGED),
+    (record(b'', op=b'\2', conn=b'none'), DAMAGED), (record(b'', 2 ** 32 - 1, op=b'\4'), DAMAGED),
+    (record(b'', SPARSE, op=b'\5', compression=b'bz2') + bytes(99), DAMAGED),
+    (record(b'', SPARSE, op=b'\7', topic=b'/x', conn=bytes(4)) + bytes(99), DAMAGED),
+    (imu_connection() + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)), 'no nav_msgs/Odometry'),
+    (chunk(bytes(2 ** 26 + 1)), 'it takes more than 2e+06 bytes'),
+    (chunk(b''.join(map(connection, range(999)))), 'it takes more than 2e+06 bytes'),
+    (chunk(imu_connection() + EMPTY_MESSAGE * 5000), 'it takes more than 2e+06 bytes'),
+    (chunk(record(bytes(2 ** 18), op=b'\4')) * 20, 'it takes more than 2e+06 bytes')])
+def test_a_small_file_takes_neither_memory_nor_time(content, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(records, 'MAX_MEMORY', 2e6)
+    path = tmp_path / 'run.bag'
+    with open(path, 'wb') as file:
+        file.write(records.BAG_VERSION + content)
+        if len(content) < 500:
+            file.truncate(SPARSE + 500)      # the file is as long as it claims
+    tracemalloc.start()
+    begun = process_time()
+    with pytest.raises(BagProblem, match=re.escape(said)) as raised:
+        read_run(path)
+    took, peak = process_time() - begun, tracemalloc.get_traced_memory()[1] / 2 ** 20
+    tracemalloc.stop()
+    assert '\n' not in str(raised.value) and peak < 200.0 and took < 5.0
 
 
-SPARSE = 2 * 10 ** 9
-#: Reads the given files; each may take this much memory beyond Python's own [MiB].
-READER = """
-import resource, sys, time
-from tb3_labs.report.bag import records
-from tb3_labs.report.bag.ros_bag import read_run
-pages = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (pages + {} * 2 ** 20,) * 2)
-for path in sys.argv[1:]:
-    records.MAX_CPU_TIME = 8.0 if path.endswith('/6.bag') else 0.2     # its piece is unpacked in about 0.2 s
-    begun = time.process_time()
-    try:
-        print(read_run(path).duration)
-    except ValueError as problem:
-        print(problem)
-    assert time.process_time() - begun < 10.0, path
-"""
-
-
-def test_a_process_with_little_memory_reads_what_claims_gigabytes(tmp_path):
-    """The memory of bz2 and lz4 is limited, too, and each reading but one ends after 0.2 s."""
-    sparse = [record(b'', SPARSE, op=b'\5', compression=by) for by in (b'bz2', b'lz4', b'none')]
-    sparse += [connection(0) + record(b'', SPARSE, op=b'\2', conn=bytes(4), time=bytes(8)),
-               record(bz2.compress(EMPTY_MESSAGE), SPARSE, op=b'\5', compression=b'bz2')]
-    whole = [connection(0) + chunk(EMPTY_MESSAGE * 9999) * 20, chunk(bytes(2 ** 26 + 2 ** 20)),
-             b''.join(connection(k, b'/%09d' % k * 900) for k in range(2500))]
-    paths = []
-    for k, content in enumerate(sparse + whole):
-        paths.append(str(tmp_path / '{}.bag'.format(k)))
-        with open(paths[-1], 'wb') as file:
-            file.write(start_of_bag() + content)
-            file.truncate(file.tell() + SPARSE * (k < len(sparse)))
-    said = subprocess.check_output([sys.executable, '-c', READER.format(200), *paths],
-                                   stderr=subprocess.STDOUT, universal_newlines=True).splitlines()
-    assert len(said) == len(paths)
-    assert 'was not read to its end: to read it takes longer than 0.2 s; until there' in said[5]
-    assert 'was not read: a packed chunk holds more than 64 MiB' in said[6]
-
-
-def test_all_packed_chunks_share_one_budget(tmp_path, monkeypatch):
+@pytest.mark.parametrize('options', [{}, {'compression': 'bz2', 'chunk_threshold': 10000}])
+def test_a_recording_is_read_until_it_takes_too_much_memory(options, tmp_path, monkeypatch):
     path, told = tmp_path / 'run.bag', []
-    with rosbag.Bag(str(path), 'w', compression='bz2', chunk_threshold=10000) as bag:
+    with rosbag.Bag(str(path), 'w', **options) as bag:
         for time, topic, message in sorted(sensors(known_run()), key=lambda row: row[0]):
             bag.write('/' + topic, message, rospy.Time.from_sec(BEGIN + time))
     assert read_run(path, log=told.append).duration == pytest.approx(12.0) and not told
-    monkeypatch.setitem(records.MAX_READ, 'MiB', 0.2)
+    monkeypatch.setattr(records, 'MAX_MEMORY', 5e5)
     run = read_run(path, log=told.append)
-    line, = told
-    assert 0.5 < run.duration < 6.0 and re.search(
-        r'it has more than 0.2 MiB: the report ends at {:.1f} s$'.format(run.duration), line)
+    assert 0.5 < run.duration < 9.0
+    assert run.notes == (f'it takes more than 5e+05 bytes of memory: the report ends at {run.duration:.1f} s',)
+    assert told == [f'{path}: {run.notes[0]}']
 
 
-def crowd(run):
-    """One message that holds many samples."""
-    frame = TransformStamped(child_frame_id='local')
-    frame.transform.rotation.w = 1.0
-    yield 6.0, '/tf', TFMessage([frame] * 2000)
-
-
-@pytest.mark.parametrize('most, sources, end', [(2000, (sensors, crowd), 6.0), (700, (sensors,), 5.8)])
-def test_samples_are_read_up_to_the_budget(most, sources, end, tmp_path, monkeypatch):
-    monkeypatch.setitem(records.MAX_READ, 'samples', most)
-    run = read_run(write_bag(tmp_path / 'run.bag', sources=sources))
-    assert run.notes == ('it has more than {:,} samples: the report ends at {:.1f} s'.format(most, run.duration),)
-    assert run.duration == pytest.approx(end, abs=0.1)
-
-
-def test_characters_that_take_four_bytes_count_with_their_lines(tmp_path, monkeypatch):
-    monkeypatch.setattr(messages, 'MAX_LETTERS', 10 * MAX_LINE_LENGTH)
-    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, lambda run: (
-        (0.1 * k, '/rosout', Log(name='/x', msg='\U0001f916' * 9000)) for k in range(20)))))
-    assert len(run.log) == 9 and 'the later ones are left out' in run.notes[0]
-
-
-def chatty(run):
-    for number in range(101):
-        yield 0.01 * number, '/rosout', Log(name='/x', msg='Local pose set to x=1, y=1, yaw=1')
-    yield 5.0, '/rosout', Log(name='/x', msg='y' * 300000)
-
-
-def test_of_too_many_or_too_long_lines_the_first_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(messages, 'MAX_LINES', 100)
-    told = []
-    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, chatty)), log=told.append)
-    assert len(run.log) == 100 and run.dropped['log'] == 1 and len(run.notes) == 1
-    assert told[0].endswith('/rosout has more than 100 messages: the later ones are left out')
-
-
-def test_no_message_is_lost_if_the_records_just_fill_the_memory(tmp_path, monkeypatch):
-    path = write_bag(tmp_path / 'run.bag', sources=(sensors,))
-    size = sum(ros_bag.RECORD_OVERHEAD + len(raw[1]) for _, raw, _ in rosbag.Bag(path).read_messages(raw=True))
-    whole = read_run(path)
-    for most in (size - 1, size, size + 1):
-        monkeypatch.setattr(ros_bag, 'MAX_KEPT_BYTES', most)
-        run = read_run(path)
-        assert (len(run.imu), len(run.odometry)) == (len(whole.imu), len(whole.odometry))
+def test_a_message_that_is_too_large_is_dropped(tmp_path):
+    line = Log(name='/x', msg='y' * 300000)
+    run = read_run(write_bag(tmp_path / 'run.bag', sources=(sensors, lambda run: [(5.0, '/rosout', line)])))
+    assert (len(run.log), run.dropped['log']) == (0, 1)
 
 
 @pytest.mark.parametrize('part, column, value', [
@@ -379,21 +267,14 @@ def test_a_recording_that_was_cut_off_is_read_up_to_there(part, run, tmp_path):
     path.write_bytes(path.read_bytes()[:int(part * path.stat().st_size)])
     read = read_run(path)
     assert 12.0 * part - 2.0 < read.duration < 12.0 * part + 1.0
-    assert read.notes == ('the recording was cut off: the report ends at {:.1f} s'.format(
-        read.duration),)
+    assert read.notes == (f'{DAMAGED}: the report ends at {read.duration:.1f} s',)
 
 
-@pytest.mark.parametrize('begin, what, remedy', [
-    (b'', 'the file is empty', 'download it again'), (b'#ROSBAG V1.2\n', 'version 1', 'rosbag fix'),
-    (b'\n <!DOCTYPE html><html>', 'a web page', 'download the file itself'),
-    (b'version https://git-lfs.github.com/spec/v1\noid', 'Git LFS', 'git lfs pull'),
-    (b'SQLite format 3\0', 'a bag of ROS 2', "rosbags-convert --src '{}' --dst"),
-    (b'\x89MCAP0\r\n', 'a bag of ROS 2', "rosbags-convert --src '{}' --dst"),
-    (b'PK\3\4', 'a zip archive', "unzip '{}'"), (b'\x1f\x8b\x08', 'a gzip archive', "gunzip -c '{}'"),
-    (b'\x7fELF', 'not a bag of version 2', 'rosbag record')])
-def test_a_file_that_is_no_bag_is_named_with_what_to_do(begin, what, remedy, tmp_path):
+@pytest.mark.parametrize('begin, said', [
+    (b'', 'the file is empty'), (b'#ROSBAG V1.2\n', 'not a bag of ROS 1, version 2.0'),
+    (b'SQLite format 3\0', "rosbags-convert --src '{}' --dst")])
+def test_a_file_that_is_no_bag_is_named_with_what_to_do(begin, said, tmp_path):
     path = tmp_path / 'a $(b)\n.bag'
     path.write_bytes(begin)
-    with pytest.raises(BagProblem) as raised:
+    with pytest.raises(BagProblem, match=re.escape(said.format(path))):
         read_run(path)
-    assert what in str(raised.value) and remedy.format(path) in str(raised.value)

@@ -10,7 +10,7 @@ from tb3_labs.report.run_data import OdometrySamples, Poses
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
-from tb3_labs.report.motion.completion import completed
+from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.page.figures import draw_path, new_figure, paths_figure, turns_figure
 
 

@@ -34,7 +34,7 @@ CASES = [
     ('mystery.py', ['--answer', '7', 'imu offset', '130', 'deg'], 'unrecognized arguments: deg'),
     ('mystery.py', ['--answer', '7', 'imu', '130'], "'imu' is not a fault"),
     ('send_goal.py', ['1', '1', '90', 'deg'], 'usage: send_goal.py X Y YAW_DEG'),
-    ('lab_report.py', ['nowhere.bag'], 'nowhere.bag: there is no such file'),
+    ('lab_report.py', ['nowhere.bag'], 'nowhere.bag: cannot be read (No such file or directory)'),
     ('lab_report.py', ['x.bag', '--goal', '1', '1', 'up'], "--goal: yaw_deg = 'up' is not valid: " + YAW),
     ('lab_report.py', ['x.bag', '--model', 'burgr'], ('burgr', 'burger', 'waffle_pi')),
     ('send_goal.py', ['1,0'], 'with blanks between them, such as: 1 1 90'),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_run import drive, driven, states, turn, values
 
-from tb3_labs.report.motion.completion import completed
+from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.motion.turns import turn_reports
 
 
@@ -20,13 +20,13 @@ def test_a_turn_by_numbers(degrees, offset):
     """The IMU crosses +/-180 deg with the larger offset."""
     found = one([turn(3.0, degrees)], start=(1.0, 2.0, 0.3), imu_offset=offset)
     assert math.degrees(found.turned) == pytest.approx(degrees, abs=0.15)
-    assert math.degrees(found.true) == pytest.approx(degrees, abs=0.15)
+    assert math.degrees(found.true_turned) == pytest.approx(degrees, abs=0.15)
     assert math.degrees(found.requested) == pytest.approx(math.copysign(90.0, degrees))
     assert not found.was_sent
     assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)
     assert math.degrees(found.true_error) == pytest.approx(2.0, abs=0.15)
     assert math.degrees(found.overshoot) == pytest.approx(2.0, abs=0.15)
-    assert found.time == pytest.approx(math.radians(92.0) / 1.5, abs=0.02)
+    assert found.duration == pytest.approx(math.radians(92.0) / 1.5, abs=0.02)
     assert found.peak_rate == pytest.approx(1.5)
 
 
@@ -99,7 +99,7 @@ def test_a_turn_whose_first_commands_the_recorder_missed():
 def test_without_ground_truth_of_all_of_it_the_true_turn_is_unknown(known):
     segments = [turn(3.0, 90.0)]
     found = one(segments, ground_truth=driven(segments).ground_truth.between(*known))
-    assert math.isnan(found.true) and math.isnan(found.true_error)
+    assert math.isnan(found.true_turned) and math.isnan(found.true_error)
 
 
 def test_the_turns_of_a_drive_are_none():

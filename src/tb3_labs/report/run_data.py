@@ -11,14 +11,12 @@ quaternion (see :mod:`tb3_labs.geometry.angles`), or with a number that is not f
 and not kept.
 """
 import functools
-import math
 from dataclasses import dataclass, field, fields
-from typing import Any, Callable, Dict, NamedTuple, Sequence, Tuple, Type, TypeVar
+from typing import Any, Callable, Dict, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
-from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2, interpolate
 
 #: A pause of a topic's messages is a gap if it is longer than this [s].
@@ -257,26 +255,3 @@ def cached_per_run(find: Callable[[RunData], Result]) -> Callable[[RunData], Res
             known[find] = find(run)
         return known[find]
     return found
-
-
-class YawOffset(NamedTuple):
-    """The IMU's yaw minus the odometry's [rad]."""
-
-    mean: float
-    spread: float    # the standard deviation
-    drift: float     # the mean of the recording's last tenth minus the mean of its first tenth
-
-
-def yaw_offset(run: RunData) -> YawOffset:
-    """Returns the YawOffset at the odometry messages, apart from those in a gap of the IMU. If no
-    message is left, all numbers are NaN."""
-    imu_time, at = run.imu.time, run.odometry.time
-    after = np.searchsorted(imu_time, at).clip(1, len(imu_time) - 1)
-    before = np.abs(imu_time[after - 1] - at)
-    is_close = (np.abs(imu_time[after] - at) < MIN_GAP) & (before < MIN_GAP)
-    if not is_close.any():
-        return YawOffset(math.nan, math.nan, math.nan)
-    offset = np.unwrap((run.imu.yaw_at(at) - np.unwrap(run.odometry.yaw))[is_close])
-    tenth = max(1, len(offset) // 10)
-    return YawOffset(wrap(float(offset.mean())), float(offset.std()),
-                     float(offset[-tenth:].mean() - offset[:tenth].mean()))

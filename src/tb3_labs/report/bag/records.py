@@ -1,240 +1,189 @@
-"""The records of a bag file, in the order in which they were recorded.
+"""Reads the records of a bag file, in the order in which they were recorded.
 
-A bag may come from a stranger. Its index is not used: each byte is read once, and a recording that
-was cut off is read up to its last whole record. The bag's definitions of messages are not used.
-Each read, unpacked piece, record and sample is subtracted from the budget of a ReadLimits. So
-memory and time are bounded, whatever the file claims.
+A bag may come from a stranger. So its definitions of messages are not used, and the reading ends
+when the bag would take too much memory. Its index is not used either: a recording that was cut off
+is read up to its last whole record.
 
 Source: http://wiki.ros.org/Bags/Format/2.0
 """
 import bz2
+import math
+import mmap
 import os
-import stat
 import struct
-import time
-from io import BytesIO
+from array import array
+from dataclasses import dataclass, field
 from shlex import quote
-from typing import BinaryIO, Callable, Dict, Iterator, NamedTuple, Tuple
+from typing import Callable, Dict, List, NamedTuple, Optional, Union
 
-#: The budget of one reading. `MiB` limits the bytes that are read or unpacked. A recording of one
-#: hour by record.launch has 1.4 million records, and is read in 20 s.
-MAX_READ = {'records': 2000000, 'connections': 20000, 'samples': 1500000, 'MiB': 1024}
-#: The most processor time of one reading [s].
-MAX_CPU_TIME = 30.0
-#: The clock of the processor time is slow, so `spend` reads it only in each 64th call.
-CLOCK_EVERY = 64
-MIB = 2.0 ** 20
-#: The largest header, connection and message, and the longest name [bytes].
+#: The memory that one reading takes at most [bytes]. An hour of record.launch takes 1.2e9, and
+#: 1.6e9 if it is packed.
+MAX_MEMORY = 2e9
+#: A message and a connection take this memory in addition to their data [bytes].
+MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000
+#: The largest header, message and unpacked chunk, and the longest name [bytes].
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
-MAX_CONNECTION_BYTES, MAX_MESSAGE_BYTES = 2 ** 20, 2 ** 18
-#: The largest packed chunk, when it is unpacked [bytes].
-MAX_CHUNK_BYTES = 2 ** 26
-#: The size of the parts in which a packed chunk is read, and of the pieces in which it is unpacked
-#: [bytes].
-PACKED_PART, UNPACKED_PIECE = 2 ** 12, 2 ** 20
+MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
+#: The recorder's clock was set back if a message arrived by more than this before the previous
+#: message of the same sender [s]. A busy recorder may exchange two messages that are nearer to each
+#: other.
+MIN_SET_BACK = 0.2
+#: If all topics are silent for longer than this [s], the clock was set forward, or the computer
+#: slept. A smaller jump of the clock looks like a silence of all topics.
+MAX_OUTAGE = 3600.0
+#: The problem of a recording whose clock jumped. The recording is read until the jump, since all
+#: times after the jump are wrong.
+CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 #: The first bytes of a bag.
-BAG_VERSION = b'#ROSBAG V2'
+BAG_VERSION = b'#ROSBAG V2.0\n'
 #: The kinds of records, by the field `op` of their headers.
-MESSAGE, FILE, CHUNK, CONNECTION = 2, 3, 5, 7
-UINT32, UINT64, TIME = struct.Struct('<I'), struct.Struct('<Q'), struct.Struct('<II')
-CONVERT_BAG = 'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
-#: Files that users take for bags, each (first bytes, the kind of file, the remedy).
-OTHER_FILES = (
-    (b'#ROSBAG V1', 'a bag of version 1',
-     'convert it where it was recorded: rosbag fix {} run.bag'),
-    (b'SQLite format 3', 'a bag of ROS 2', CONVERT_BAG),
-    (b'\x89MCAP', 'a bag of ROS 2', CONVERT_BAG),
-    (b'version https://git-lfs', 'a pointer of Git LFS', 'fetch the recording: git lfs pull'),
-    (b'<', 'a web page or XML', 'download the file itself: the link led to a page, of a login '
-     'perhaps'),
-    (b'PK', 'a zip archive', 'unpack it: unzip {}'),
-    (b'\x1f\x8b', 'a gzip archive', 'unpack it: gunzip -c {} > run.bag'),
-    (b'BZh', 'a bzip2 archive', 'unpack it: bunzip2 -c {} > run.bag'),
-    (b'\xfd7zXZ', 'an xz archive', 'unpack it: xz -dc {} > run.bag'))
+MESSAGE, CHUNK, CONNECTION = b'\2', b'\5', b'\7'
+UINT32, TIME = struct.Struct('<I'), struct.Struct('<II')
+#: These bytes precede the time in the header of a message.
+TIME_FIELD = b'\x0d\0\0\0time='
+NOT_A_BAG = 'not a bag of ROS 1, version 2.0. If it is packed, unpack it. If it is of ROS 2, ' \
+    'convert it: pip install rosbags; rosbags-convert --src {} --dst run.bag'
 
 
 class BagProblem(ValueError):
     """A bag cannot be read. The text of this error is one line with the reason and the remedy."""
 
 
-class TooLarge(Exception):
-    """The budget of a reading is used up. The text of this error names the limit."""
-
-
-class ReadLimits:
-    """The rest of the budget of one reading."""
-
-    def __init__(self) -> None:
-        self._left: Dict[str, float] = dict(MAX_READ)
-        self._end = time.thread_time() + MAX_CPU_TIME
-        self._calls = 0
-
-    def spend(self, what: str, amount: float = 1) -> None:
-        """Subtract `amount` from the budget of `what`, a key of MAX_READ. May raise TooLarge."""
-        self._left[what] -= amount
-        if self._left[what] < 0:
-            raise TooLarge(f'it has more than {MAX_READ[what]:,} {what}')
-        self._calls += 1
-        if self._calls % CLOCK_EVERY == 0 and time.thread_time() > self._end:
-            raise TooLarge(f'to read it takes longer than {MAX_CPU_TIME:g} s')
+class ReadingEnded(Exception):
+    """The rest of a bag is not read. The text of this error names the reason."""
 
 
 class Connection(NamedTuple):
-    """A sender of messages on a topic. The messages have the type `kind`, with this checksum."""
+    """A sender of messages of this type on a topic. The checksum is the md5sum of the type."""
 
     topic: str
-    kind: str
+    message_type: str
     checksum: str
     sender: str
 
 
-class Record(NamedTuple):
-    """A recorded message. `time` is (seconds since 1970, nanoseconds). `data` has the bytes of the
-    message; it is empty if the message is too large or not wanted."""
+@dataclass
+class Stream:
+    """The messages of a connection, in the order of the file. A message that is too large is empty.
+    If the messages are not wanted, there are none."""
 
-    connection: Connection
-    time: Tuple[int, int]
-    data: bytes
+    is_wanted: bool
+    arrival: array = field(default_factory=lambda: array('d'))     # [s since the first message]
+    messages: List[bytes] = field(default_factory=list)
+    last: float = -math.inf      # arrival of the last message
 
 
 class Bag:
-    """An open bag file. `problem` is the reason why the file was not read to its end, or ''."""
+    """The contents of a bag file. `problem` is the reason why the file was not read to its end, or
+    ''."""
 
-    def __init__(self, file: BinaryIO, path: str) -> None:
-        """Raises BagProblem if the file is not a bag of version 2."""
-        self._file = file
+    def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
+        """Read the file. Only messages with ``is_wanted(connection)`` are kept. Raises BagProblem
+        if the file is not a bag."""
+        self.streams: Dict[Connection, Stream] = {}
+        self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''
-        self._size = os.fstat(file.fileno()).st_size
-        first = file.read(100)
-        if not first.startswith(BAG_VERSION):
-            raise BagProblem(_kind_and_remedy(first, str(path)))
-        self._begin = first.find(b'\n') + 1
+        self._is_wanted = is_wanted
+        self._left = MAX_MEMORY
+        self._last = math.inf                   # arrival of the last message
+        self._of_number: Dict[bytes, Stream] = {}
+        self._of_header: Dict[bytes, Stream] = {}   # {header without its time: stream}
+        with open(path, 'rb') as file:
+            if not os.fstat(file.fileno()).st_size:
+                raise BagProblem('the file is empty; copy or download it again')
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                if data[:len(BAG_VERSION)] != BAG_VERSION:
+                    raise BagProblem(NOT_A_BAG.format(quote(path)))
+                try:
+                    self._read(data, len(BAG_VERSION))
+                except ReadingEnded as reason:
+                    self.problem = str(reason)
+                except (ValueError, LookupError, struct.error, OSError):
+                    self.problem = 'the recording was cut off, or is damaged'
 
-    def messages(self, is_wanted: Callable[[Connection], bool],
-                 limits: ReadLimits) -> Iterator[Record]:
-        """Yields all messages. Only a message with ``is_wanted(connection)`` has data."""
-        self._file.seek(self._begin)
-        # {number of a connection: (the connection, whether its messages are wanted)}
-        self._connections: Dict[int, Tuple[Connection, bool]] = {}
-        self._limits, self._is_whole, self.problem = limits, False, ''
-        try:
-            yield from self._records(self._file, is_wanted)
-            if not self._is_whole:
-                raise EOFError
-        except EOFError:
-            self.problem = 'the recording was cut off'
-        except TooLarge as problem:
-            self.problem = str(problem)
-        except (ValueError, LookupError, struct.error, OSError):
-            self.problem = f'the file is damaged near byte {self._file.tell()}'
+    def _read(self, data: Union[bytes, mmap.mmap], at: int) -> None:
+        """Read the records from `at` to the end of the file, or of an unpacked chunk."""
+        while at < len(data):
+            header_size, = UINT32.unpack_from(data, at)
+            header_end = at + UINT32.size + header_size
+            data_size, = UINT32.unpack_from(data, header_end)
+            begin = header_end + UINT32.size
+            end = begin + data_size
+            if header_size > MAX_HEADER_BYTES:
+                raise ValueError('a header is too long')
+            header = data[at + UINT32.size:header_end]
+            at = end
+            stream = self._of_header.get(header[:-TIME.size])
+            if stream is not None:
+                self._keep(stream, header[-TIME.size:], data, begin, end)
+                continue
+            fields = _fields(header)
+            op = fields[b'op']
+            if op == MESSAGE:
+                stream = self._of_number[fields[b'conn']]
+                self._keep(stream, fields[b'time'], data, begin, end)
+                if header[:-TIME.size].endswith(TIME_FIELD):
+                    self._of_header[header[:-TIME.size]] = stream
+            elif op == CHUNK and fields[b'compression'] == b'none':
+                at = begin    # the records of the chunk follow
+            elif op in (CONNECTION, CHUNK) and data_size > MAX_CHUNK_BYTES:
+                raise ValueError('a chunk is too large')
+            elif op == CONNECTION:
+                self._add_connection(fields, data[begin:end])
+            elif op == CHUNK:
+                self._read(self._unpacked(fields[b'compression'], data[begin:end]), 0)
+        if at > len(data):
+            raise ValueError('the last record is not whole')
 
-    def _records(self, source: BinaryIO,
-                 is_wanted: Callable[[Connection], bool]) -> Iterator[Record]:
-        """Yields the messages from here to the end of `source`: the file or an unpacked chunk."""
-        while True:
-            length = source.read(UINT32.size)
-            if not length:
-                return
-            self._limits.spend('records')
-            header_size, = UINT32.unpack(length)
-            # the size of the record's data follows the header
-            head = self._read(source, header_size + UINT32.size, MAX_HEADER_BYTES)
-            header = _fields(head[:header_size])
-            size, = UINT32.unpack(head[header_size:])
-            kind = header[b'op'][0]
-            if kind == MESSAGE:
-                yield self._message(source, header, size)
-            elif kind == CONNECTION:
-                self._limits.spend('connections')
-                connection = _connection(header, self._read(source, size, MAX_CONNECTION_BYTES))
-                self._connections[UINT32.unpack(header[b'conn'])[0]] = (
-                    connection, is_wanted(connection))
-            elif kind == CHUNK and header[b'compression'] == b'none':
-                pass    # the records of the chunk follow
-            elif kind == CHUNK and source is self._file:
-                yield from self._records(self._unpacked(header[b'compression'], size), is_wanted)
-            else:
-                if kind == FILE:
-                    self._is_whole = 0 < UINT64.unpack(header[b'index_pos'])[0] <= self._size
-                source.seek(size, os.SEEK_CUR)
+    def _spend(self, memory: int) -> None:
+        self._left -= memory
+        if self._left < 0:
+            raise ReadingEnded(f'it takes more than {MAX_MEMORY:.0e} bytes of memory')
 
-    def _message(self, source: BinaryIO, header: Dict[bytes, bytes], size: int) -> Record:
-        connection, is_wanted = self._connections[UINT32.unpack(header[b'conn'])[0]]
-        seconds, nanoseconds = TIME.unpack(header[b'time'])
-        if is_wanted and size <= MAX_MESSAGE_BYTES:
-            return Record(connection, (seconds, nanoseconds), self._read(source, size))
-        source.seek(size, os.SEEK_CUR)
-        return Record(connection, (seconds, nanoseconds), b'')
+    def _keep(self, stream: Stream, time: bytes, data: Union[bytes, mmap.mmap], begin: int,
+              end: int) -> None:
+        """Append the message in data[begin:end] to its stream."""
+        seconds, nanoseconds = TIME.unpack(time)
+        if self.start is None:
+            self.start = seconds + 1e-9 * nanoseconds
+        if not stream.is_wanted:
+            return
+        if end > len(data):
+            raise ValueError('the last message is not whole')
+        arrival = (seconds - self.start) + 1e-9 * nanoseconds
+        if arrival < stream.last - MIN_SET_BACK or arrival > self._last + MAX_OUTAGE:
+            raise ReadingEnded(CLOCK_JUMPED)
+        message = b''
+        if end - begin <= MAX_MESSAGE_BYTES:
+            message = data[begin:end]
+        self._spend(MESSAGE_OVERHEAD + len(message))
+        self._last = stream.last = arrival
+        stream.arrival.append(arrival)
+        stream.messages.append(message)
 
-    def _read(self, source: BinaryIO, size: int, most: int = MAX_MESSAGE_BYTES) -> bytes:
-        if size > most:
-            raise ValueError(f'{size} bytes in place of {most} at most')
-        if source is self._file:        # `_unpacked` has subtracted the bytes of unpacked chunks
-            self._limits.spend('MiB', size / MIB)
-        data = source.read(size)
-        if len(data) < size:
-            raise EOFError
-        return data
+    def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
+        self._spend(CONNECTION_OVERHEAD)
+        known = _fields(data)
+        names = [header[b'topic'], *(known.get(key, b'?') for key in (
+            b'type', b'md5sum', b'callerid'))]
+        connection = Connection(*(name[:MAX_NAME_BYTES].decode(errors='replace')
+                                  for name in names))
+        if connection not in self.streams:
+            self.streams[connection] = Stream(self._is_wanted(connection))
+        self._of_number[header[b'conn']] = self.streams[connection]
+        self._of_header.clear()     # the number may have had another connection
 
-    def _unpacked(self, compression: bytes, size: int) -> BinaryIO:
-        """Returns the records of the packed chunk that begins here, `size` bytes long."""
-        pieces_of = _unpacker(compression)
-        chunk = BytesIO()
-        for at in range(0, size, PACKED_PART):
-            for piece in pieces_of(self._read(self._file, min(PACKED_PART, size - at))):
-                self._limits.spend('MiB', len(piece) / MIB)
-                if chunk.tell() + len(piece) > MAX_CHUNK_BYTES:
-                    raise TooLarge(f'a packed chunk holds more than {MAX_CHUNK_BYTES / MIB:g} MiB')
-                chunk.write(piece)
-        chunk.seek(0)
-        return chunk
-
-
-def open_bag(path: str) -> BinaryIO:
-    """Returns the open file. Raises BagProblem if it is not a file."""
-    mode = os.stat(str(path)).st_mode
-    if stat.S_ISDIR(mode):
-        raise BagProblem('a folder, not a bag; a bag of ROS 2 is a folder: ' + CONVERT_BAG.format(
-            quote(str(path))))
-    if not stat.S_ISREG(mode):
-        raise BagProblem('not a file')
-    return open(str(path), 'rb')
-
-
-def _kind_and_remedy(first: bytes, path: str) -> str:
-    """Returns the kind of a file that is not a bag, and the remedy. `first` is the file's begin."""
-    if not first:
-        return 'the file is empty; copy or download it again, and look at its size: ls -l'
-    begin = first.lstrip(b'\xef\xbb\xbf \t\r\n')
-    for known, kind, remedy in OTHER_FILES:
-        if begin.startswith(known):
-            return f'not a bag of ROS 1, but {kind}; {remedy.format(quote(path))}'
-    return 'not a bag of version 2, since it does not begin with {}; give the file that rosbag ' \
-        'record has written'.format(BAG_VERSION.decode())
-
-
-def _unpacker(compression: bytes) -> Callable[[bytes], Iterator[bytes]]:
-    """Returns a function that unpacks the next part of a chunk, and yields the unpacked pieces."""
-    if compression == b'bz2':
+    def _unpacked(self, compression: bytes, packed: bytes) -> bytes:
+        """Returns the records of a packed chunk."""
+        if compression != b'bz2':
+            raise ReadingEnded('its chunks are packed by {}; unpack it: rosbag decompress'.format(
+                compression.decode(errors='replace')))
         unpacker = bz2.BZ2Decompressor()
-
-        def pieces_of(part: bytes) -> Iterator[bytes]:
-            yield unpacker.decompress(part, UNPACKED_PIECE)
-            while not (unpacker.needs_input or unpacker.eof):
-                yield unpacker.decompress(b'', UNPACKED_PIECE)
-        return pieces_of
-    if compression == b'lz4':
-        import roslz4    # imported here, since most bags do not need it
-        unpack = roslz4.LZ4Decompressor().decompress
-        return lambda part: iter([unpack(part)])
-    raise ValueError(f'packed by {compression!r}')
-
-
-def _connection(header: Dict[bytes, bytes], data: bytes) -> Connection:
-    known = _fields(data)
-    names = [header[b'topic'], known.get(b'type', b'?'), known.get(b'md5sum', b'?'),
-             known.get(b'callerid', b'?')]
-    return Connection(*(name[:MAX_NAME_BYTES].decode(errors='replace') for name in names))
+        chunk = unpacker.decompress(packed, MAX_CHUNK_BYTES)
+        self._spend(len(chunk))
+        if not unpacker.eof:
+            raise ValueError('the chunk is too large, or not whole')
+        return chunk
 
 
 def _fields(data: bytes) -> Dict[bytes, bytes]:

@@ -4,12 +4,7 @@ The library rosbag makes Python code of the definitions of messages in a bag, an
 But a bag may come from a stranger. So this reader uses only the installed message classes, and does
 not read topics of other types.
 """
-import math
-import struct
-from collections import Counter
-from functools import lru_cache
-
-import genpy
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -19,40 +14,26 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.messages import make_collectors, samples_of
-from tb3_labs.report.bag.records import Bag, BagProblem, ReadLimits, TooLarge, open_bag
-from tb3_labs.report.run_data import RunData
+from tb3_labs.report.bag.messages import RecordedClock, Table, times_on_recorders_clock
+from tb3_labs.report.bag.records import Bag, BagProblem
+from tb3_labs.report.motion.resets_and_goals import resets_in
+from tb3_labs.report.run_data import Numbers, RunData
 
 #: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
 OPTIONAL_TOPICS = {
     'commands': ('cmd_vel', Twist), 'local_pose': ('local_pose', PoseStamped),
     'ground_truth': ('ground_truth', PoseStamped), 'goals': ('current_goal', PoseStamped),
-    'states': ('goal_state', String), 'resets': ('initialpose', PoseWithCovarianceStamped),
+    'states': ('goal_state', String),
     'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool),
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
     'variables': ('variables', DiagnosticArray)}
 #: The classes of all topics of record.launch, by type and checksum.
 CLASSES = {(made._type, made._md5sum): made for made in (
-    Imu, Odometry, TFMessage, Log, DiagnosticArray, Empty, Float32, Joy,
+    Imu, Odometry, TFMessage, Log, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
-#: The first reading keeps the records for the second reading if their size is below this [bytes].
-MAX_KEPT_BYTES = 2 ** 26
-#: A record takes this memory in addition to its data [bytes].
-RECORD_OVERHEAD = 500
-#: The recorder's clock was set back if a message of a topic arrived by more than this before the
-#: previous message [s]. A busy recorder may exchange two messages that are nearer to each other.
-MIN_SET_BACK = 0.2
-#: If all topics are silent for longer than this [s], the clock was set forward, or the computer
-#: slept. A smaller jump of the clock looks like a silence of all topics.
-MAX_OUTAGE = 3600.0
-#: The problem of a recording whose clock jumped. The recording is read until the jump, since all
-#: times after the jump are wrong.
-CLOCK_JUMPED = "the recording computer's clock was set, or the computer slept"
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
-#: If topics are not read, at most this many of them are named.
-NAMED_TOPICS = 5
 
 
 def read_run(path, namespace=None, log=lambda line: None):
@@ -62,184 +43,110 @@ def read_run(path, namespace=None, log=lambda line: None):
     with each line about parts of the bag that are not read.
     """
     try:
-        with open_bag(path) as file:
-            return _read(Bag(file, path), path, namespace, log)
+        bag = Bag(str(path), _class_of)
+        run = _run(bag, str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
-    except FileNotFoundError:
-        raise BagProblem(f'{path}: there is no such file') from None
     except Exception as problem:        # a stranger's bytes may be anything
-        raise BagProblem('{}: cannot be read ({}); is it a bag, and a whole one?'.format(
-            path, ' '.join(str(getattr(problem, 'strerror', None) or problem).split()))) from None
-
-
-def _contents(bag):
-    """Returns (types, senders, unknown, records). `types` is {topic: (installed class or None,
-    number of messages)}. `senders` is {topic: names}. `unknown` has the topic and type of each
-    topic that cannot be read. `records` is None if the records are too large to keep."""
-    numbers, records = Counter(), []
-    size = 0
-    for record in bag.messages(_class_of, ReadLimits()):
-        numbers[record.connection] += 1
-        size += RECORD_OVERHEAD + len(record.data)
-        if size < MAX_KEPT_BYTES:
-            records.append(record)
-    types, senders, unknown = {}, {}, set()
-    for connection, number in numbers.items():
-        topic, made = connection.topic, _class_of(connection)
-        known, count = types.get(topic, (None, 0))
-        types[topic] = known or made, count + number
-        if made is None:
-            unknown.add(f'{topic} ({connection.kind})')
-        else:
-            senders.setdefault(topic, set()).add(connection.sender)
-    is_whole = size < MAX_KEPT_BYTES and not bag.problem
-    return types, senders, sorted(unknown), records if is_whole else None
+        reason = getattr(problem, 'strerror', None) or problem
+        raise BagProblem(f'{path}: cannot be read ({reason})') from None
+    unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
+               if _class_of(each) is None}
+    if unknown:
+        log(f"{path}: not read, since these types are not installed here, or not as they are in "
+            f"the bag: {', '.join(sorted(unknown))}")
+    for note in run.notes:
+        log(f'{path}: {note}')
+    return run
 
 
 def _class_of(connection):
     """Returns the installed class of the connection's messages, or None."""
-    return CLASSES.get((connection.kind, connection.checksum))
+    return CLASSES.get((connection.message_type, connection.checksum))
 
 
-def _read(bag, path, namespace, log):
-    types, senders, unknown, records = _contents(bag)
+def _run(bag, path, namespace):
+    types = {each.topic: _class_of(each) for each in bag.streams}
     try:
         topics = choose_topics(types, namespace)
+        prefix = parent(topics['odometry'])
+        in_order = {part: _in_order(bag, topic, types[topic]) for part, topic in topics.items()}
+        tables = {part: Table(part, types[topics[part]], prefix, bag.start, arrival, messages)
+                  for part, (arrival, messages, _) in in_order.items()}
+        for part in ('imu', 'odometry'):
+            if not len(tables[part].arrival):
+                raise BagProblem(f'not one good message on {topics[part]} (bad quaternions?)')
     except BagProblem as problem:
-        raise _missing(problem, bag.problem, types) from None
-    if unknown:
-        more = len(unknown) - NAMED_TOPICS
-        log('{}: not read, since these types are not installed here, or not as they are in the '
-            'bag: {}{}'.format(path, ', '.join(unknown[:NAMED_TOPICS]),
-                               f', {more} more' if more > 0 else ''))
-    prefix = parent(topics['odometry'])
-    limits = ReadLimits()
-    collectors = make_collectors([*topics, 'sender_index'], prefix, limits)
-    names = {name: k for k, name in enumerate(sorted(senders.get(topics.get('commands'), ())))}
-    of_topic = {topic: (collectors[part], types[topic][0]) for part, topic in topics.items()}
-    if records is None:
-        records = bag.messages(
-            lambda connection: connection.topic in of_topic and _class_of(connection), limits)
-    start, problem = _collect(records, of_topic, collectors['sender_index'], names)
-    problem = problem or bag.problem
-    for collector in collectors.values():
-        collector.close()
-    for part in ('imu', 'odometry'):
-        if not len(collectors[part].arrival):
-            raise _missing(f'not one good message on {topics[part]} (bad quaternions?)',
-                           problem, types)
-    arrivals = [collector.arrival for collector in collectors.values()]
-    duration = max(float(times.max()) for times in arrivals if len(times))
-    notes = [f'{problem}: the report ends at {duration:.1f} s'] if problem else []
-    for part, topic in topics.items():
-        if collectors[part].is_full:
-            number = len(collectors[part].arrival)
-            notes.append(f'{topic} has more than {number} messages: the later ones are left out')
-    for note in notes:
-        log(f'{path}: {note}')
-    absolute = {_absolute(topic) for topic in types}
-    devices = tuple(name for name in DEVICE_TOPICS if prefix + name in absolute)
-    dropped = {part: collector.bad for part, collector in collectors.items()}
-    return RunData(str(path), start, duration, topics=topics, notes=tuple(notes), devices=devices,
-                   senders=tuple(names), dropped=dropped, **samples_of(collectors))
+        if bag.problem:
+            problem = f'was not read to its end: {bag.problem}; until there: {problem}'
+        raise BagProblem(problem) from None
+    clock = RecordedClock.of(tables['odometry'].arrival, tables['odometry'].stamp)
+    samples = {part: table.samples(clock) for part, table in tables.items()}
+    if 'log' in samples:
+        samples['resets'] = resets_in(samples['log'])
+    arrival, _, senders = in_order.get('commands', (np.empty(0), [], []))
+    names, index = np.unique(np.array(senders, object), return_inverse=True)
+    samples['sender_index'] = Numbers(
+        arrival, times_on_recorders_clock(arrival, arrival, clock), index.astype(float))
+    duration = max(float(each.arrival.max()) for each in samples.values() if len(each))
+    notes = (f'{bag.problem}: the report ends at {duration:.1f} s',) if bag.problem else ()
+    devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
+    dropped = {part: table.dropped for part, table in tables.items()}
+    return RunData(path, bag.start, duration, topics=topics, notes=notes, devices=devices,
+                   senders=tuple(names), dropped=dropped, **samples)
 
 
-def _missing(message, problem, types):
-    """Returns the BagProblem with this message. `problem` is the reason why the bag was not read to
-    its end, or ''. `types` has the topics that were read."""
-    if not problem:
-        return BagProblem(message)
-    if not types:
-        return BagProblem(f'was not read: {problem}')
-    return BagProblem(f'was not read to its end: {problem}; until there: {message}')
-
-
-def _collect(records, of_topic, sender_index, names):
-    """Fill the collectors of `of_topic`, {topic: (Collector, class)}, from the records. Fill the
-    Collector `sender_index` with the index of each command's sender. `names` is {sender: index}.
-    Returns (time of the first message [s since 1970], the problem that ended the reading or '')."""
-    # the records of a topic are read one after the other into the same message object
-    messages = {topic: made() for topic, (_, made) in of_topic.items()}
-    is_wanted = lru_cache(maxsize=None)(lambda connection: connection.topic in of_topic and (
-        of_topic[connection.topic][1] is _class_of(connection)))
-    start = None
-    last = math.inf
-    last_of_topic = {}      # {topic: arrival of its last message}
-    try:
-        for connection, (seconds, nanoseconds), data in records:
-            if start is None:
-                start = seconds + 1e-9 * nanoseconds
-            if not is_wanted(connection):
-                continue
-            topic = connection.topic
-            (collector, made), message = of_topic[topic], messages[topic]
-            try:
-                message.deserialize(data)
-            except (genpy.DeserializationError, struct.error, ValueError):
-                collector.bad += 1
-                continue
-            arrival = (seconds - start) + 1e-9 * nanoseconds
-            is_set_back = arrival < last_of_topic.get(topic, arrival) - MIN_SET_BACK
-            if is_set_back or arrival > last + MAX_OUTAGE:
-                return start, CLOCK_JUMPED
-            last = last_of_topic[topic] = arrival
-            collector.add(message, arrival, start)
-            if made is Twist:
-                # a sender whose commands come after the end of the first reading is not in `names`
-                sender_index.keep([names.setdefault(connection.sender, len(names))],
-                                  arrival, arrival)
-    except TooLarge as too_large:
-        return start, str(too_large)
-    return start, ''
+def _in_order(bag, topic, made):
+    """Returns (arrivals, messages, senders) of the messages of class `made` on a topic, sorted by
+    arrival. The messages of several senders follow each other in the bag's streams."""
+    streams = [(connection.sender, stream) for connection, stream in bag.streams.items()
+               if connection.topic == topic and _class_of(connection) is made]
+    arrival = np.concatenate([stream.arrival for _, stream in streams])
+    messages = [message for _, stream in streams for message in stream.messages]
+    senders = [sender for sender, stream in streams for _ in stream.messages]
+    order = np.argsort(arrival, kind='stable')
+    return arrival[order], [messages[k] for k in order], [senders[k] for k in order]
 
 
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
-    `namespace` is None. `_contents` returns the `types`. May raise BagProblem."""
+    `namespace` is None. `types` is {topic: installed class or None}. May raise BagProblem."""
     prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or parent(topics['odometry'])
     for part, (name, kind) in OPTIONAL_TOPICS.items():
-        found = [topic for topic, (of, _) in types.items()
-                 if of is kind and _absolute(topic) == prefix + name]
+        found = [topic for topic, made in types.items()
+                 if made is kind and topic == prefix + name]
         if found:
             topics[part] = found[0]
-    if types.get('/tf', ('',))[0] is TFMessage:
+    if types.get('/tf') is TFMessage:
         topics['frames'] = '/tf'
-    if types.get('/rosout', ('',))[0] is Log:
+    if types.get('/rosout') is Log:
         topics['log'] = '/rosout'
-        # a line in the log shows that a reset was done; initialpose shows only a request
-        topics.pop('resets', None)
     return topics
 
 
-def _by_type(types, kind, ending, prefix):
-    """Returns the topic of type `kind` in the namespace `prefix` whose last name is `ending`. If
-    there is not exactly one, returns the topic with the most messages. Raises BagProblem if several
-    robots have such a topic."""
-    names = [topic for topic, (of, _) in types.items() if of is kind
-             and (prefix is None or _absolute(topic).startswith(prefix))]
-    if not names:
+def _by_type(types, kind, name, prefix):
+    """Returns the topic of type `kind` in the namespace `prefix`, or in any namespace if it is
+    None. If there are several, the topic is the one with this `name`. Raises BagProblem if there is
+    not exactly one."""
+    topics = [topic for topic, made in types.items() if made is kind
+              and (prefix is None or topic.startswith(prefix))]
+    if not topics:
         place = f' in {prefix}' if prefix else ''
         raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
             kind._type, place, ', '.join(sorted(types)) or 'no messages at all'))
-    named = [topic for topic in names if topic.rsplit('/', 1)[-1] == ending]
-    exact = [topic for topic in named if prefix and _absolute(topic) == prefix + ending]
-    if exact:
-        return exact[0]
-    if len({parent(topic) for topic in named}) > 1:
-        raise BagProblem('several robots were recorded ({}): choose one, such as --ns {}'.format(
-            ', '.join(sorted(named)), parent(sorted(named)[-1]).strip('/') or '/'))
-    return max(named or names, key=lambda topic: types[topic][1])
-
-
-def _absolute(topic):
-    """Returns the absolute name of a topic, since a bag may have relative names."""
-    return '/' + topic.lstrip('/')
+    exact = [topic for topic in topics if prefix and topic == prefix + name]
+    named = [topic for topic in topics if topic.rsplit('/', 1)[-1] == name]
+    found = exact or named or topics
+    if len(found) > 1:
+        raise BagProblem('several topics of {} were recorded ({}): choose a robot, such as --ns {}'
+                         .format(kind._type, ', '.join(sorted(found)),
+                                 parent(sorted(found)[-1]).strip('/') or '/'))
+    return found[0]
 
 
 def parent(topic):
     """Returns the namespace of a topic, such as `/robot3/` of `/robot3/odom`."""
-    return _absolute(topic).rpartition('/')[0] + '/'
+    return topic.rpartition('/')[0] + '/'

@@ -1,6 +1,6 @@
 """Finds the drives of a recorded run, and measures their errors, drift and times.
 
-The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.completion`).
+The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
 Units: metres, radians, seconds since the recording's start on the recorder's clock.
 Edge case: without the ground truth, or without a sample near the time of a value, the value is NaN.
@@ -12,7 +12,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
-from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.angles import difference, wrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
@@ -20,7 +20,7 @@ from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0
-#: Stands for an unknown (distance, angle), and for an unknown (drift, deviation).
+#: Stands for an unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
@@ -37,11 +37,10 @@ class DriveReport:
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # final change of the heading in MOVE_FORWARD [rad]
-    deviation: float                  # largest change of the heading in MOVE_FORWARD [rad]
     seconds: Tuple[float, ...]        # the time in each state of DRIVING
 
     @property
-    def time(self) -> float:
+    def duration(self) -> float:
         """The duration of the drive [s]."""
         return self.end - self.begin
 
@@ -94,7 +93,7 @@ def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
             seconds[part.state] += part.end - part.begin
     return DriveReport(
         whole.begin, whole.end, whole.goal, _outcome(frames, whole, next_states),
-        _final_error(local, whole), true_error, *_drift(run, parts), tuple(seconds.values()))
+        _final_error(local, whole), true_error, _drift(run, parts), tuple(seconds.values()))
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
@@ -106,16 +105,14 @@ def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
     return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)
 
 
-def _drift(run: RunData, parts: Sequence[Span]) -> Tuple[float, float]:
-    """Returns (drift, deviation) of the IMU's heading in the longest stretch of MOVE_FORWARD."""
+def _drift(run: RunData, parts: Sequence[Span]) -> float:
+    """Returns the drift in the longest stretch of MOVE_FORWARD."""
     stretches = [part for part in parts if part.state == FORWARD]
     if not stretches:
-        return UNKNOWN
+        return math.nan
     longest = max(stretches, key=lambda part: part.end - part.begin)
     yaw = np.unwrap(run.imu.between(longest.begin + STRAIGHT_AFTER, longest.end).yaw)
-    if len(yaw) < 2:
-        return UNKNOWN
-    return float(yaw[-1] - yaw[0]), float(np.abs(yaw - yaw[0]).max())
+    return float(yaw[-1] - yaw[0]) if len(yaw) > 1 else math.nan
 
 
 def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) -> str:
@@ -129,3 +126,12 @@ def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) 
     if following.goal != drive.goal:
         return 'replaced by a new goal'
     return 'begun anew' if _is_same_epoch(frames, drive, following) else 'ended by a reset'
+
+
+def yaw_offset(run: RunData) -> Tuple[float, float]:
+    """Returns (mean, drift) of the IMU's yaw minus the odometry's yaw [rad]. The drift is the mean
+    of the recording's last tenth minus the mean of its first tenth."""
+    offset = np.unwrap(run.imu.yaw_at(run.odometry.time) - np.unwrap(run.odometry.yaw))
+    tenth = max(1, len(offset) // 10)
+    drift = offset[-tenth:].mean() - offset[:tenth].mean()
+    return wrap(float(offset.mean())), float(drift)

@@ -1,4 +1,9 @@
-"""Finds the movements of a run by its commands, for nodes that do not publish their state.
+"""Finds the movements, states and goals of a run whose node publishes only `cmd_vel`.
+
+`completed` adds the topics that the package's own nodes publish. The states and the goals of drives
+are found by the movements. The robot's pose in ``local`` is (0, 0, 0) at the first sample, and the
+declared pose at a reset. As in the lab, its place follows the odometry, and its heading follows the
+IMU. So if the odometry jumps, then this pose jumps, too.
 
 A *movement* is a stretch of commands that are not zero. Its pauses are shorter than
 `MOVEMENT_PAUSE`. A reset, or a change of `ctrl_relinq`, divides a movement in two. A movement is a
@@ -25,15 +30,18 @@ without commands has no movements.
 """
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import List, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.arrays import last_before
-from tb3_labs.handout import MOUSE_FULL
-from tb3_labs.report.run_data import Commands, RunData, cached_per_run
+from tb3_labs.control.goal_state import DRIVING
+from tb3_labs.geometry.arrays import last_before, last_until, wrap_all
+from tb3_labs.geometry.se2 import Pose2, TypedPose
+from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
+from tb3_labs.report.motion.resets_and_goals import robot_in_odom
+from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_per_run
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A movement ends if no command moves the robot for this time [s].
@@ -42,10 +50,6 @@ MOVEMENT_PAUSE = 1.0
 PERSONS_PROGRAM = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
 #: The program that sends commands which a person types in a terminal.
 TERMINAL = 'rostopic pub'
-#: A part of a movement by hand is joined to the part before it if it is shorter than this [s].
-MIN_PART_TIME = 0.4
-#: At most this many movements of a run are found.
-MAX_MOVEMENTS = 1000
 #: A speed below this counts as zero [m/s], [rad/s].
 NO_SPEED = 1e-3
 #: On a straight line the heading differs by at most this from the heading at its start [rad].
@@ -54,6 +58,11 @@ MAX_BEND = math.radians(20.0)
 STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 MIN_DRIVE_LENGTH = 0.1
+LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
+#: A drive is followed by one of these states: the robot came to rest, or the node lost control.
+CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
+#: The loss of control ended a drive if it came within this time before or after its end [s].
+TAKEN_WITHIN = 0.3
 
 
 class MovementKind(Enum):
@@ -87,22 +96,6 @@ def programs(run: RunData, begin: float, end: float) -> List[str]:
                   if name != '?' and not PERSONS_PROGRAM.search(name))
 
 
-def parts_of(run: RunData, movement: Movement) -> List[Tuple[float, float]]:
-    """Returns (begin, end) of the parts of a movement by hand [s]. In each part the robot either
-    drives, or turns on the spot."""
-    commands = run.commands.between(movement.begin, movement.end)
-    commands = commands.take(moving(commands))
-    is_ahead = np.abs(commands.linear) > NO_SPEED
-    begins = [movement.begin]
-    for k in np.flatnonzero(is_ahead[1:] != is_ahead[:-1]) + 1:
-        changes = np.flatnonzero(is_ahead[k:] != is_ahead[k])
-        until = commands.time[k + changes[0]] if len(changes) else movement.end
-        begin = float(commands.time[k])
-        if min(until - begin, begin - begins[-1]) > MIN_PART_TIME:
-            begins.append(begin)
-    return list(zip(begins, begins[1:] + [movement.end]))[:MAX_MOVEMENTS]
-
-
 @cached_per_run
 def movements(run: RunData) -> List[Movement]:
     time = run.commands.time
@@ -114,7 +107,7 @@ def movements(run: RunData) -> List[Movement]:
     is_cut = np.diff(np.searchsorted(cut, time[moves])) > 0
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE
     parts = np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)
-    return [_movement(run, part, ends, cut) for part in parts[:MAX_MOVEMENTS]]
+    return [_movement(run, part, ends, cut) for part in parts]
 
 
 def cuts(run: RunData) -> np.ndarray:
@@ -182,3 +175,66 @@ def _is_line(run: RunData, begin: float, end: float) -> bool:
     if len(yaw) and np.abs(yaw - yaw[0]).max() > MAX_BEND:
         return False
     return run.odometry.at(begin).distance_to(run.odometry.at(end)) >= MIN_DRIVE_LENGTH
+
+
+def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
+    """Returns the run with local_pose, frames, states and goals. Fields that were not recorded are
+    computed, and named in `derived`. Without recorded goals, all drives have this `goal`."""
+    if not len(run.local_pose) and len(run.frames):
+        local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
+        run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
+    elif not len(run.local_pose):
+        run = _with_local(run)
+    return run if len(run.states) else _with_states(run, goal)
+
+
+def _with_local(run: RunData) -> RunData:
+    odometry, resets = run.odometry, run.resets
+    declared = [(float(odometry.time[0]), Pose2())]
+    declared += [(float(time), resets.pose(k)) for k, time in enumerate(resets.time)]
+    declared.sort(key=lambda reset: reset[0])
+    frames = []
+    for time, local_T_base in declared:
+        frame = odometry.at(time) @ local_T_base.inverse()
+        imu_yaw = float(run.imu.yaw_at(time)) - local_T_base.yaw
+        frames.append((frame.x, frame.y, frame.yaw, imu_yaw))
+    number = last_until([time for time, _ in declared], odometry.time)
+    x, y, yaw, imu_yaws = np.array(frames)[number.clip(0)].T
+    odom_T_local = Poses(odometry.arrival, odometry.time, x, y, yaw)
+    local = odom_T_local.inverse() @ odometry
+    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws)
+    return replace(run, local_pose=replace(local, yaw=heading), frames=odom_T_local,
+                   derived=run.derived + ('local_pose', 'frames'))
+
+
+def _with_states(run: RunData, goal: Pose2) -> RunData:
+    begins: List[Tuple[float, str]] = []
+    taken = run.control.time[run.control.value == 0.0]
+    drives = [movement for movement in movements(run) if movement.kind is MovementKind.DRIVE]
+    next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
+    for drive, next_begin in zip(drives, next_begins):
+        begins += _states_of_drive(drive)
+        was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
+        goes_on = was_reset and next_begin < drive.end + MOVEMENT_PAUSE
+        if drive.end < run.duration and not goes_on:
+            was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
+            begins.append((drive.end, CONTROL_GONE if was_taken else CAME_TO_REST))
+    if not begins:
+        return run
+    time = np.array([begin for begin, _ in begins])
+    names = np.array([word for _, word in begins], dtype=object)
+    run = replace(run, states=States(time, time, names), derived=run.derived + ('states',))
+    if len(run.goals):
+        return run
+    goals = Poses(time, time, *(np.full(len(time), value) for value in (goal.x, goal.y, goal.yaw)))
+    return replace(run, goals=goals, derived=run.derived + ('goals',))
+
+
+def _states_of_drive(drive: Movement) -> List[Tuple[float, str]]:
+    """Returns (begin [s], state) of each state of a drive."""
+    begins = [drive.begin]
+    if drive.forward < drive.turns_again:
+        begins.append(drive.forward)
+        if drive.turns_again < drive.end:
+            begins.append(drive.turns_again)
+    return list(zip(begins, DRIVING))

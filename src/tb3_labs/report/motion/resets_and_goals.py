@@ -1,28 +1,41 @@
 """Finds the local frame and the goal at each time of a recorded run.
 
-An *epoch* is the time from one reset of ``local`` to the next. The line of a reset in the log (see
-:mod:`tb3_labs.report.bag.messages`) comes a moment before or after the first pose in the new frame.
-So an epoch begins at the largest jump of local_pose, relative to the odometry, that is within
-`NEAR_RESET` of this line.
+At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y=..., yaw=...``. The
+handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
+or a degree sign follows the number, or if the number is larger than a whole turn in radians.
+
+An *epoch* is the time from one reset of ``local`` to the next. The line of a reset comes a moment
+before or after the first pose in the new frame. So an epoch begins at the largest jump of
+local_pose, relative to the odometry, that is within `NEAR_RESET` of this line.
 
 Within an epoch, ``local`` may move in ``odom``. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
 :mod:`tb3_labs.localization.odometry_jumps`).
 
-The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.completion`). Goals
+The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`). Goals
 are in ``local``. Units: metres, radians, seconds since the recording's start on the recorder's
 clock. Edge case: a reset before the first local_pose, or after the last one, begins no epoch.
 """
 import math
+import re
 from dataclasses import dataclass
 from typing import List, Optional, Sequence, Set, Tuple
 
 import numpy as np
 
+from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import Poses, RunData, cached_per_run
+from tb3_labs.report.run_data import LogLines, Poses, RunData, cached_per_run
 
+#: The line of a reset. Two neighbouring parts of this expression never match the same character, so
+#: the search is fast even in a line of thousands of blanks.
+NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
+RESET_LINE = re.compile(
+    r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
+    r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
+#: Only this many characters of a line are searched for a reset.
+MAX_RESET_LENGTH = 500
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
 #: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
@@ -35,8 +48,30 @@ LOSS_PER_SECOND = 0.05
 MAX_TIME_BEFORE = 0.05
 #: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
-#: A goal belongs to a state if their messages arrived within this time [s].
-SAME_MOMENT = 0.5
+#: A goal belongs to a state if it arrived at most this time after the state [s].
+SAME_MOMENT = 0.1
+
+
+def declared_by(line: str) -> Optional[Pose2]:
+    """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
+    line."""
+    found = RESET_LINE.search(line[:MAX_RESET_LENGTH])
+    if found is None:
+        return None
+    x, y, yaw = (float(word) for word in found.groups()[:3])
+    if not math.isfinite(x + y + yaw):      # a number like 1e999
+        return None
+    if found.group(4) is not None or abs(yaw) > WHOLE_TURN:
+        yaw = math.radians(yaw)
+    return Pose2(x, y, wrap(yaw))
+
+
+def resets_in(log: LogLines) -> Poses:
+    """Returns the poses that the lines of a log declare."""
+    poses = [declared_by(text) for text in log.texts]
+    lines = log.take([k for k, pose in enumerate(poses) if pose is not None])
+    rows = [(pose.x, pose.y, pose.yaw) for pose in poses if pose is not None]
+    return Poses(lines.arrival, lines.time, *np.array(rows).reshape(-1, 3).T)
 
 
 @dataclass(frozen=True)
@@ -143,32 +178,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 @cached_per_run
 def spans(run: RunData) -> List[Span]:
-    """Returns the states of move_to_goal as Spans, in order. If a goal was sent together with a
-    state, the state begins at the goal's stamp. Otherwise the state begins at its own arrival."""
-    begins: List[float] = []
-    goals: List[Optional[Pose2]] = []
-    for arrival, sent_with in zip(run.states.arrival.tolist(), _goals_of_states(run)):
-        begin, goal = arrival, int(last_until(run.goals.arrival, arrival))
-        if sent_with is not None:
-            begin, goal = min(arrival, float(run.goals.time[sent_with])), sent_with
-        begins.append(max(begins[-1:] + [begin]))
-        goals.append(run.goals.pose(goal) if goal >= 0 else None)
-    ends = begins[1:] + [max(begins[-1:] + [run.duration])]
-    return [Span(*span) for span in zip(run.states.text, begins, ends, goals)]
-
-
-def _goals_of_states(run: RunData) -> List[Optional[int]]:
-    """Returns for each state the index of the goal that was sent together with the state, or None.
-    States and goals are sent in the same order, but several may arrive at the same moment."""
-    goals = run.goals.arrival
-    following = 0
-    indices: List[Optional[int]] = []
-    for arrival in run.states.arrival:
-        following += int(np.searchsorted(goals[following:], arrival - SAME_MOMENT))
-        is_near = following < len(goals) and goals[following] < arrival + SAME_MOMENT
-        indices.append(following if is_near else None)
-        following += is_near
-    return indices
+    """Returns the states of move_to_goal as Spans, in order. A state begins when it arrives."""
+    begins = run.states.arrival.tolist()
+    ends = begins[1:] + [run.duration]
+    goals = last_until(run.goals.arrival, run.states.arrival + SAME_MOMENT).tolist()
+    return [Span(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
+            for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
 @cached_per_run

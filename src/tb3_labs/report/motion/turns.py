@@ -50,12 +50,12 @@ class TurnReport:
     requested: float
     was_sent: bool                    # was the request sent on topic `turn`?
     turned: float                     # by the IMU
-    true: float                       # by the ground truth
+    true_turned: float                # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
     overshoot: float                  # the largest angle beyond `requested` during the turn
 
     @property
-    def time(self) -> float:
+    def duration(self) -> float:
         """The duration from the first command until the robot rests [s]."""
         return self.end - self.begin
 
@@ -67,7 +67,7 @@ class TurnReport:
     @property
     def true_error(self) -> float:
         """The `error` by the ground truth [rad]."""
-        return self._beyond(self.true)
+        return self._beyond(self.true_turned)
 
     def _beyond(self, turned: float) -> float:
         return math.copysign(1.0, self.requested) * turned - abs(self.requested)
@@ -107,9 +107,9 @@ def _separate_turns(run: RunData, movement: Movement,
     begin = movement.begin
     for k in stops[:MAX_PARTS]:
         stop = float(commands.time[k])
+        if not turning[k:].any():
+            break
         go = float(commands.time[k + int(np.argmax(turning[k:]))])
-        if go <= stop:
-            continue
         is_turn = _turn(run, begin, stop, go, math.inf) is not None
         if is_turn and _turn(run, go, movement.end, until, math.inf) is not None:
             parts.append((begin, stop, go))

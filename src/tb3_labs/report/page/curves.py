@@ -6,7 +6,7 @@ view.
 """
 import math
 from html import escape
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -19,16 +19,10 @@ MARK_HEIGHT = 8
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
 ANGLE_STEPS = (1.0, 2.0, 5.0, 10.0, 30.0, 45.0, 90.0, 180.0, 360.0, 720.0, 1440.0, 3600.0, 7200.0)
 GRID_LINES = 4
-#: A stretch of a curve is split at most to this depth. Real curves need a depth of up to 170. The
-#: curve of a stranger's bag may need a depth that would take hours. So a stretch at this depth is
-#: not split, and all its samples are kept.
-MAX_DEPTH = 500
 #: The points (time, value) of a line, and the indices of the points that are not joined to the
 #: previous point.
 Line = Tuple[List[Tuple[float, float]], List[int]]
 NO_LINE: Line = ([], [])
-#: CSS classes for the lines of variables in a figure.
-VARIABLE_CLASSES = ('variable', 'second')
 BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
@@ -37,46 +31,49 @@ MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
         ' style="top:{top}px;--x:{x:.4f};--w:{width:.4f}"></a>')
 
 
-class Figure(NamedTuple):
-    """A figure of a node's variables. It has a line for each variable, and the line that the
-    variables should follow."""
+class Command(NamedTuple):
+    """A command of the timeline, in force until the next one. Both speeds are None if the robot's
+    timeout has ended the command before."""
 
-    names: List[str]
+    time: float
+    linear: Optional[float]
+    angular: Optional[float]
+
+
+class Figure(NamedTuple):
+    """A figure of a variable of a node, and of the line that the variable should follow."""
+
+    name: str
+    line: Line
     reference: str        # the name of the line `measured`, '' without such a line
     measured: Line
-    lines: List[Line]
     levels: List[str]     # the texts at the heights 0, 1, 2, ...; [] if the values are numbers
 
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
-                 breaks: Iterable[int] = (), most: float = math.inf) -> np.ndarray:
+                 breaks: Iterable[int] = ()) -> np.ndarray:
     """Returns the indices of the samples that a curve keeps. The straight lines between these
     samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
-    the indices at which a new stretch begins, in order. Both ends of a stretch are kept. The search
-    ends when more than `most` samples are kept, even if the lines differ by more than `bounds`.
+    the indices at which a new stretch begins, in order. Both ends of a stretch are kept.
 
     Source: Douglas and Peucker (1973), with the distance along the axis of the values.
     """
     is_kept = np.zeros(len(time), dtype=bool)
     begins = [0, *breaks]
-    splits = 0
-    stretches = [(begin, end - 1, 0) for begin, end in zip(begins, [*begins[1:], len(time)])]
-    while stretches and splits <= most:
-        first, last, depth = stretches.pop()
+    stretches = [(begin, end - 1) for begin, end in zip(begins, [*begins[1:], len(time)])]
+    while stretches:
+        first, last = stretches.pop()
         is_kept[[first, last]] = True
-        if depth == MAX_DEPTH:
-            is_kept[first:last] = True
-        elif last - first > 1:
-            inner = slice(first + 1, last)
-            share = (time[inner] - time[first]) / max(time[last] - time[first], 1e-9)
-            on_line = values[first] + share[:, None] * (values[last] - values[first])
-            distances = (np.abs(values[inner] - on_line) / bounds).max(axis=1)
-            farthest = int(np.argmax(distances))
-            if distances[farthest] > 1.0:
-                middle = first + 1 + farthest
-                is_kept[middle] = True
-                splits += 1
-                stretches += [(first, middle, depth + 1), (middle, last, depth + 1)]
+        if last - first < 2:
+            continue
+        inner = slice(first + 1, last)
+        share = (time[inner] - time[first]) / max(time[last] - time[first], 1e-9)
+        on_line = values[first] + share[:, None] * (values[last] - values[first])
+        distances = (np.abs(values[inner] - on_line) / bounds).max(axis=1)
+        farthest = int(np.argmax(distances))
+        if distances[farthest] > 1.0:
+            middle = first + 1 + farthest
+            stretches += [(first, middle), (middle, last)]
     return np.flatnonzero(is_kept)
 
 
@@ -99,11 +96,11 @@ def curves(data: Dict[str, Any]) -> Iterator[str]:
             ('distance', 'distance to the goal [m]', data['distance'], 0.1, GRID_STEPS),
             ('angle', "angle off the goal's heading [&deg;]", data['angle'], 10.0, ANGLE_STEPS)):
         yield _curve(data, name, caption, [('measured', _line_of(track))], least, (), steps)
-    for column, name, caption, track, least in (
-            (1, 'linear', 'forward [m/s]', data['speed'], 0.1),
-            (2, 'angular', 'turning [rad/s]', data['rate'], 0.4)):
+    for name, caption, track, least in (
+            ('linear', 'forward [m/s]', data['speed'], 0.1),
+            ('angular', 'turning [rad/s]', data['rate'], 0.4)):
         yield _curve(data, name, caption + BOTH_LINES, [
-            ('measured', _line_of(track)), ('commanded', _command_steps(data, column))], least)
+            ('measured', _line_of(track)), ('commanded', _command_steps(data, name))], least)
 
 
 def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
@@ -112,29 +109,30 @@ def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
         least, steps = 0.0, GRID_STEPS
         if figure.reference.startswith('heading'):
             least, steps = 10.0, ANGLE_STEPS
-        names = [f'<b class="{kind}">{escape(name)}</b>' for kind, name in zip(
-            VARIABLE_CLASSES, figure.names)]
+        caption = f'<b class="variable">{escape(figure.name)}</b>'
         if figure.reference:
-            names.append(f'<b class="measured">{escape(figure.reference)}</b>')
-        yield _curve(data, f'variable-{number}', ', '.join(names), [
-            ('measured', figure.measured), *zip(VARIABLE_CLASSES, figure.lines)],
-            least, figure.levels, steps)
+            caption += f', <b class="measured">{escape(figure.reference)}</b>'
+        yield _curve(data, f'variable-{number}', caption, [
+            ('measured', figure.measured), ('variable', figure.line)], least, figure.levels, steps)
 
 
 def _line_of(track: Dict[str, Any]) -> Line:
     return [*zip(track['time'], track['columns'][0])], track['breaks']
 
 
-def _command_steps(data: Dict[str, Any], column: int) -> Line:
-    """Returns the line of one column of the commands, which are constant between two commands."""
-    rows = data['commands']
+def _command_steps(data: Dict[str, Any], name: str) -> Line:
+    """Returns the line of a speed of the commands, which are constant between two commands. `name`
+    is a field of Command."""
+    commands: List[Command] = data['commands']
+    ends = [command.time for command in commands[1:]] + [data['duration']]
     points: List[Tuple[float, float]] = []
     breaks: List[int] = []
-    for row, end in zip(rows, [row[0] for row in rows[1:]] + [data['duration']]):
-        if row[column] is None:
+    for command, end in zip(commands, ends):
+        speed = getattr(command, name)
+        if speed is None:
             breaks.append(len(points))
         else:
-            points += [(row[0], row[column]), (end, row[column])]
+            points += [(command.time, speed), (end, speed)]
     return points, breaks
 
 

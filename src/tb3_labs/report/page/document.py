@@ -90,12 +90,15 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[str]], texts: Sequence[s
     headings = [TAG.sub('', _html(head)) for head in heads]
     lines = []
     for cells in rows:
-        lines.append('<tr>{}</tr>'.format(''.join('<td{}{}>{}</td>'.format(
-            attribute, '' if is_plain else f' data-head="{heading}"', _html(cell))
-            for attribute, heading, cell in zip(attributes, headings, cells))))
+        line = ''
+        for attribute, heading, cell in zip(attributes, headings, cells):
+            label = '' if is_plain else f' data-head="{heading}"'
+            line += f'<td{attribute}{label}>{_html(cell)}</td>'
+        lines.append(f'<tr>{line}</tr>')
+    first = ''.join(f'<th{attribute}>{_html(head)}</th>'
+                    for attribute, head in zip(attributes, heads))
     return '<table>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}\n</tbody></table>'.format(
-        ''.join(f'<th{attribute}>{_html(head)}</th>' for attribute, head in zip(
-            attributes, heads)), '\n'.join(lines))
+        first, '\n'.join(lines))
 
 
 def _html(text: str) -> str:

@@ -7,7 +7,7 @@ Units on the axes: metres, degrees, rad/s, seconds since a turn's first command.
 import math
 import os
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, BinaryIO, Dict, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.resets_and_goals import Epoch, epoch_of, epochs, local_in_odom
@@ -40,12 +39,11 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
-#: A figure shows at most this many turns, or paths between two resets.
-MAX_DRAWN = 40
 #: The legend names at most this many turns.
 MAX_NAMED_TURNS = 12
-#: The width and height of a letter in a frame's name, as a share of a panel's width.
-LETTER_WIDTH, LETTER_HEIGHT = 0.028, 0.05
+#: The places of names, from the origins of their frames, as shares of a panel's width. Frames with
+#: the same origin have different places.
+NAME_PLACES = ((-0.06, -0.06), (0.06, -0.06), (-0.06, 0.06), (0.06, 0.06))
 #: The frames and paths have names up to this reset, since there is no room for more names.
 MAX_NAMED_RESETS = 6
 
@@ -77,7 +75,7 @@ def turns_figure(run: RunData) -> Optional[Figure]:
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in found[1:]] + [math.inf]
-    for number, (turn, next_begin) in enumerate(zip(found[:MAX_DRAWN], next_begins)):
+    for number, (turn, next_begin) in enumerate(zip(found, next_begins)):
         until = min(turn.end + SHOWN_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
@@ -109,7 +107,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
-    for number, epoch in enumerate(frames[:MAX_DRAWN]):
+    for number, epoch in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
@@ -128,7 +126,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _draw_ends(in_local, local, [goal for _, goal in goals])
     chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
-              for number, epoch in enumerate(frames[:MAX_DRAWN])]
+              for number, epoch in enumerate(frames)]
     size = _same_scale((in_odom, [pose for pose, _ in chosen]),
                        (in_local, [pose.inverse() for pose, _ in chosen]))
     _draw_frames(in_odom, size, 'odom', [(pose, 'local' + after) for pose, after in chosen])
@@ -174,47 +172,19 @@ def _draw_frames(axes: Axes, width: float, own: str,
                  others: Sequence[Tuple[Pose2, str]]) -> None:
     """Draw the names and axes of the panel's `own` frame and of the frames `others`, each (pose,
     name). The x axis is longer than the y axis."""
-    drawn = [line.get_xydata() for line in axes.get_lines()]
-    named = [(Pose2(), own)] + list(others)
-    for number, (pose, _) in enumerate(named):
+    for number, (pose, name) in enumerate([(Pose2(), own), *others]):
         for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
             begin, end = pose.act([(0.0, 0.0), tip])
             axes.annotate('', end, begin, arrowprops=dict(
                 arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
                 linewidth=1.0 if number else 1.8))
-            drawn.append(np.linspace(begin, end, 9))
-    boxes: List[np.ndarray] = []
-    # before the first reset, a panel already has the names of its own and of the other frame
-    for number, (pose, name) in enumerate(named[:MAX_NAMED_RESETS + 2]):
-        size = width * np.array((LETTER_WIDTH * len(name), LETTER_HEIGHT))
-        boxes.append(_box_of_name(axes, pose, size, boxes, np.concatenate(drawn)))
-        axes.annotate(name, (pose.x, pose.y), xytext=tuple(boxes[-1].mean(axis=0)), fontsize=8,
-                      textcoords='data', fontweight='normal' if number else 'bold', ha='center',
-                      va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
-
-
-def _box_of_name(axes: Axes, pose: Pose2, size: np.ndarray, boxes: Sequence[np.ndarray],
-                 drawn: np.ndarray) -> np.ndarray:
-    """Returns the best box for the name of a frame, as [least (x, y), most (x, y)]. A good box is
-    inside the panel, near the frame's origin, and behind both axes of the frame. It covers none of
-    the other names' `boxes`, and few of the points `drawn`."""
-    panel = np.array([axes.get_xlim(), axes.get_ylim()]).T
-    back = pose.yaw + 1.25 * math.pi
-
-    def cost(box: np.ndarray) -> float:
-        is_outside = (box[0] < panel[0]).any() or (box[1] > panel[1]).any()
-        is_over = any((box[0] < other[1]).all() and (other[0] < box[1]).all() for other in boxes)
-        hidden = np.count_nonzero(((box[0] < drawn) & (drawn < box[1])).all(axis=1))
-        away = box.mean(axis=0) - (pose.x, pose.y)
-        turned = abs(difference(math.atan2(away[1], away[0]), back))
-        far = np.maximum(np.abs(away) - size / 2.0, 0.0).max() / size[1]
-        return 1e6 * is_outside + 1e5 * is_over + min(hidden, 20) + turned + 15.0 * far
-
-    steps = [np.array((right, up)) for right in (-1, 0, 1) for up in (-1, 0, 1) if right or up]
-    centres = [(pose.x, pose.y) + step * (far * size[1] + size / 2.0)
-               for far in (0.5, 1.5, 2.5, 3.5) for step in steps]
-    return min((np.array([centre - size / 2.0, centre + size / 2.0]) for centre in centres),
-               key=cost)
+        # before the first reset, a panel already has the names of its own and of the other frame
+        if number < MAX_NAMED_RESETS + 2:
+            place = pose.act(width * np.array(NAME_PLACES[number % len(NAME_PLACES)]))
+            axes.annotate(name, (pose.x, pose.y), xytext=tuple(place), fontsize=8,
+                          textcoords='data', fontweight='normal' if number else 'bold', ha='center',
+                          va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0,
+                                                 pad=0.0))
 
 
 def _draw_ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:

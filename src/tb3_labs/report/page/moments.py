@@ -10,7 +10,7 @@ from typing import Dict, List, Sequence
 import numpy as np
 
 from tb3_labs.report.motion.drives import DriveReport
-from tb3_labs.report.motion.movements import MovementKind, movements, parts_of, programs
+from tb3_labs.report.motion.movements import movements, programs
 from tb3_labs.report.motion.resets_and_goals import epochs, spans
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
@@ -23,10 +23,6 @@ from tb3_labs.watch.chains import broken_links_of_nodes
 EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 #: A line of a traceback that names a line of a file.
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
-#: A page shows at most this many different exceptions.
-MAX_ERRORS = 5
-#: A page shows at most this many characters of an exception.
-MAX_ERROR_LENGTH = 300
 #: A node of the skeletons prints this when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
 FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
@@ -35,27 +31,25 @@ FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 def moments(run: RunData, turned: Sequence[TurnReport],
             driven: Sequence[DriveReport]) -> List[Mark]:
     """Returns the Marks of a run with these turns and drives."""
-    found = [mark('turn', turn.begin, 'turn {}: asked {}, turned {} deg'.format(
-        k, degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')), turn.end)
-        for k, turn in enumerate(turned, 1)]
-    found += [mark('drive', drive.begin, 'drive {}: {}, {} m and {} deg off'.format(
-        k, drive.outcome, number(drive.measured[0], '{:.3f}'),
-        degrees(drive.measured[1], '{:.1f}')), drive.end) for k, drive in enumerate(driven, 1)]
+    found = [_turn_mark(k, turn) for k, turn in enumerate(turned, 1)]
+    found += [_drive_mark(k, drive) for k, drive in enumerate(driven, 1)]
     turns_and_drives = list(found)
     for movement in movements(run):
-        if any(movement.begin < other['end'] and other['begin'] < movement.end
-               for other in turns_and_drives):
-            continue
-        is_by_hand = movement.kind is MovementKind.BY_HAND
-        parts = parts_of(run, movement) if is_by_hand else [(movement.begin, movement.end)]
-        found += [_by_hand(run, begin, end) for begin, end in parts]
+        is_known = any(movement.begin < known['end'] and known['begin'] < movement.end
+                       for known in turns_and_drives)
+        if not is_known:
+            found.append(_by_hand(run, movement.begin, movement.end))
     found += [mark('reset', epoch.begin, f'reset {k} of local')
               for k, epoch in enumerate(epochs(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
-    is_given = run.control.value > 0.5
-    for k in np.flatnonzero(np.diff(is_given, prepend=~is_given[:1])):
-        kind, verb = ('start', 'given to') if is_given[k] else ('stop', 'taken from')
-        found.append(mark(kind, run.control.time[k], f'control {verb} the node'))
+    was_given = None
+    for time, value in zip(run.control.time, run.control.value):
+        is_given = value > 0.5
+        if is_given and not was_given:
+            found.append(mark('start', time, 'control given to the node'))
+        elif not is_given and was_given is not False:
+            found.append(mark('stop', time, 'control taken from the node'))
+        was_given = is_given
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > MIN_GAP):
             begin, end = samples.time[k:k + 2]
@@ -63,14 +57,27 @@ def moments(run: RunData, turned: Sequence[TurnReport],
     return found
 
 
+def _turn_mark(k: int, turn: TurnReport) -> Mark:
+    requested, turned = degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')
+    text = f'turn {k}: asked {requested}, turned {turned} deg'
+    return mark('turn', turn.begin, text, turn.end)
+
+
+def _drive_mark(k: int, drive: DriveReport) -> Mark:
+    distance, angle = drive.measured
+    off = f"{number(distance, '{:.3f}')} m and {degrees(angle, '{:.1f}')} deg off"
+    return mark('drive', drive.begin, f'drive {k}: {drive.outcome}, {off}', drive.end)
+
+
 def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     before, after = run.imu.yaw_at((begin, end))
-    # with a mouse, a person drives, although a node sends the commands
-    drivers = [] if 'mouse_info' in run.devices else programs(run, begin, end)
+    drivers: List[str] = []
+    if 'mouse_info' not in run.devices:     # with a mouse, a person drives by means of a node
+        drivers = programs(run, begin, end)
     words = 'driven by ' + ' and '.join(drivers) if drivers else 'by hand'
-    return mark('hand', begin, '{}: {:.2f} m, turned {} deg'.format(
-        words,
-        run.odometry.between(begin, end).length, degrees(after - before, '{:+.1f}')), end)
+    length = run.odometry.between(begin, end).length
+    turned = degrees(after - before, '{:+.1f}')
+    return mark('hand', begin, f'{words}: {length:.2f} m, turned {turned} deg', end)
 
 
 def printed_faults(run: RunData) -> str:
@@ -89,8 +96,8 @@ def printed_faults(run: RunData) -> str:
         if todo:
             todos.setdefault(todo.group(), time)
     parts = [FAULT_LINE.format(escape('An exception came {}: {}.'.format(
-        'once' if len(times) == 1 else f'{len(times)} times', error[:MAX_ERROR_LENGTH])), times[0])
-        for error, times in list(errors.items())[:MAX_ERRORS]]
+        'once' if len(times) == 1 else f'{len(times)} times', error)), times[0])
+        for error, times in errors.items()]
     if todos:
         parts.append(FAULT_LINE.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
     return '\n'.join(parts)

@@ -1,9 +1,8 @@
 """Makes the data of the timeline of a run, and from these data the timeline's HTML.
 
 A *track* is a list of points over time, joined by straight lines. The track has fewer points than
-the recording, but differs from each recorded value by at most its bound (`BOUNDS`). Only a track
-that would need more than `MAX_POINTS` differs by more. A track is interrupted at a time without
-samples.
+the recording, but differs from each recorded value by at most its bound (`BOUNDS`). A track is
+interrupted at a time without samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
 `local` and of the goals are in ``local``, all other poses are in ``odom``.
@@ -11,7 +10,6 @@ Units in the data: seconds since the recording's start, metres, degrees, m/s, ra
 import json
 import math
 from html import escape
-from itertools import groupby
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
@@ -22,7 +20,8 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page import variable_figures
-from tb3_labs.report.page.curves import curves, mark_line, kept_samples, variable_curves
+from tb3_labs.report.page.curves import (
+    Command, curves, kept_samples, mark_line, variable_curves)
 from tb3_labs.report.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 
@@ -31,17 +30,12 @@ TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
 #: Only these data are read by the timeline's program. Python draws all other data into the page.
 FOR_PROGRAM = ('duration', 'radius', 'odom', 'local', 'truth', 'frame', 'heading', 'distance',
                'angle', 'commands', 'goals', 'marks', 'variables')
-#: The largest difference between a recorded value and its track, for each unit.
+#: The largest difference between a recorded value and its track, for each unit, without rounding.
 BOUNDS = {'m': 0.002, 'deg': 0.2, 'm/s': 0.005, 'rad/s': 0.03}
 #: Times and values are rounded to this many digits after the point.
 ROUNDED_DIGITS = 3
-#: The largest change of a value by this rounding.
-TIMELINE_ROUNDING = 0.0005
-#: The largest numbers of the points of a track, of the marks of a page, and of the characters of a
-#: text.
-MAX_POINTS, MAX_MARKS, MAX_TEXT_LENGTH = 50000, 500, 1000
-#: A page has at most this many lines of a log. If a log is longer, its middle is left out.
-MAX_LOG_LINES = 2000
+#: The most characters of a text.
+MAX_TEXT_LENGTH = 1000
 #: The name of rosbag's node. Its log lines are not shown.
 RECORDER = 'record'
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
@@ -58,8 +52,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
     values = np.column_stack(columns)
     bounds = np.array([BOUNDS[unit] for unit in units])
     begins = sorted({*breaks, *(np.flatnonzero(np.diff(time) > MIN_GAP) + 1)})
-    kept = kept_samples(time, values, bounds - TIMELINE_ROUNDING, begins)
-    shown = kept[::math.ceil(len(kept) / MAX_POINTS)]
+    shown = kept_samples(time, values, bounds, begins)
     return {'time': np.round(time[shown], ROUNDED_DIGITS).tolist(),
             'columns': np.round(values[shown], ROUNDED_DIGITS).T.tolist(),
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
@@ -70,28 +63,28 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
     frames = epochs(run)
-    local_resets, goal_resets = (_resets(frames, at) for at in (local.time, time))
+    local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
+    turned_over = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
+    # at the begin of each epoch, the pose in ``local`` is taken for the true pose
+    truth = [run.ground_truth.between(epoch.begin, epoch.end).seen_from(
+        epoch.odom_T_local @ epoch.local_T_world)
+        for epoch in frames if epoch.local_T_world is not None]
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
-        # at the begin of each epoch, the pose in ``local`` is taken for the true pose
-        'truth': _poses(Poses.joined([run.ground_truth.between(epoch.begin, epoch.end).seen_from(
-            epoch.odom_T_local @ epoch.local_T_world)
-            for epoch in frames if epoch.local_T_world is not None])),
+        'truth': _poses(Poses.joined(truth)),
         'frame': _poses(local_in_odom(run, local.time), local_resets),
         'heading': track(imu.time, [np.degrees(np.unwrap(imu.yaw))], ['deg']),
         'rate': track(imu.time, [imu.yaw_rate], ['rad/s']),
         'speed': track(odometry.time, [odometry.linear], ['m/s']),
         'distance': track(time, [distance], ['m'], goal_resets),
-        'angle': track(time, [np.degrees(angle)], ['deg'],
-                       [*goal_resets,
-                        *(np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1)]),
-        'commands': _commands(run.commands)[:MAX_POINTS],
+        'angle': track(time, [np.degrees(angle)], ['deg'], [*goal_resets, *turned_over]),
+        'commands': _commands(run.commands),
         'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
-                  for span in spans(run)[:MAX_MARKS]],
-        'marks': sorted(marked, key=lambda moment: moment['begin'])[:MAX_MARKS],
+                  for span in spans(run)],
+        'marks': sorted(marked, key=lambda moment: moment['begin']),
         'log': _lines(run.log),
-        'nodes': variable_figures.nodes(run), 'variables': variable_figures.texts(run),
+        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variable_figures.texts(run),
         'figures': variable_figures.figures(run)}
 
 
@@ -110,18 +103,18 @@ def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
     return [int(index) for index in found if 0 < index < len(time)]
 
 
-def _commands(commands: Commands) -> List[List[Any]]:
-    """Returns [time, m/s, rad/s] of each command that differs from the previous command. At the
-    time at which the robot's timeout ended a command, the row has None for both speeds."""
+def _commands(commands: Commands) -> List[Command]:
+    """Returns the commands that differ from their previous command, and a Command without speeds
+    where the robot's timeout ended a command."""
     times = commands.time.tolist()
-    rows: List[List[Any]] = []
+    rows: List[Command] = []
     for time, following, linear, angular in zip(
             times, [*times[1:], math.inf], commands.linear.tolist(), commands.angular.tolist()):
-        speeds = [round(linear, 3), round(angular, 3)]
-        if not rows or rows[-1][1:] != speeds:
-            rows.append([round(time, 3), *speeds])
+        command = Command(round(time, 3), round(linear, 3), round(angular, 3))
+        if not rows or rows[-1][1:] != command[1:]:
+            rows.append(command)
         if following - time > COMMAND_TIMEOUT:
-            rows.append([round(time + COMMAND_TIMEOUT, 3), None, None])
+            rows.append(Command(round(time + COMMAND_TIMEOUT, 3), None, None))
     return rows
 
 
@@ -134,21 +127,10 @@ def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mar
 
 
 def _lines(log: LogLines) -> List[List[Any]]:
-    """Returns [time, level, text] of each log line. The text begins with the node's name. Equal
-    lines that follow each other become one line."""
-    lines = [(level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH], at)
-             for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
-             if node.rpartition('/')[2] != RECORDER]
-    rows: List[List[Any]] = []
-    for (level, text), group in groupby(lines, key=lambda line: line[:2]):
-        times = [at for *_, at in group]
-        if len(times) > 1:
-            text += f' ({len(times)} times)'
-        rows.append([round(float(times[0]), 3), str(level), text])
-    if len(rows) <= MAX_LOG_LINES:
-        return rows
-    first, last = rows[:MAX_LOG_LINES // 2], rows[-MAX_LOG_LINES // 2:]
-    return [*first, [first[-1][0], '', f'({len(rows) - MAX_LOG_LINES} lines are left out)'], *last]
+    """Returns [time, level, text] of each log line. The text begins with the node's name."""
+    return [[round(float(at), 3), level, f"{node.lstrip('/')}: {text}"[:MAX_TEXT_LENGTH]]
+            for at, level, node, text in zip(log.time, log.levels, log.nodes, log.texts)
+            if node.rpartition('/')[2] != RECORDER]
 
 
 def section(data: Dict[str, Any]) -> str:
@@ -156,15 +138,15 @@ def section(data: Dict[str, Any]) -> str:
     text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
                       allow_nan=False).replace('<', '\\u003c')
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
-    return '<style>\n{}</style>\n{}'.format(
-        ''.join(path.read_text(encoding='utf-8') for path in styles),
-        TIMELINE_PAGE.read_text(encoding='utf-8').format(
-            curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
-            nodes=escape(', '.join(data['nodes'])),
-            marks=''.join(mark_line(data)), data=text,
-            mark_list=''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
-                each['begin'], each['begin'], escape(each['text'])) for each in data['marks']),
-            log=''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
-                level, at, at, escape(text)) for at, level, text in data['log']),
-            bounds=', '.join('{:g} {}'.format(bound, unit) for unit, bound in BOUNDS.items()),
-            script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js'))))
+    style = ''.join(path.read_text(encoding='utf-8') for path in styles)
+    mark_list = ''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
+        each['begin'], each['begin'], escape(each['text'])) for each in data['marks'])
+    log = ''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
+        level, at, at, escape(text)) for at, level, text in data['log'])
+    page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
+        curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
+        nodes=escape(', '.join(data['nodes'])), marks=''.join(mark_line(data)),
+        mark_list=mark_list, log=log, data=text,
+        bounds=', '.join(f'{bound:g} {unit}' for unit, bound in BOUNDS.items()),
+        script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
+    return f'<style>\n{style}</style>\n{page}'

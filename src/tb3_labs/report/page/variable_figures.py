@@ -7,19 +7,18 @@ Units: seconds since the start; a variable has the unit that its node uses.
 """
 import math
 from dataclasses import replace
-from typing import Any, Callable, List, NamedTuple, Tuple
+from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
 
+from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.report.page.curves import NO_LINE, Figure, Line, kept_samples
-from tb3_labs.report.run_data import MIN_GAP, Poses, RunData, cached_per_run
+from tb3_labs.report.run_data import MIN_GAP, RunData, cached_per_run
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
 #: The limits of a page.
 MAX_FIGURES = 12
 MAX_SHOWN_VARIABLES = 40
-MAX_LINE_POINTS = 2000     # of each line
-MAX_VALUE_LENGTH = 200         # characters of each text
 #: A variable with more different texts than this has no figure.
 MAX_LEVELS = 8
 #: A line differs from each recorded value by at most this share of the line's range.
@@ -28,46 +27,35 @@ BOUND_SHARE = 1.0 / 500.0
 MAX_DRAWN_NUMBER = 1e300
 #: An angle above this is in degrees, not in radians.
 MAX_RADIANS = 7.0
+#: The handouts' variables. They are drawn first, in this order.
+HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
+                 'has_control')
 
 
 class Reference(NamedTuple):
-    """The correct values of the variables with these `names`. The page calls these values `name`.
-    ``of(run)`` returns (times, values)."""
+    """The correct values of a variable. The page calls these values `name`."""
 
-    names: Tuple[str, ...]
     name: str
-    of: Callable[[RunData], Tuple[np.ndarray, np.ndarray]]
+    time: np.ndarray
+    values: np.ndarray
+    whole_turn: float = math.inf     # if the values are angles, a whole turn in their unit
 
 
-def _heading(run: RunData) -> Tuple[np.ndarray, np.ndarray]:
-    return run.imu.time, np.degrees(run.imu.yaw) % 360.0
-
-
-def _column_of(part: str, name: str) -> Callable[[RunData], Tuple[np.ndarray, np.ndarray]]:
-    def values(run: RunData) -> Tuple[np.ndarray, np.ndarray]:
-        poses: Poses = getattr(run, part)
-        return poses.time, getattr(poses, name)
-    return values
-
-
-#: The variables of the handouts that share a figure. A figure is drawn if its first variable was
-#: recorded.
-REFERENCES = (
-    Reference(('curr_yaw', 'goal_yaw'), 'heading by the IMU', _heading),
-    Reference(('local_x', 'goal_x'), 'x in local', _column_of('local_pose', 'x')),
-    Reference(('local_y', 'goal_y'), 'y in local', _column_of('local_pose', 'y')),
-    Reference(('local_yaw', 'goal_yaw'), 'yaw in local', _column_of('local_pose', 'yaw')),
-    Reference(('initial_global_x',), 'x in odom', _column_of('odometry', 'x')),
-    Reference(('initial_global_y',), 'y in odom', _column_of('odometry', 'y')),
-    Reference(('initial_global_yaw',), 'yaw by the IMU', _column_of('imu', 'yaw')),
-    Reference(('initial_odom_yaw',), 'yaw in odom', _column_of('odometry', 'yaw')))
-#: The handouts' other variables. They are drawn before a student's own variables.
-HANDOUT_NAMES = ('turning', 'state', 'has_control')
-
-
-def nodes(run: RunData) -> List[str]:
-    """Returns the names of the nodes whose variables were recorded."""
-    return list(dict.fromkeys(node[:MAX_VALUE_LENGTH] for node in run.variables.node))
+def _reference(run: RunData, variable: Series) -> Reference:
+    """Returns the Reference of a variable. Most variables have none: their Reference is empty."""
+    local = run.local_pose
+    if variable.name == 'curr_yaw':
+        heading = np.degrees(run.imu.yaw) % 360.0
+        return Reference('heading by the IMU', run.imu.time, heading, 360.0)
+    if variable.name == 'local_x':
+        return Reference('x in local', local.time, local.x)
+    if variable.name == 'local_y':
+        return Reference('y in local', local.time, local.y)
+    if variable.name == 'local_yaw' and np.nanmax(np.abs(variable.value)) > MAX_RADIANS:
+        return Reference('yaw in local', local.time, np.degrees(local.yaw), 360.0)
+    if variable.name == 'local_yaw':
+        return Reference('yaw in local', local.time, local.yaw, WHOLE_TURN)
+    return Reference('', np.empty(0), np.empty(0))
 
 
 @cached_per_run
@@ -82,8 +70,7 @@ def variables(run: RunData) -> List[Series]:
             is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
             is_drawn = ~is_truth & (np.abs(series.value) < MAX_DRAWN_NUMBER)
             found.append(replace(
-                series, name=(prefix + series.name)[:MAX_VALUE_LENGTH],
-                text=np.array([text[:MAX_VALUE_LENGTH] for text in series.text], dtype=object),
+                series, name=prefix + series.name,
                 value=np.where(is_drawn, series.value, np.nan)))
     return found[:MAX_SHOWN_VARIABLES]
 
@@ -101,12 +88,10 @@ def changes(variable: Series) -> np.ndarray:
 
 
 def texts(run: RunData) -> List[List[Any]]:
-    """Returns [name, times of the changes, texts after the changes] of each variable. If there are
-    too many changes, some are left out."""
+    """Returns [name, times of the changes, texts after the changes] of each variable."""
     rows = []
     for each in variables(run):
         shown = changes(each)
-        shown = shown[::1 + len(shown) // MAX_LINE_POINTS]
         rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
             f'{number:.5g}' if '.' in text and not math.isnan(number) else text
             for text, number in zip(each.text[shown], each.value[shown])]])
@@ -115,23 +100,20 @@ def texts(run: RunData) -> List[List[Any]]:
 
 def figures(run: RunData) -> List[Figure]:
     """Returns the figures of the variables that change, at most MAX_FIGURES."""
-    remaining = {each.name: each for each in variables(run)}
-    found = []
-    for reference in REFERENCES:
-        group = [remaining[name] for name in reference.names
-                 if name in remaining and is_number(remaining[name])]
-        is_shown = group and group[0].name == reference.names[0]
-        if is_shown and any(len(changes(each)) > 1 for each in group):
-            for each in group:
-                del remaining[each.name]
-            found.append(_beside(run, reference, group))
-    handouts = [remaining.pop(name) for name in HANDOUT_NAMES if name in remaining]
-    for each in [*handouts, *remaining.values()]:
-        levels = [] if is_number(each) else _levels(each)
-        if len(changes(each)) > 1 and len(levels) <= MAX_LEVELS:
-            shown = _level_steps(each, levels) if levels else line(each.time, each.value)
-            found.append(Figure([each.name], '', NO_LINE, [shown], levels))
-    return found[:MAX_FIGURES]
+    known = {each.name: each for each in variables(run)}
+    first = [known.pop(name) for name in HANDOUT_NAMES if name in known]
+    found = [_figure(run, each) for each in [*first, *known.values()] if len(changes(each)) > 1]
+    return [figure for figure in found if len(figure.levels) <= MAX_LEVELS][:MAX_FIGURES]
+
+
+def _figure(run: RunData, variable: Series) -> Figure:
+    if not is_number(variable):
+        levels = _levels(variable)
+        return Figure(variable.name, _level_steps(variable, levels), '', NO_LINE, levels)
+    beside = _reference(run, variable)
+    return Figure(variable.name, line(variable.time, variable.value, beside.whole_turn),
+                  beside.name if len(beside.time) else '',
+                  line(beside.time, beside.values, beside.whole_turn), [])
 
 
 def _levels(variable: Series) -> List[str]:
@@ -139,21 +121,6 @@ def _levels(variable: Series) -> List[str]:
     False is below True. A state is below all states that the variable had earlier in the run."""
     texts = list(dict.fromkeys(variable.text))
     return sorted(texts) if texts[0] in TRUTH_VALUES else texts[::-1]
-
-
-def _beside(run: RunData, reference: Reference, group: List[Series]) -> Figure:
-    """Returns the figure of the variables `group` beside their reference."""
-    time, values = reference.of(run)
-    whole_turn = math.inf
-    if reference.name.startswith('heading'):
-        whole_turn = 360.0
-    elif reference.name.startswith('yaw'):
-        whole_turn = 2.0 * math.pi
-        if any(np.nanmax(np.abs(each.value)) > MAX_RADIANS for each in group):
-            whole_turn, values = 360.0, np.degrees(values)
-    return Figure([each.name for each in group], reference.name if len(time) else '',
-                  line(time, values, whole_turn),
-                  [line(each.time, each.value, whole_turn) for each in group], [])
 
 
 def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> Line:
@@ -167,13 +134,8 @@ def line(time: np.ndarray, values: np.ndarray, whole_turn: float = math.inf) -> 
     is_jump = np.abs(np.diff(values)) > whole_turn / 2.0
     breaks = np.flatnonzero(is_gap | is_jump) + 1
     bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
-    most = max(MAX_LINE_POINTS, 2 * len(breaks) + 2)
-    kept = kept_samples(time, values[:, None], bound, breaks, most)
-    while len(kept) > most:
-        bound *= 2.0
-        kept = kept_samples(time, values[:, None], bound, breaks, most)
-    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}'))
-              for k in kept][:MAX_LINE_POINTS]
+    kept = kept_samples(time, values[:, None], bound, breaks)
+    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}')) for k in kept]
     return points, [int(np.searchsorted(kept, k)) for k in breaks]
 
 
@@ -183,7 +145,7 @@ def _level_steps(variable: Series, levels: List[str]) -> Line:
     begins = np.union1d(changes(variable), np.flatnonzero(np.diff(variable.time) > MIN_GAP) + 1)
     points: List[Tuple[float, float]] = []
     breaks = []
-    for begin, end in list(zip(begins, [*begins[1:], len(heights) - 1]))[:MAX_LINE_POINTS]:
+    for begin, end in zip(begins, [*begins[1:], len(heights) - 1]):
         if begin and variable.time[begin] - variable.time[begin - 1] > MIN_GAP:
             breaks.append(len(points))
         is_silent = variable.time[end] - variable.time[end - 1] > MIN_GAP
