@@ -26,8 +26,7 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 LAB_GOAL = Pose2(-0.61, 0.61, 0.0)
-DRIVES = [('lab goal', {}, True), ('random goals', {}, False),
-          ('may reverse', {'allow_reverse': True}, False)]
+DRIVES = [('lab goal', {}, True), ('random goals', {}, False)]
 DRIVE_ROW = '{:24} {:>7} {:>18} {:>16} {:>13} {:>14}'
 
 #: Size of the turn [deg], latency of commands [s], lag of the motors [s].
@@ -69,7 +68,7 @@ def one_drive(job):
         rng.uniform(-2.0, 2.0), rng.uniform(-2.0, 2.0), rng.uniform(-math.pi, math.pi))
     config = DriveConfig(**options)
     bound = least_time(Pose2(), goal, robot_model(robot.model), config.max_linear,
-                       config.max_angular, config.allow_reverse)
+                       config.max_angular)
     return bound, drive(goal, robot, config)
 
 
