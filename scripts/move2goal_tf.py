@@ -16,8 +16,6 @@ Publishes
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
-    distance_error [m], angle_error_deg   std_msgs/Float32: the way to go, and the angle off the
-                           final heading, for plots, ten times a second while they are heard
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
     /tf                    odom -> local, ten times a second, and at each reset

@@ -19,7 +19,8 @@ from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
 
 #: The reason for rejecting a repeated goal that was ended before.
-STAYS_ENDED = 'its sender repeats it since before it was ended'
+STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
+               f'{SENDER_PAUSE:.0f} s')
 
 
 class GoalRequest(NamedTuple):
@@ -64,20 +65,12 @@ class Repetition:
     def __init__(self, request: GoalRequest) -> None:
         self.goal, self.latest = request.goal, request
         self.source = Freshness('goal', SENDER_PAUSE)
-        self.is_repeated = self.is_ended = self.was_logged = False
+        self.is_repeated = self.is_ended = False
 
     def end(self) -> None:
         """End the repetitions of a goal that was canceled or given up."""
         if self.is_repeated:
             self.is_ended = True
-
-    def refusal_line(self) -> str:
-        """Returns the log line for a goal that stays ended. All later calls return ''."""
-        if self.was_logged:
-            return ''
-        self.was_logged = True
-        return (f'The goal that {self.latest.sender or "a program"} repeats stays ended: it counts '
-                f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
 
 
 class GoalRequests:

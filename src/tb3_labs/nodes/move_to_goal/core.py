@@ -136,9 +136,6 @@ class MoveToGoalCore:
             requests.refuse(request, doubt + ': send it again')
             return
         if repetition.is_ended:
-            line = repetition.refusal_line()
-            if line:
-                self._log.add(line, warning=True)
             requests.refuse(request, STAYS_ENDED)
             return
         try:

@@ -23,7 +23,7 @@ from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, 
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
-from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
+from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest
 
 #: A reset is answered within this time [s].
 ANSWER_WITHIN = 0.85
@@ -34,8 +34,6 @@ STATUS_PERIOD = 0.5
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
-#: A sender's frame name that is longer than this is cut in the log [characters].
-MAX_QUOTE_LENGTH = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal that ends: the method of actionlib that answers the client}
 END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
@@ -79,10 +77,10 @@ class GoalServer(ActionServer):
                 self._present = request.client
                 request.client.set_accepted(text)
                 continue
-            if outcome is not GoalOutcome.REJECTED:
-                self._present = None
-            elif text != STAYS_ENDED:
+            if outcome is GoalOutcome.REJECTED:
                 self._warnings.warn('Goal refused: %s', text)
+            else:
+                self._present = None
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
     def feedback(self, fix):
@@ -225,8 +223,6 @@ def to_requested_pose(header, pose):
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        if len(name) > MAX_QUOTE_LENGTH:
-            name = name[:MAX_QUOTE_LENGTH] + '...'
-        raise ValueError(
-            f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
+        raise ValueError(f'frame {name[:40]!r} is not valid: local, odom, or map (or none), which '
+                         'means local')
     return RequestedPose(to_pose2(pose), in_odom)
