@@ -158,7 +158,7 @@ class StopsTest(WithThumb, DriveCase):
         self.control.publish(False)
         self.is_stopped(taken)
         student.type('again')
-        node.wait_for('Control was given by /student before this node could hear it')
+        node.wait_for('Control from /student does not count: it was given before this node could hear it')
         self.is_stopped(rospy.get_time(), 0.0)
 
     def test_a_permission_that_waits_on_the_parameter_server_gives_none(self):

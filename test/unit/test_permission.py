@@ -3,7 +3,7 @@ import pytest
 
 from tb3_labs.supervision.events import Age, Event, LogQueue, MessageAges, SenderConnection
 from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.timeouts import RENEWAL_PERIOD, SleepWatch
+from tb3_labs.supervision.timeouts import RENEWAL_PERIOD, SleepMonitor
 
 
 class PermissionSenders:
@@ -70,7 +70,7 @@ def test_what_is_only_repeated_is_no_grant(senders):
     for _ in range(5):
         senders.say('hand', True)
         assert not senders.run(0.6)
-    assert senders.warned('hand does not count, it was said before: False, then True')
+    assert senders.warned('hand does not count: True was said before. False, then True')
     senders.say('another hand', True)
     assert senders.run(0.25)
 
@@ -259,7 +259,7 @@ def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock
 @pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (1.0, 0.0), (1.25, 1.25), (3600.0, 3600.0),
                                         (-50.0, 0.0)])
 def test_a_gap_beyond_the_limit_is_a_sleep_that_is_found_once(gap, slept):
-    watch = SleepWatch()
+    watch = SleepMonitor()
     watch.update(10.0)
     assert watch.slept_for == 0.0 and watch.as_text() == ''
     watch.start(100.0)          # no clock was needed before the start

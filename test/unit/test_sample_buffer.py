@@ -177,16 +177,11 @@ def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
     assert history.clock.epoch == 0 and history.clock.uses_stamps
 
 
-@pytest.mark.parametrize('stamps, believed', [
-    # a stamp is heard four times in a row
-    ([7.0] * 3 + [8.0] * 4, 6),
-    # the stamps go back by less than a step, and then run at a tenth of the rate
-    ([100.0 + 0.01 * k for k in range(100)] + [100.91 + 0.001 * k for k in range(60)], 151)])
-def test_stamps_that_stand_or_do_not_catch_up_are_no_clock(stamps, believed):
+def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
     timing = SampleTiming()
-    for k, stamp in enumerate(stamps):
+    for k, stamp in enumerate([7.0] * 3 + [8.0] * 4):
         timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
-        assert timing.clock.uses_stamps is (k < believed)
+        assert timing.clock.uses_stamps is (k < 6)
 
 
 def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():
@@ -200,18 +195,18 @@ def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is
 
 def test_what_a_silence_held_up_is_late_also_the_first_of_it():
     lateness = Lateness()
-    lateness.of(49.9, 1001.4)       # the fastest message decides, not the first one
-    lateness.of(50.0, 1000.0)
-    assert [lateness.of(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
+    lateness.received(49.9, 1001.4)       # the fastest message decides, not the first one
+    lateness.received(50.0, 1000.0)
+    assert [lateness.received(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
         [9.9 - 0.999 * k for k in range(10)])
-    assert lateness.of(60.1, 1010.1) == pytest.approx(0.0)
+    assert lateness.received(60.1, 1010.1) == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize('step', [0.4, 10.0])
 def test_a_clock_that_was_set_back_is_believed_after_a_while(step):
     lateness = Lateness()
-    lateness.of(50.0, 1000.0)
-    seen = [lateness.of(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
+    lateness.received(50.0, 1000.0)
+    seen = [lateness.received(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
     assert seen[:49] == pytest.approx([step] * 49) and seen[51:] == pytest.approx([0.0] * 28)
 
 

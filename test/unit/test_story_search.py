@@ -3,10 +3,10 @@ import pytest
 
 from story_search import CASTS, search
 from tb3_labs.supervision.events import Age, MessageAges
-from tb3_labs.supervision.sensors_and_stalls import SensorWatch
-from tb3_labs.supervision.timeouts import SleepWatch
+from tb3_labs.supervision.sensors_and_stalls import SensorMonitor
+from tb3_labs.supervision.timeouts import SleepMonitor
 
-AGE_OF, UPDATE = MessageAges.age_of, SensorWatch.update
+AGE_OF, UPDATE = MessageAges.age_of, SensorMonitor.update
 
 
 @pytest.mark.parametrize('name', CASTS)
@@ -35,8 +35,8 @@ def forgetful(self, now, is_checked=True):
 
 @pytest.mark.parametrize('name, events, owner, method, defect, number', [
     ('terminals', 'the student says True|.* pass', MessageAges, 'age_of', never_old, 2),
-    ('a sleep', '', SleepWatch, 'update', sleepless, 3),
-    ('a robot that goes', 'A of.*|.*a setting.*|.* pass', SensorWatch, 'update', forgetful, 2)])
+    ('a sleep', '', SleepMonitor, 'update', sleepless, 3),
+    ('a robot that goes', 'A of.*|.*a setting.*|.* pass', SensorMonitor, 'update', forgetful, 2)])
 def test_a_defect_is_found_by_its_shortest_story(monkeypatch, name, events, owner, method, defect, number):
     """Among all events it is found, too, but that takes longer."""
     monkeypatch.setattr(owner, method, defect)

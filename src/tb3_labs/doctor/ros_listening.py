@@ -15,9 +15,9 @@ from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
     LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
     judge_stream)
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.localization.odometry_jumps import EncoderWatch
+from tb3_labs.localization.odometry_jumps import EncoderMonitor
 from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, robot_model
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
@@ -112,8 +112,8 @@ def read_samples(received):
 
 
 def gyro_watch_of(samples, reset_topic):
-    """Returns a GyroWatch that has taken in the samples of :func:`read_samples`."""
-    watch = GyroWatch(robot_model(NOT_GIVEN, os.environ), reset_topic)
+    """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
+    watch = GyroMonitor(robot_model(NOT_GIVEN, os.environ), reset_topic)
     timing = SampleTiming()
     for at, sample in samples:
         if isinstance(sample, ImuSample):
@@ -124,8 +124,8 @@ def gyro_watch_of(samples, reset_topic):
 
 
 def encoder_watch_of(samples):
-    """Returns an EncoderWatch that has taken in the samples of :func:`read_samples`."""
-    watch = EncoderWatch()
+    """Returns an EncoderMonitor that has taken in the samples of :func:`read_samples`."""
+    watch = EncoderMonitor()
     for _, sample in samples:
         if isinstance(sample, WheelSample):
             watch.on_wheels(sample)

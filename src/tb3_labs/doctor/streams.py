@@ -93,7 +93,7 @@ def judge_clock(least_delay: float) -> Line:
 # Gyro -------------------------------------------------------------------------------------------
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
-    """Does the gyro agree with the wheels? `problem` is the problem that a GyroWatch found, or
+    """Does the gyro agree with the wheels? `problem` is the problem that a GyroMonitor found, or
     ''."""
     if problem:
         return fault('Gyro', problem, remedy)

@@ -28,7 +28,7 @@ from tb3_labs.robot.samples import REST_ANGULAR, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
-    GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
+    GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP)
 
 #: The gyro shows a turn of the wheels at most this time after the wheels [s].
 MAX_GYRO_LAG = 0.13
@@ -73,7 +73,7 @@ STUCK_ORIENTATION = ("the imu's orientation stands while its gyro turns: switch 
                      'on, or start its driver anew')
 
 
-class OrientationWatch:
+class OrientationMonitor:
     """Does the orientation of an IMU follow its gyro? Some boards and drivers send an orientation
     that never changes (turtlebot3 #912). The contradiction is over when the orientation moves, or
     the gyro rested for `AGREEMENT_TIME`."""
@@ -176,7 +176,7 @@ class _Comparison:
             self.slip += seconds / self.turned_for * (slip - self.slip)
 
 
-class GyroWatch:
+class GyroMonitor:
     """Compares the gyro of one robot with its wheels."""
 
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
@@ -186,7 +186,7 @@ class GyroWatch:
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all comparisons at rest [s]
         self._uncompared_for = 0.0   # time of gyro samples since the last comparison [s]
-        self._orientation = OrientationWatch()
+        self._orientation = OrientationMonitor()
         self._contradicts = False
         self._comparison = _Comparison()
 
@@ -213,7 +213,7 @@ class GyroWatch:
         self._sends_wheels = True
         last = self._comparison.wheels
         step = 0.0 if last is None else sample.stamp - last.stamp
-        if step < -SMALL_STEP or step > WHEEL_GAP:
+        if step < -SMALL_STEP or step > INTERPOLATED_GAP:
             self._comparison = _Comparison()
         elif last is not None and step > 0.0:
             self._add_turn(last, sample)

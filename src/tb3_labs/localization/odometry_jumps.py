@@ -230,7 +230,7 @@ class _Interval:
         self.end = stamp
 
 
-class EncoderWatch:
+class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step

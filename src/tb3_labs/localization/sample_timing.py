@@ -16,7 +16,7 @@ Units: seconds. Cases:
   stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
   *epoch*. Times of different epochs cannot be compared.
-* Stamps are not a clock if they are zero, stand still, run back, or differ between two sources.
+* Stamps are not a clock if they are zero, stand still, or differ between two sources.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
@@ -26,7 +26,7 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import (
-    CLOCK_STEP, LONG_SILENCE, MAX_BEHIND_TIME, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, WindowMinimum)
+    CLOCK_STEP, LONG_SILENCE, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, WindowMinimum)
 
 #: If a stamp is repeated this often, the stamps are not a clock.
 MAX_REPEATS = 3
@@ -140,10 +140,6 @@ class SenderClock:
         self._repeats[source] = self._repeats[source] + 1 if repeated else 0
         if stamp == 0.0 or self._repeats[source] >= MAX_REPEATS:
             return True
-        if source not in self._last or stamp >= self._last[source][0]:
-            self._behind_since.pop(source, None)
-        elif arrival - self._behind_since.setdefault(source, arrival) > MAX_BEHIND_TIME:
-            return True
         least = self._least.value
         if least is None or abs(arrival - stamp - least) < CLOCK_STEP:
             self._off_since.pop(source, None)
@@ -170,7 +166,6 @@ class SenderClock:
         self._least = WindowMinimum()
         self._last: Dict[str, Tuple[float, float]] = {}    # by source: time, stamp
         self._off_since: Dict[str, float] = {}
-        self._behind_since: Dict[str, float] = {}
 
 
 class YawNoise:

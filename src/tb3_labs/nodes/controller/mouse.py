@@ -55,7 +55,7 @@ class _MouseSource:
             self.is_lost = False
         # only an active mouse must send; before its first message its state is unknown
         must_be_heard = active if is_first else self.reported_active
-        if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
+        if stamp > 0.0 and self._lateness.received(stamp, now) > MOUSE_TIMEOUT:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
@@ -116,7 +116,7 @@ class Mouse:
         """Returns 'no mouse for 0.3 s' if an active mouse is silent, otherwise ''."""
         for sender in self._senders.values():
             if sender.active and not sender.source.is_fresh(now):
-                return sender.source.silence_with_age(now)
+                return sender.source.silence_text_with_age(now)
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:

@@ -54,6 +54,13 @@ class PadState(NamedTuple):
         """Are both sticks in the middle?"""
         return self.forward == 0.0 and self.left == 0.0
 
+    def presses_since(self, before: 'PadState') -> 'PadState':
+        """Returns this state with only the buttons that were pressed after the state `before`."""
+        return self._replace(
+            relinquish=self.relinquish and not before.relinquish,
+            regain=self.regain and not before.regain,
+            reset=self.reset and not before.reset, hold=self.hold and not before.hold)
+
 
 class PadListener:
     """Takes in the messages of one pad, and finds whether the last message is current.
@@ -71,7 +78,7 @@ class PadListener:
         self._received_since = math.inf    # time from which the usual delay is learned [s]
         self._last: Optional[PadState] = None
         self._newest_stamp = -math.inf
-        self.state_before = PadState()  # the state before the last message
+        self.presses = PadState()       # the buttons that the last message shows as just pressed
         self.lateness = 0.0             # delay of the last message [s]
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
@@ -81,7 +88,9 @@ class PadListener:
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
-        self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
+        self.lateness = 0.0
+        if stamp > 0.0:
+            self.lateness = self._lateness.received(stamp, now)
         self.driver_hangs = hangs
         # a driver that hangs may repeat several messages
         is_old = stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT
@@ -90,12 +99,14 @@ class PadListener:
         if not hangs and not is_old:
             self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
             self.freshness.received(now)
-        if math.isinf(self._received_since) or (self.came_after_loss and stamp <= 0.0):
+        learns_anew = self.came_after_loss and stamp <= 0.0
+        if math.isinf(self._received_since) or learns_anew:
             self._received_since = now
-        before, self.state = self.state, state
+        before = self.state
         if before is None or self.came_after_loss:
             before = state._replace(regain=False)
-        self.state_before = before
+        self.presses = state.presses_since(before)
+        self.state = state
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay known? If not, `lateness` may be wrong."""
@@ -120,7 +131,8 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError(f'stick ({forward}, {left}) is not finite')
     return PadState(
-        _stick_speed(config.dead_zone, forward), _stick_speed(config.dead_zone, left),
+        forward=_stick_speed(config.dead_zone, forward),
+        left=_stick_speed(config.dead_zone, left),
         relinquish=bool(buttons[config.relinquish_button]),
         regain=bool(buttons[config.regain_button]), reset=bool(buttons[config.reset_button]),
         hold=config.has_hold and bool(buttons[config.hold_button]), sent=(axes, buttons))

@@ -16,7 +16,7 @@ from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
 from tb3_labs.ros.clocks import ros_time, steady_time
@@ -82,7 +82,7 @@ class MoveToGoalNode:
         self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
         self._core = core = MoveToGoalCore(self._law(drive), start.has_control, self._response,
-                                           GyroWatch(self._model, rospy.resolve_name('reset')))
+                                           GyroMonitor(self._model, rospy.resolve_name('reset')))
         core.set_goal(start.goal)
         self._display = Display()
         self._has_control = None
