@@ -169,8 +169,10 @@ class Approach:
     def _speed_to_zero(self, fastest: float) -> float:
         """Returns the speed with which the way after a stop becomes zero, without the limit of the
         acceleration. The speed is 0 if the way is close enough to zero."""
-        config, distance = self._config, self.way_after_stop.value
-        dead_band, gain_divisor = config.close_enough, 1.0 + self._reversals
+        config = self._config
+        distance = self.way_after_stop.value
+        dead_band = config.close_enough
+        gain_divisor = 1.0 + self._reversals
         if self._has_stopped:
             dead_band = max(dead_band, config.nudge_dead_band)
             gain_divisor += NUDGE_GAIN_DIVISOR

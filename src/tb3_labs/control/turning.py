@@ -39,7 +39,9 @@ class Settling:
     @property
     def rested_for(self) -> float:
         """Time from the first to the latest sample at rest [s]; 0 while the robot moves."""
-        return self._last - self.rest_began_at if self.rest_began_at is not None else 0.0
+        if self.rest_began_at is None:
+            return 0.0
+        return self._last - self.rest_began_at
 
     @property
     def rests(self) -> bool:

@@ -104,7 +104,8 @@ class OrientationMonitor:
             self._rested_for = 0.0
         self._farthest = max(self._farthest, abs(difference(yaw, self._first_yaw)))
         if self._farthest > max(STUCK_NOISE, STUCK_SHARE * abs(self._turned)):
-            self._first_yaw, self._farthest, self._turned = yaw, 0.0, 0.0
+            self._first_yaw = yaw
+            self._farthest = self._turned = 0.0
             self.is_stuck = False
         elif abs(self._turned) > GYRO_TURNED:
             self.is_stuck = True

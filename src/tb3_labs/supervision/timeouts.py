@@ -132,8 +132,7 @@ class Freshness:
     @property
     def silence_text(self) -> str:
         """The text for a source that is not fresh, such as 'no imu' or 'no imu yet'."""
-        has_begun = self._received_at is not None
-        return f'no {self.name}' if has_begun else f'no {self.name} yet'
+        return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
     def silence_text_with_age(self, now: float) -> str:
         """Returns `silence_text` with the duration, such as 'no imu for 1.2 s'."""

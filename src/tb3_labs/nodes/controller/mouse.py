@@ -68,7 +68,8 @@ class _MouseSource:
             self.is_lost = False
 
     def lose(self, now: float) -> None:
-        self.is_lost, self._silence_ended_at = True, now
+        self.is_lost = True
+        self._silence_ended_at = now
 
 
 class Mouse:

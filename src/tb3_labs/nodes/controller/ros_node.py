@@ -31,7 +31,8 @@ class ControllerNode:
     """Turns and drives the robot by IMU, keyboard, mouse and requested turns."""
 
     def __init__(self):
-        config, self._model = read_config(TurnConfig), read_model()
+        config = read_config(TurnConfig)
+        self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
         self._core = core = ControllerCore(self._law(config), GyroMonitor(
             self._model, rospy.resolve_name('reset')))

@@ -71,7 +71,8 @@ class Heading:
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
-        self.yaw = sample.yaw if self.yaw is None else unwrap(sample.yaw, self.yaw)
+        previous = sample.yaw if self.yaw is None else self.yaw
+        self.yaw = unwrap(sample.yaw, previous)
         self.rate = sample.yaw_rate
         self._noise.learn(timed)
         if self.noise:

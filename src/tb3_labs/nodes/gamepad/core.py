@@ -64,7 +64,8 @@ class GamepadCore:
         now, state = joy.at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
-        presses, sent_at = self._pad.presses, now - self._pad.lateness
+        presses = self._pad.presses
+        sent_at = now - self._pad.lateness
         self._command_is_due = True
         if presses.regain:
             self.messages.stop(sent_at)

@@ -186,7 +186,8 @@ class MoveToGoalCore:
         """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
-        before, self.has_control = self.has_control, permission.granted
+        before = self.has_control
+        self.has_control = permission.granted
         is_new_grant = permission.count > self._known_grant_count
         self._known_grant_count = permission.count
         if is_new_grant and (machine.failure or not before):

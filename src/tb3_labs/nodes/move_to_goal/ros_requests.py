@@ -112,7 +112,8 @@ class GoalServer(ActionServer):
         self._on_request(message, message)
 
     def _on_request(self, goal, message):
-        target, handles = goal.goal.target_pose, []
+        target = goal.goal.target_pose
+        handles = []
         with self.lock:
             self.register_goal_callback(handles.append)
             super().internal_goal_callback(goal)
@@ -160,7 +161,9 @@ class Resets:
         except ValueError as problem:
             response.message = self._refused(problem)
             return response
-        response.success, response.message, response.stamp = True, reset.answer, reset.stamp
+        response.success = True
+        response.message = reset.answer
+        response.stamp = reset.stamp
         if reset.before is not None:
             response.before = _in_degrees(reset.before)
         response.after = _in_degrees(reset.declared)
@@ -187,7 +190,8 @@ class Resets:
     def _reset(self, requested):
         """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
         is refused, or not carried out within ANSWER_WITHIN."""
-        reset, runner = Reset(requested), self._runner
+        reset = Reset(requested)
+        runner = self._runner
         runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
         if not wait_until(lambda: runner.query(lambda: reset.is_over), ANSWER_WITHIN, ANSWER_POLL):
             runner.query(reset.give_up)

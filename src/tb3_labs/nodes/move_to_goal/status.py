@@ -85,7 +85,8 @@ class Announcer:
         self._logged = key
         begins = status.begun and status.attempt != self._begun_attempt
         if begins:
-            self._begun_attempt, self._begun_at = status.attempt, now
+            self._begun_attempt = status.attempt
+            self._begun_at = now
         if status.failure:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
         elif not status.active:
