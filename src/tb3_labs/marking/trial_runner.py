@@ -14,22 +14,22 @@ import time
 import uuid
 from contextlib import suppress
 from pathlib import Path
-from typing import Dict, Mapping, Set
+from typing import Dict, Mapping, Sequence, Set
 
 import rospkg
 
-from tb3_labs.command_line import write_output
+from tb3_labs.command_line import printable, write_output
 from tb3_labs.marking.intake.archives import NotJudged
-from tb3_labs.marking.intake.mounts import CMAKE_PREFIX_PATH, PYTHONPATH
-from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
-from tb3_labs.marking.intake.sandbox import OtherUser, Protection, Sandbox
-from tb3_labs.marking.intake.submissions import Submission
+from tb3_labs.marking.intake.sandbox import (
+    CMAKE_PREFIX_PATH, PYTHONPATH, OtherUser, Protection, Sandbox)
+from tb3_labs.marking.intake.submissions import ParsedSubmission, Submission, read
 from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.marking.marks import LABS, Marks
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.node_start import IDENTITY, OWN_PACKAGE
 from tb3_labs.marking.trial.from_bag import read_trial
+from tb3_labs.marking.trial.observation import NodeProcess
 
 #: The marking takes over the environment variables with these names from the caller's terminal.
 INHERITED_VARIABLES = re.compile(
@@ -122,8 +122,11 @@ class TrialRunner:
             processes = read_trial(bag).processes
         except ValueError as problem:
             raise NotJudged(f'Its trial cannot be judged: {problem}.') from None
+        failed_import = import_error(processes)
+        if failed_import:
+            raise NotJudged(f'{marks.node} ended at once: {failed_import}.')
         printed = '\n'.join(process.printed for process in processes)
-        marks.findings += version_errors(printed, workspace / COPY)
+        marks.findings += version_errors(printed)
 
     def _rostest(self, node, work):
         """Returns the command that tries `node`, package/file, and records the bag."""
@@ -149,6 +152,16 @@ class TrialRunner:
         kill_processes(environment[IDENTITY])
         check.wait()
         return in_time
+
+
+def import_error(processes: Sequence[NodeProcess]) -> str:
+    """Returns the last line of the node's first process if a failed import ended the process before
+    it was ready, else ''. The student's machine may have the module."""
+    if not processes or processes[0].ready is not None:
+        return ''
+    last_line = processes[0].printed.rstrip().split('\n')[-1]
+    is_import_error = last_line.startswith(('ModuleNotFoundError: ', 'ImportError: '))
+    return printable(last_line) if is_import_error else ''
 
 
 def new_marks(submission: Submission, unjudged: str = '') -> Marks:

@@ -4,8 +4,7 @@
 * a function that assigns an angle to an orientation instead of a quaternion,
 * the lines that assign each variable.
 
-The text comes from a stranger, so a process with limits reads it: :func:`text_of` starts this
-module as a program, and the program prints the result of :func:`analyse`.
+The text comes from a stranger, so a process with limits reads it.
 """
 import ast
 import json
@@ -14,16 +13,24 @@ import os
 import re
 import subprocess
 import sys
-from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple, Union
+from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple
 
-#: The limits of a process that reads a stranger's text: memory [bytes], processor time [s].
-PROCESS_LIMITS = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0']
+from tb3_labs.marking.node_start import LIMIT_READER_COMMAND
+
+#: This program prints the result of `analyse` for the files in its arguments.
+ANALYSE_FILES = '''import json, sys
+del sys.path[0]
+from tb3_labs.marking.trial import source_analysis
+print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
+'''
 #: A larger file is not read [bytes].
 MAX_TEXT_BYTES = 200000
 #: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
 #: The result has at most MAX_NAMES variables, and at most MAX_LINES lines for each variable.
 MAX_NAMES, MAX_LINES = 200, 6
+#: The text of a mouse client has such a call.
+PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
 #: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 #: A variable or a function with such a name has a position in pixels, where y points down.
@@ -48,7 +55,7 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
     variable; see the function `assigned`.
     """
     done = subprocess.run(
-        [*PROCESS_LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], cwd='/',
+        [*LIMIT_READER_COMMAND, sys.executable, '-c', ANALYSE_FILES, *paths], cwd='/',
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, universal_newlines=True)
     return dict(json.loads(done.stdout)) if done.returncode == 0 else analyse([])
 
@@ -58,8 +65,9 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     signs: Set[int] = set()
     remarks: List[str] = []
     lines: Dict[str, List[int]] = {}
-    for nodes in map(nodes_of, texts):
-        if _publishes_mouse(nodes):
+    for text in texts:
+        nodes = nodes_of(text)
+        if PUBLISHES_MOUSE.search(text):
             signs |= {1 if slope > 0.0 else -1 for slope in _slopes_sent(nodes)}
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
@@ -68,7 +76,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     return {'up': up, 'remarks': remarks, 'assigned': lines}
 
 
-def nodes_of(text: Union[str, bytes]) -> List[Any]:
+def nodes_of(text: bytes) -> List[Any]:
     """Returns the nodes of a program's syntax tree, first the module; [] if `text` is not valid
     Python, or nested too deeply."""
     try:
@@ -116,16 +124,6 @@ def _last_name(node: Any) -> str:
 
 
 # -- the sign of y in a mouse client
-
-def _publishes_mouse(nodes: List[Any]) -> bool:
-    calls = [node for node in nodes
-             if isinstance(node, ast.Call) and _last_name(node.func) == 'Publisher']
-    arguments = []
-    for call in calls:
-        arguments += [*call.args, *(keyword.value for keyword in call.keywords)]
-    return any(isinstance(argument, ast.Constant)
-               and argument.value in ('mouse_info', '/mouse_info') for argument in arguments)
-
 
 def _slopes_sent(nodes: List[Any]) -> List[float]:
     """Returns the known slopes of the values that a mouse client assigns to y in a message."""
@@ -198,7 +196,8 @@ def _sign(factor: Any) -> float:
     return -1.0 if isinstance(getattr(factor, 'op', None), ast.USub) else 1.0
 
 
-def _python_texts(paths: Iterable[str]) -> Iterator[bytes]:
+def python_texts(paths: Iterable[str]) -> Iterator[bytes]:
+    """Yields the text of each program. Each of the `paths` is a program or a folder of programs."""
     for path in paths:
         below = [os.path.join(folder, name) for folder, _, names in os.walk(path)
                  for name in names if name.endswith('.py')]
@@ -206,7 +205,3 @@ def _python_texts(paths: Iterable[str]) -> Iterator[bytes]:
             if os.path.isfile(file) and os.path.getsize(file) <= MAX_TEXT_BYTES:
                 with open(file, 'rb') as opened:
                     yield opened.read()
-
-
-if __name__ == '__main__':
-    print(json.dumps(analyse(_python_texts(sys.argv[1:]))))
