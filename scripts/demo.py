@@ -16,13 +16,15 @@ Publishes
     ctrl_relinq   std_msgs/Bool: False, then True, until move_to_goal has control
 Calls
     reset_pose    tb3_labs/ResetPose
-Parameters: see DemoConfig in tb3_labs.nodes.demonstration.
+Parameters: see DemoConfig.
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
 import contextlib
+import math
 import os
 import threading
+from dataclasses import dataclass
 from pathlib import Path
 
 import rosgraph
@@ -30,8 +32,10 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Bool, String
 
+from tb3_labs.config import Config, setting
 from tb3_labs.control.goal_state import GoalState, is_over
-from tb3_labs.nodes.demonstration import DemoConfig, DemoDrive, table
+from tb3_labs.geometry.angles import difference
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.ros.conversions import to_pose2
 from tb3_labs.ros.node import begin_shutdown, guarded, run
@@ -52,6 +56,11 @@ MAX_ATTEMPTS = 10
 #: Topics that a recording needs from its first moment on.
 RECORDED_TOPICS = ('imu', 'odom', 'ground_truth', 'local_pose', 'goal_state', 'current_goal',
                    'ctrl_relinq', '/tf')
+TABLE_ROW = '{:7} {:>17} {:>17} {:>16} {:>8}  {}'    # for a terminal of 80 columns
+HEADER = TABLE_ROW.format('', 'asked [m, m, deg]', 'believed to be at', 'truly off by', 'time',
+                          '').rstrip()
+MAX_TRUE_ERROR = 0.01        # largest true error of the place after a good drive [m]
+MAX_TRUE_ERROR_DEG = 0.5     # largest true error of the heading after a good drive [deg]
 
 WHAT_NEXT = """
 All nodes still run. Drive the robot on the page of the panel, or in a second terminal, after
@@ -59,6 +68,46 @@ source scripts/setup.sh:
   rosservice call /reset_pose -- 0 0 0        the robot is at the origin, and drives again
   rosrun tb3_labs send_goal.py 1 1 90         another goal
 Ctrl+C here ends all nodes."""
+
+
+@dataclass(frozen=True)
+class DemoConfig(Config):
+    """Settings of the demonstration."""
+
+    drives: int = setting(2, 'number of drives, with a reset between them', low=1, high=100)
+    stay: bool = setting(False, 'go on running, and print commands to try, instead of ending')
+    record: bool = setting(False, 'begin when the node record, a recorder, listens')
+
+
+@dataclass(frozen=True)
+class DemoDrive:
+    """The result of one drive. Its poses are in the local frame."""
+
+    state: str               # state in which the drive ended
+    goal: Pose2
+    believed: Pose2          # the pose at rest that move_to_goal measured
+    reached: Pose2           # the true pose at rest
+    time: float              # duration of the drive [s]
+
+    @property
+    def true_error(self):
+        """(distance [m], angle [deg]) from the true pose to the goal."""
+        angle = abs(difference(self.reached.yaw, self.goal.yaw))
+        return self.reached.distance_to(self.goal), math.degrees(angle)
+
+    @property
+    def is_good(self):
+        """Did the drive end at the goal, also by its true errors?"""
+        distance, angle = self.true_error
+        return (self.state == GoalState.GOAL_REACHED.name
+                and distance <= MAX_TRUE_ERROR and angle <= MAX_TRUE_ERROR_DEG)
+
+    def row(self, number):
+        distance, angle = self.true_error
+        verdict = 'ok' if self.is_good else 'NOT GOOD: ' + self.state
+        return TABLE_ROW.format(
+            f'drive {number}', short_pose(self.goal), short_pose(self.believed),
+            f'{1000.0 * distance:.1f} mm {angle:.2f} deg', f'{self.time:.2f} s', verdict)
 
 
 class ControlTaken(Exception):
@@ -189,6 +238,16 @@ def recorder_listens():
     subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
     return all(rospy.resolve_name('record') in subscribed.get(rospy.resolve_name(topic), [])
                for topic in RECORDED_TOPICS)
+
+
+def table(drives):
+    """Returns the table with an empty line before it."""
+    return '\n'.join(['', HEADER] + [drive.row(number) for number, drive in enumerate(drives, 1)])
+
+
+def short_pose(pose):
+    return '{:.3f} {:.3f} {:.1f}'.format(
+        pose.x, pose.y, round(math.degrees(pose.yaw), 1) + 0.0)  # not -0.0
 
 
 if __name__ == '__main__':

@@ -16,8 +16,6 @@ Publishes
     local_path             nav_msgs/Path, frame local
     has_control            std_msgs/Bool, latched: may this node drive?
     goal_state             std_msgs/String, latched: the state, or why the goal was given up
-    distance_error [m], angle_error_deg   std_msgs/Float32: the way to go, and the angle off the
-                           final heading, for plots, ten times a second while they are heard
     current_goal           geometry_msgs/PoseStamped, frame local, latched
     goal_marker            visualization_msgs/MarkerArray
     /tf                    odom -> local, ten times a second, and at each reset
@@ -30,7 +28,7 @@ Action
 Parameters
     ~goal_x, ~goal_y [m], ~goal_yaw_deg: see MoveToGoalConfig in tb3_labs.nodes.move_to_goal.core
     _has_control:=true: it may drive from this start on; it is no parameter, which would outlive it
-    ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
+    tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
     they may change while it runs: dynparam set /move_to_goal max_linear 0.1
     ~model or TURTLEBOT3_MODEL in the environment: burger, waffle, waffle_pi
 """

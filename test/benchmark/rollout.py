@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Sequence, Union
 
 from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
+from tb3_labs.control.goal_state import DriveConfig, GoalState
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
@@ -229,4 +229,5 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
     linear = min(max_linear, model.max_linear)
     angular = min(max_angular, model.max_angular)
     line = start.bearing_to(goal)
-    return sum_of_turns(start.yaw, line, goal.yaw) / angular + start.distance_to(goal) / linear
+    turns = abs(difference(line, start.yaw)) + abs(difference(goal.yaw, line))
+    return turns / angular + start.distance_to(goal) / linear

@@ -155,7 +155,7 @@ class GamepadTest(WithThumb, DriveCase):
         # two orders are possible: the node hears first that the pad gave control before; or the pad
         # hears first that the node has no control, and takes it back
         self.observer.wait_until(
-            lambda: 'Control was given by /gamepad before this node could' in self.mover.text
+            lambda: 'Control from /gamepad does not count: it was given before' in self.mover.text
             or self.said('Control was taken from move_to_goal'), STARTING, 'what became of it')
         self.wait_for_state('waiting for control')
         self.assert_silence()

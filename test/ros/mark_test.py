@@ -12,6 +12,7 @@ import os
 import pty
 import re
 import shutil
+import runpy
 import signal
 import subprocess
 import sys
@@ -23,7 +24,6 @@ from typing import NamedTuple, Optional
 
 import rospkg
 
-from tb3_labs.skeletons import FOLDER, package_files, write_package
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.ros.clocks import wait_until
 
@@ -34,6 +34,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 import sandboxes
 
 PACKAGE = Path(rospkg.RosPack().get_path('tb3_labs'))
+SKELETON = runpy.run_path(str(PACKAGE / 'scripts' / 'skeleton.py'))
 #: A machine that cannot make sandboxes marks without them. On other machines sandboxes must work.
 UNPROTECTED = ['--unprotected'] if sandboxes.MISSING else []
 #: No other program sleeps for this time [s]. In another checkout, this test has another number.
@@ -99,13 +100,13 @@ def hand_in(folder, case):
     repository.mkdir(parents=True)
     for name, lab in LAB_NODES.items():
         package, node = lab.packages[0], lab.files[0]
-        files = package_files(PACKAGE / FOLDER / name, package)
+        files = SKELETON['package_files'](PACKAGE / SKELETON['FOLDER'] / name, package)
         place, code = 'src/' + node, plain_node(node, 'lab2')
         if node == case.node:
             code = files[place] if case.changes is None else changed(code, case.changes)
         is_from_windows = node == case.node and case.student == WINDOWS
         files[place] = code.replace('\n', '\r\n') if is_from_windows else code
-        write_package(files, repository / package)
+        SKELETON['write_package'](files, repository / package)
         (repository / package / place).chmod(0o644)
     if case.student == ZIPPED:
         shutil.make_archive(str(folder / (ZIPPED + '_LATE_12_345_lab2')), 'zip',

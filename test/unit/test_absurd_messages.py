@@ -22,9 +22,11 @@ from tb3_labs.ros.conversions import to_odometry_sample, to_pose2, to_pose_stamp
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 
+STAMPED = Header(stamp=Time(100))
+
 
 def imu(rate=0.0, covariance=0.0, gyro_covariance=0.0):
-    message = Imu()
+    message = Imu(header=STAMPED)
     message.orientation.w = 1.0
     message.angular_velocity.z = rate
     message.orientation_covariance[0] = covariance
@@ -33,7 +35,7 @@ def imu(rate=0.0, covariance=0.0, gyro_covariance=0.0):
 
 
 def odometry(x=0.0, y=0.0, linear=0.0, angular=0.0):
-    message = Odometry()
+    message = Odometry(header=STAMPED)
     message.pose.pose = to_pose_stamped(Pose2(x, y), 'odom', 0.0).pose
     message.twist.twist.linear.x, message.twist.twist.angular.z = linear, angular
     message.pose.covariance = message.twist.covariance = [math.nan] * 36    # is not read
@@ -41,7 +43,8 @@ def odometry(x=0.0, y=0.0, linear=0.0, angular=0.0):
 
 
 def wheels(angle=0.0):
-    return JointState(name=['wheel_left_joint', 'wheel_right_joint'], position=[angle, -angle])
+    return JointState(header=STAMPED, name=['wheel_left_joint', 'wheel_right_joint'],
+                      position=[angle, -angle])
 
 
 ABSURD = [1.7e308, -1.7e308, 1e200, math.nan, math.inf]
@@ -77,6 +80,14 @@ def test_a_stamp_that_ros_could_not_send_again_is_refused(read, make):
         read(message)
     message.header.stamp = Time(2 ** 32 - 3, 0)     # absurd, but harmless
     read(message)
+
+
+@pytest.mark.parametrize('read, message', [
+    (to_imu_sample, imu()), (to_odometry_sample, odometry()), (to_wheel_sample, wheels())])
+def test_a_message_without_a_stamp_is_refused(read, message):
+    message.header = Header()
+    with pytest.raises(ValueError, match='it has no stamp'):
+        read(message)
 
 
 @pytest.mark.parametrize('absurd', [1e200, 1.7e308, 1.9e4])

@@ -216,25 +216,25 @@ NEW, OLD, STOP = Age.NEW, Age.REPEATED, (0.0, None, Age.NEW)
 LONG = SENDER_PAUSE + 0.1
 
 
-@pytest.mark.parametrize('is_waking, requests, doubts', [
-    (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), (1.0, 90.0, NEW)], [0, 0, 0]),
-    (False, [(0.0, 90.0, OLD), (1.5, 90.0, NEW), (3.0, 90.0, NEW)], [1, 2, 3]),
-    (False, [(0.0, 90.0, OLD), (0.5, 45.0, NEW), (1.0, 45.0, NEW)], [1, 0, 0]),     # it was changed
-    (False, [(0.0, 90.0, OLD), (LONG, 90.0, NEW)], [1, 0]),
-    (False, [(0.0, 90.0, NEW), STOP, (0.5, 90.0, NEW)], [0, 0]),     # a person asks again
-    (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), STOP, (1.0, 90.0, NEW), (1.5, 90.0, NEW)], [0, 0, 1, 2]),
-    (False, [(0.0, 90.0, OLD), STOP, (0.5, 90.0, NEW)], [1, 2]),
-    (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [0, 1]),    # the first one is refused by the sleep itself
-    (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [1, 2])])
-def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep(is_waking, requests, doubts):
+@pytest.mark.parametrize('is_waking, requests, accepted', [
+    (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), (1.0, 90.0, NEW)], [True, True, True]),
+    (False, [(0.0, 90.0, OLD), (1.5, 90.0, NEW), (3.0, 90.0, NEW)], [False, False, False]),
+    (False, [(0.0, 90.0, OLD), (0.5, 45.0, NEW), (1.0, 45.0, NEW)], [False, True, True]),     # it was changed
+    (False, [(0.0, 90.0, OLD), (LONG, 90.0, NEW)], [False, True]),
+    (False, [(0.0, 90.0, NEW), STOP, (0.5, 90.0, NEW)], [True, True]),     # a person asks again
+    (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), STOP, (1.0, 90.0, NEW), (1.5, 90.0, NEW)], [True, True, False, False]),
+    (False, [(0.0, 90.0, OLD), STOP, (0.5, 90.0, NEW)], [False, False]),
+    (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the first one is refused by the sleep itself
+    (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [False, False])])
+def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep(is_waking, requests, accepted):
     repetitions, found = Repetitions(), []
     for at, degrees, age in requests:
         if degrees is None:
             repetitions.stop()
         else:
-            found.append(repetitions.doubts_after(Event(degrees, at, 'script', age), is_waking and at == 0.0))
-            assert repetitions.doubts_after(Event(degrees, at, str(at))) == 0    # of another sender
-    assert found == doubts
+            found.append(repetitions.accepts(Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert repetitions.accepts(Event(degrees, at, str(at)))    # of another sender
+    assert found == accepted
 
 
 def test_no_turn_without_the_imu():

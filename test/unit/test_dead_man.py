@@ -78,5 +78,5 @@ def test_after_a_stop_nothing_counts_that_a_person_did_before(dead_man):
 def test_a_page_that_is_silent_or_late_is_lost(dead_man, late):
     if late:
         assert not dead_man.hold(A, 0, 100.2, PAD_TIMEOUT + 1e-9, False)    # as if it had not come
-    assert dead_man.silence(100.0 + PAD_TIMEOUT) == 0.0
-    assert dead_man.silence(100.3) == pytest.approx(0.3)
+    assert dead_man.lost_for(100.0 + PAD_TIMEOUT) == 0.0
+    assert dead_man.lost_for(100.3) == pytest.approx(0.3)

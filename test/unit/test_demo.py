@@ -7,8 +7,9 @@ import pytest
 
 from pages import SCRIPTS
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.nodes.demonstration import DemoDrive, table
 
+PROGRAM = runpy.run_path(str(SCRIPTS / 'demo.py'))
+DemoDrive, table = PROGRAM['DemoDrive'], PROGRAM['table']
 GOAL = Pose2(-0.61, 0.61, 0.0)
 
 
@@ -46,7 +47,7 @@ def test_the_true_pose_decides(reached, good):
 def demo(monkeypatch):
     """A Demo without a node, which is also its own publisher. move_to_goal takes control at a True after a False, but
     ignores the first `ignored` such messages."""
-    kind = runpy.run_path(str(SCRIPTS / 'demo.py'))['Demo']
+    kind = PROGRAM['Demo']
     monkeypatch.setitem(kind._give_control.__globals__, 'wait_until',
                         lambda condition, seconds: any(condition() for _ in range(3)))
     made = object.__new__(kind)

@@ -3,7 +3,7 @@ import pytest
 
 from real_recordings import NAMES, arrays_of
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.odometry_jumps import SERVOS_SILENT, EncoderWatch
+from tb3_labs.localization.odometry_jumps import SERVOS_SILENT, EncoderMonitor
 from tb3_labs.nodes.controller.turns import Driver
 from tb3_labs.robot.samples import OdometrySample, WheelSample
 from tb3_labs.simulation.network import NETWORKS
@@ -47,7 +47,7 @@ def test_a_turn_is_given_up_within_2_s_when_the_battery_is_cut(after):
 
 @pytest.mark.parametrize('name', NAMES)
 def test_a_recorded_robot_is_not_accused(name):
-    watch = EncoderWatch()
+    watch = EncoderMonitor()
     for row in sorted(sum((table.tolist() for table in arrays_of(name, ('odometry', 'wheels'))), [])):
         if len(row) == 4:
             watch.on_wheels(WheelSample(*row[1:]))
@@ -57,7 +57,7 @@ def test_a_recorded_robot_is_not_accused(name):
 
 
 def test_without_joint_states_or_stamps_nothing_is_said():
-    deaf, stampless = EncoderWatch(), EncoderWatch()
+    deaf, stampless = EncoderMonitor(), EncoderMonitor()
     for k in range(100):
         deaf.on_odometry(OdometrySample(0.033 * k, Pose2(0.007 * k, 0.0), 0.2, 0.0))
         stampless.on_odometry(OdometrySample(0.0, Pose2(0.007 * k, 0.0), 0.2, 0.0))

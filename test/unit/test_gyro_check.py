@@ -11,9 +11,9 @@ from rollout import obey
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Reset
-from tb3_labs.localization.odometry_jumps import EncoderWatch
+from tb3_labs.localization.odometry_jumps import EncoderMonitor
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
@@ -32,13 +32,13 @@ SLOW = {'yaw_lag': 0.105, 'wheel_lag': 0.02}
 
 
 class Watched:
-    """A robot and what hears it, by default a GyroWatch. The wheels are heard with the odometry, as
+    """A robot and what hears it, by default a GyroMonitor. The wheels are heard with the odometry, as
     the robot's node sends them."""
 
     def __init__(self, *ears, **settings):
         self.robot = Simulator(SimulatorConfig(**settings))
-        self.ears = ears or (TimedPart(GyroWatch(robot_model(self.robot.config.model))),)
-        self.encoders = EncoderWatch()
+        self.ears = ears or (TimedPart(GyroMonitor(robot_model(self.robot.config.model))),)
+        self.encoders = EncoderMonitor()
         self._wheels = {}            # by stamp
         self.clock_ahead = 0.0       # of the robot [s]
         self.log_lines = []          # of an ear that drives
@@ -183,7 +183,7 @@ def test_a_story_of_a_gyro(words, settings, steps, sign):
 @pytest.mark.parametrize('bias_deg, found_in', [(0.0, math.inf), (3.0, 2.0), (-28.0, 0.5)])
 @pytest.mark.parametrize('name', NAMES)
 def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_deg, found_in):
-    watch = TimedPart(GyroWatch(BURGER))
+    watch = TimedPart(GyroMonitor(BURGER))
     imu, wheels = arrays_of(name, ('imu', 'wheels'))
     heard = sorted(
         [(arrival, watch.on_imu, ImuSample(stamp, yaw, rate + math.radians(bias_deg)))
@@ -202,7 +202,7 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
 @pytest.mark.parametrize('bias_deg, settings', [
     (12.0, {}), (-12.0, {}), (28.0, {}), (-28.0, {}), (12.0, SLOW), (-20.0, SLOW)])
 def test_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
-    watched = Watched(TimedPart(GyroWatch(BURGER, '/robot3/reset')), **settings)
+    watched = Watched(TimedPart(GyroMonitor(BURGER, '/robot3/reset')), **settings)
     watched.run(2.0, *speeds)
     begun = watched.robot.now
     watched.set(gyro_bias_deg=bias_deg)
@@ -215,7 +215,7 @@ def test_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
 
 def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begin=50.0):
     """Let a robot rest for a second, then turn. `orientation(true yaw)` is what its IMU shows.
-    Returns the times at which a GyroWatch has a problem, from the first motion on [s]."""
+    Returns the times at which a GyroMonitor has a problem, from the first motion on [s]."""
     yaw, speed, told = 0.0, 0.0, []
     for tick in range(round((1.0 + seconds) / 0.01)):
         now = begin + 0.01 * tick
@@ -235,7 +235,7 @@ def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begi
 @pytest.mark.parametrize('stamped', [True, False])
 @pytest.mark.parametrize('noise', [0.0, 0.005])
 def test_an_orientation_that_stands_while_the_gyro_turns_is_found_and_forgiven(rate, stamped, noise):
-    watch, chance = TimedPart(GyroWatch(BURGER)), random.Random(1)
+    watch, chance = TimedPart(GyroMonitor(BURGER)), random.Random(1)
     told = turn_from_rest(watch, lambda _: 0.3 + chance.gauss(0.0, noise), 1.0, rate, stamped)
     assert 0.0 < told[0] <= 0.3 and "the imu's orientation stands" in watch.problem()
     assert 'switch the robot off and on' in watch.problem()
@@ -246,7 +246,7 @@ def test_an_orientation_that_stands_while_the_gyro_turns_is_found_and_forgiven(r
 @pytest.mark.parametrize('orientation', [lambda yaw: yaw, lambda yaw: 0.8 * yaw + 0.1])
 def test_an_orientation_that_follows_its_gyro_is_not_accused(orientation):
     for rate in (0.05, 0.12, 1.5, -2.6):
-        assert turn_from_rest(TimedPart(GyroWatch(BURGER)), orientation, 3.0, rate) == []
+        assert turn_from_rest(TimedPart(GyroMonitor(BURGER)), orientation, 3.0, rate) == []
 
 
 # -- the cores of both nodes
@@ -278,7 +278,7 @@ def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, setti
 
 @pytest.mark.parametrize('sends', ['nothing', 'no stamps', 'rarely', 'other joints'])
 def test_wheels_that_cannot_be_compared_are_awaited_for_a_second_at_most(sends):
-    watch = TimedPart(GyroWatch(BURGER))
+    watch = TimedPart(GyroMonitor(BURGER))
     for k in range(1, 400):
         now = 10.0 + 0.01 * k
         stamp = 0.0 if sends == 'no stamps' else now
@@ -312,7 +312,7 @@ def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
 def accused(rate, said_first, said, sign):
     """Is a gyro accused that is right at rest, then shows `said_first`, and after 0.5 s `said`,
     while the wheels turn the robot on the spot at `rate` [rad/s]? Samples without noise or lag."""
-    watch, yaw, wheel = TimedPart(GyroWatch(BURGER)), 0.0, 0.0
+    watch, yaw, wheel = TimedPart(GyroMonitor(BURGER)), 0.0, 0.0
     for tick in range(300):
         now = 50.0 + 0.01 * tick
         turning = 0.0 if tick < 150 else rate

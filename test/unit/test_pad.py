@@ -50,7 +50,8 @@ def test_another_kind_of_pad_and_sticks_that_are_no_numbers_are_refused(values, 
 def test_what_is_pressed_in_the_first_message_was_pressed_before_but_a_stop_counts():
     listener = PadListener()
     listener.receive(read_pad(AXES, [1, 1, 1], CONFIG), 1.0, 0.0)
-    assert listener.state_before.relinquish and listener.state_before.reset and not listener.state_before.regain
+    presses = listener.presses
+    assert presses.regain and not presses.relinquish and not presses.reset
     assert listener.state.regain and not listener.came_after_loss
 
 

@@ -111,29 +111,7 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
     assert pose.yaw == pytest.approx(0.36)
 
 
-# Stamps that cannot be used -----------------------------------------------------------------------
-
-@pytest.mark.parametrize('whose, new_stamp', [
-    (ImuSample, lambda stamp: 0.0), (OdometrySample, lambda stamp: 0.0),
-    (object, lambda stamp: 0.0), (ImuSample, lambda stamp: 1234.5),
-    (OdometrySample, lambda stamp: 1234.5), (object, lambda stamp: 1234.5),
-    # odometry stamped by another machine: both sensors have only the arrival in common
-    (OdometrySample, lambda stamp: stamp + 5.0), (OdometrySample, lambda stamp: stamp - 5.0),
-    (OdometrySample, lambda stamp: stamp + 1e9)])
-def test_arrival_takes_the_place_of_stamps_that_are_no_clock(whose, new_stamp):
-    history = filled(
-        (arrival, sample._replace(stamp=new_stamp(sample.stamp)) if isinstance(sample, whose) else sample)
-        for arrival, sample in SPINNING.messages(0.0, 4.0))
-    assert not history.clock.uses_stamps
-    assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
-
-
-def test_the_receivers_clock_goes_back_where_stamps_are_zero():
-    turned = replace(SPINNING, imu_offset=1.0)
-    messages = SPINNING.messages(0.0, 3.0) + turned.messages(2.0, 2.6)
-    history = filled(restamped(messages, lambda arrival, stamp: 0.0))
-    assert_instant(instant_at(history, 2.5), turned, 2.5, ahead=0.0)
-
+# The sender's clock -------------------------------------------------------------------------------
 
 @pytest.mark.parametrize('step, imu_late', [
     (5.0, 0.0), (1.5, 0.02), (-1.5, 0.0), (-0.2, 0.0), (-0.2, 0.02), (0.5, 0.0), (3600.0, 0.0)])
@@ -145,7 +123,6 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     assert_right(pairs_of(history, [m for m in messages if m[0] <= 3.03]), robot)
     pairs_of(history, [m for m in messages if 3.03 < m[0] <= 3.1])
     pairs = pairs_of(history, [m for m in messages if m[0] > 3.1])
-    assert history.clock.uses_stamps
     assert len(pairs) >= 85
     assert_right(pairs, robot, stamped_off=step)
     now = 5.55
@@ -158,7 +135,6 @@ def test_late_messages_are_no_new_clock(stall):
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
     history = TimedPart(SampleBuffer())
     assert_right(pairs_of(history, messages), SPINNING)
-    assert history.clock.uses_stamps
     assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
 
 
@@ -174,19 +150,7 @@ def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
         if now > 1.0:
             _, imu_yaw = history.at(history.clock.stamp_of(now))
             assert angle_between(imu_yaw, SPINNING.imu(now).yaw) <= 0.03 * 2.6
-    assert history.clock.epoch == 0 and history.clock.uses_stamps
-
-
-@pytest.mark.parametrize('stamps, believed', [
-    # a stamp is heard four times in a row
-    ([7.0] * 3 + [8.0] * 4, 6),
-    # the stamps go back by less than a step, and then run at a tenth of the rate
-    ([100.0 + 0.01 * k for k in range(100)] + [100.91 + 0.001 * k for k in range(60)], 151)])
-def test_stamps_that_stand_or_do_not_catch_up_are_no_clock(stamps, believed):
-    timing = SampleTiming()
-    for k, stamp in enumerate(stamps):
-        timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
-        assert timing.clock.uses_stamps is (k < believed)
+    assert history.clock.epoch == 0
 
 
 def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():
@@ -200,18 +164,18 @@ def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is
 
 def test_what_a_silence_held_up_is_late_also_the_first_of_it():
     lateness = Lateness()
-    lateness.of(49.9, 1001.4)       # the fastest message decides, not the first one
-    lateness.of(50.0, 1000.0)
-    assert [lateness.of(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
+    lateness.received(49.9, 1001.4)       # the fastest message decides, not the first one
+    lateness.received(50.0, 1000.0)
+    assert [lateness.received(50.1 + k, 1010.0 + 0.001 * k) for k in range(10)] == pytest.approx(
         [9.9 - 0.999 * k for k in range(10)])
-    assert lateness.of(60.1, 1010.1) == pytest.approx(0.0)
+    assert lateness.received(60.1, 1010.1) == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize('step', [0.4, 10.0])
 def test_a_clock_that_was_set_back_is_believed_after_a_while(step):
     lateness = Lateness()
-    lateness.of(50.0, 1000.0)
-    seen = [lateness.of(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
+    lateness.received(50.0, 1000.0)
+    seen = [lateness.received(50.0 - step + 0.1 * k, 1000.0 + 0.1 * k) for k in range(1, 80)]
     assert seen[:49] == pytest.approx([step] * 49) and seen[51:] == pytest.approx([0.0] * 28)
 
 

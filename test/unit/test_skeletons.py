@@ -2,18 +2,21 @@
 import ast
 import difflib
 import re
+import runpy
 import stat
 import xml.etree.ElementTree as ET
 
 import pytest
-from pages import ROOT
+from pages import ROOT, SCRIPTS
 from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
 
-from tb3_labs.skeletons import FOLDER, checked_target, package_files
 from tb3_labs.marking.names import LAB_NODES
 
+PROGRAM = runpy.run_path(str(SCRIPTS / 'skeleton.py'))
+TEMPLATES = ROOT / PROGRAM['FOLDER']
+checked_target = PROGRAM['checked_target']
 #: {lab: a part of the code in the place of each TODO of the handout, in order}
 ANSWERS = {
     'imu': ['import Imu', 'rospy.Subscriber(', 'Quaternion(', '.to_euler(', '[2]'],
@@ -46,7 +49,7 @@ ADDED = re.compile(r' # added\b')
 
 
 def files_of(lab, package=None):
-    return package_files(ROOT / FOLDER / lab, package or LAB_NODES[lab].packages[0])
+    return PROGRAM['package_files'](TEMPLATES / lab, package or LAB_NODES[lab].packages[0])
 
 
 def node_of(lab, package=None):
@@ -150,7 +153,7 @@ def test_statistics_are_switched_on_if_they_are_asked_for(lab, tmp_path, among_n
 
 def test_no_template_is_taken_for_a_part_of_this_package():
     """rosrun and roslaunch search the whole package: for programs, and for launch files by name."""
-    for path in (ROOT / FOLDER).rglob('*'):
+    for path in TEMPLATES.rglob('*'):
         assert path.is_dir() or not path.stat().st_mode & 0o111
         assert path.suffix != '.launch' and path.name not in ('package.xml', 'CMakeLists.txt')
 

@@ -167,7 +167,7 @@ class SleepingPage(SleepingCore):
         pass
 
     def look(self):
-        self.core.silence(self.now)
+        self.core.lost_for(self.now)
 
     def ask(self, question, *details):
         try:

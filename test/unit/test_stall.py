@@ -2,7 +2,7 @@
 import pytest
 
 from tb3_labs.supervision.sensors_and_stalls import (
-    AWAY_LIMIT, MAX_REST, STALL_STEP, STALL_TIME, StallWatch)
+    AWAY_LIMIT, MAX_REST, STALL_STEP, STALL_TIME, StallMonitor)
 
 DT = 0.1
 STUCK, MISSED, UNSETTLED = 'does not move', 'has missed it', 'does not settle'
@@ -18,7 +18,7 @@ def after(progress, seconds, remaining, rests=True, **told):
 
 @pytest.mark.parametrize('rests, words', [(True, STUCK), (False, MISSED)])
 def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(rests, words):
-    progress = StallWatch()
+    progress = StallMonitor()
     assert after(progress, STALL_TIME - DT, 1.0, rests) == ''
     assert words in after(progress, 4 * DT, 1.0, rests)
 
@@ -26,17 +26,17 @@ def test_a_robot_that_gets_no_nearer_is_stuck_or_has_missed_its_goal(rests, word
 @pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_a_robot_that_gets_nearer_in_time_has_no_problem(sign):
     slowly = 1.1 * STALL_STEP / (STALL_TIME - 2 * DT)
-    assert after(StallWatch(), 20.0, lambda time: sign * (1.0 - slowly * time), False) == ''
+    assert after(StallMonitor(), 20.0, lambda time: sign * (1.0 - slowly * time), False) == ''
 
 
 def test_a_robot_that_goes_away_has_missed_its_goal_at_once():
-    progress = StallWatch()
+    progress = StallMonitor()
     progress.update(0.1, False, DT)
     assert progress.update(0.1 + AWAY_LIMIT, False, DT) == ''
     assert MISSED in progress.update(0.11 + AWAY_LIMIT, False, DT)
 
 
 def test_a_rest_is_no_stall_but_has_an_end():
-    progress = StallWatch()
+    progress = StallMonitor()
     assert after(progress, MAX_REST - DT, 1.0, must_move=False) == ''
     assert UNSETTLED in after(progress, 3 * DT, 1.0, must_move=False)

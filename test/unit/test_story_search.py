@@ -2,7 +2,7 @@
 import pytest
 
 from story_search import CASTS, search
-from tb3_labs.supervision.timeouts import SleepWatch
+from tb3_labs.supervision.timeouts import SleepMonitor
 
 
 @pytest.mark.parametrize('name', CASTS)
@@ -16,5 +16,5 @@ def test_a_defect_is_found_by_its_shortest_story(monkeypatch):
     """The node does not notice that it slept, so that a True counts which was sent before."""
     def never_sleeps(watch, _now):
         watch.slept_for, watch.is_waking = 0.0, False
-    monkeypatch.setattr(SleepWatch, 'update', never_sleeps)
+    monkeypatch.setattr(SleepMonitor, 'update', never_sleeps)
     assert len(search(CASTS['a sleep'], 60.0).story) == 3

@@ -1,7 +1,7 @@
 """Is a source alive: never heard, exactly at the timeout, a clock that goes back."""
 import pytest
 
-from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch
+from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorMonitor
 from tb3_labs.supervision.timeouts import FROZEN_TIME
 
 
@@ -19,7 +19,7 @@ def status_at(watch, now):
 
 def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
     imu = Sensor('imu')
-    watch = SensorWatch(imu)
+    watch = SensorMonitor(imu)
     assert (watch.status, watch.hold_reason, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
     imu.received(10.0)
     assert status_at(watch, 10.0) is SensorStatus.SILENT
@@ -29,12 +29,12 @@ def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
 
 def test_complaints_name_each_silent_source_and_how_long():
     imu, odom, joy = received_at(10.0, 'imu'), received_at(8.74, 'odom'), Sensor('joy')
-    watch = SensorWatch(imu, odom, joy)
+    watch = SensorMonitor(imu, odom, joy)
     assert watch.problem(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
     assert watch.problem(10.0) == 'no odom, no joy yet'
     assert watch.problem(10.10) == 'no odom, no joy yet'        # half of the IMU's timeout: 0.11 s
     assert watch.problem(10.12) == 'no imu, no odom, no joy yet'
-    assert SensorWatch(imu).problem(10.1) == ''
+    assert SensorMonitor(imu).problem(10.1) == ''
 
 
 @pytest.mark.parametrize('silence, sight', [
@@ -45,7 +45,7 @@ def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
         silence, sight, looked_at):
     """A process that slept did not look at the clock."""
     imu = received_at(10.0)
-    watch = SensorWatch(imu)
+    watch = SensorMonitor(imu)
     assert status_at(watch, 10.0) is SensorStatus.FRESH
     if looked_at:
         for tick in range(1, round(100 * silence)):
@@ -59,7 +59,7 @@ def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
 
 def test_a_silence_before_the_motion_does_not_count():
     imu = received_at(10.0)
-    watch = SensorWatch(imu)
+    watch = SensorMonitor(imu)
     imu.received(15.0)
     watch.forget_silences()
     assert status_at(watch, 15.0) is SensorStatus.FRESH
@@ -70,7 +70,7 @@ def test_a_silence_before_the_motion_does_not_count():
 
 
 def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
-    watch = SensorWatch(received_at(1000.0))
+    watch = SensorMonitor(received_at(1000.0))
     for now, sight in ((10.0, SensorStatus.FRESH), (10.21, SensorStatus.FRESH), (10.23, SensorStatus.SILENT)):
         assert status_at(watch, now) is sight
 
@@ -89,7 +89,7 @@ def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, m
     for k in range(MANY):
         imu.received(DT * k, reading(k))
         imu.check_repetition(must_change, DT * k)
-    assert ('imu repeats one reading' in SensorWatch(imu).frozen()) is frozen
+    assert ('imu repeats one reading' in SensorMonitor(imu).frozen()) is frozen
 
 
 def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after_a_rest():

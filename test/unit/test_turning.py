@@ -174,6 +174,6 @@ def test_a_robot_settles_by_the_samples_of_one_rest():
     settling.update(False, 4.0)
     assert settling.rested_for == 0.0 and not settling.rests
     settling.update(True, 5.0)
-    assert settling.since == 5.0 and not settling.rests
+    assert settling.rest_began_at == 5.0 and not settling.rests
     settling.update(True, 3.0)       # the clock was set back
-    assert settling.since == 3.0 and settling.rested_for == 0.0
+    assert settling.rest_began_at == 3.0 and settling.rested_for == 0.0

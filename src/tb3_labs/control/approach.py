@@ -122,15 +122,17 @@ class Approach:
         self._motor_speed = self._speed_of_motors(speed, dt)
         if self._now - age > self._measured_at + SAME_SAMPLE_TIME:
             self._measured_at = self._now - age
-            estimate = self._identification.estimate
-            under_way = self._history.travel_under_way(estimate.delay + age)
-            self.way_after_stop.add(
-                remaining - self._motor_speed * estimate.lag - estimate.gain * under_way, noise)
-        if self._direction and not self._history.command:
+            self.way_after_stop.add(self._predicted_way(remaining, age), noise)
+        latest = self._history.command
+        if self._direction and not latest:
             self._has_stopped = True
-        unlimited = self._unlimited_speed(fastest)
-        latest, change = self._history.command, self._config.acceleration * dt
-        self._history.send(clamp(unlimited, latest - change, latest + change))
+        wanted = self._speed_to_zero(fastest)
+        if wanted:
+            self._remember_direction(wanted)
+        elif self._must_hold_nudge():
+            wanted = latest
+        change = self._config.acceleration * dt
+        self._history.send(clamp(wanted, latest - change, latest + change))
         return self._history.command
 
     def _begin(self, remaining: float, speed: float) -> None:
@@ -145,9 +147,10 @@ class Approach:
         history = self._history
         before = history.commanded_travel(history.begin)
         history.advance(dt)
-        commanded = history.commanded_travel(history.begin) - before
-        gain, fastest = self._identification.estimate.gain, max(abs(speed), abs(history.command))
-        self.way_after_stop.shift(-gain * commanded, TIME_DEVIATION * fastest)
+        travel = history.commanded_travel(history.begin) - before
+        faster = max(abs(speed), abs(history.command))
+        self.way_after_stop.shift(-self._identification.estimate.gain * travel,
+                                  TIME_DEVIATION * faster)
 
     def _speed_of_motors(self, speed: float, dt: float) -> float:
         """Returns the measured speed if it is prompt, otherwise the model's speed."""
@@ -157,26 +160,36 @@ class Approach:
         return first_order_response(
             self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
-    def _unlimited_speed(self, fastest: float) -> float:
-        """Returns the speed to command if the acceleration did not limit the change."""
-        config, distance = self._config, self.way_after_stop.value
-        dead_band, gain_divisor = config.close_enough, 1.0 + self._reversals
+    def _predicted_way(self, remaining: float, age: float) -> float:
+        """Returns the way after a stop by one sample, which is `age` [s] old."""
+        estimate = self._identification.estimate
+        under_way = self._history.travel_under_way(estimate.delay + age)
+        return remaining - self._motor_speed * estimate.lag - estimate.gain * under_way
+
+    def _speed_to_zero(self, fastest: float) -> float:
+        """Returns the speed with which the way after a stop becomes zero, without the limit of the
+        acceleration. The speed is 0 if the way is close enough to zero."""
+        config = self._config
+        distance = self.way_after_stop.value
+        dead_band = config.close_enough
+        gain_divisor = 1.0 + self._reversals
         if self._has_stopped:
             dead_band = max(dead_band, config.nudge_dead_band)
             gain_divisor += NUDGE_GAIN_DIVISOR
         near = self.way_after_stop.uncertainty + dead_band
-        if distance > near or distance < -max(near, config.backwards_from):
-            speed = abs(braking_speed(distance, config.braking, config.gain / gain_divisor))
-            speed = clamp(speed, min(config.slowest, fastest), fastest)
-            velocity = math.copysign(speed, distance)
-            self._remember_direction(velocity)
-            return velocity
-        if self._has_stopped and self._history.unchanged_for < config.nudge_time:
-            return self._history.command
-        return 0.0
+        is_far = distance > near or distance < -max(near, config.backwards_from)
+        if not is_far:
+            return 0.0
+        speed = abs(braking_speed(distance, config.braking, config.gain / gain_divisor))
+        speed = clamp(speed, min(config.slowest, fastest), fastest)
+        return math.copysign(speed, distance)
+
+    def _must_hold_nudge(self) -> bool:
+        """Is the latest command a nudge that must last longer?"""
+        return self._has_stopped and self._history.unchanged_for < self._config.nudge_time
 
     def _remember_direction(self, velocity: float) -> None:
-        """Count reversals. An approach that reverses repeatedly has a wrong model of the robot."""
+        """Count reversals. A robot that reverses repeatedly differs from its model."""
         if velocity * self._direction < 0.0:
             self._reversals += 1
         self._direction = velocity

@@ -63,7 +63,8 @@ class Pace:
 
     def step(self, now: float) -> float:
         """Take a step. Returns the time since the last step [s]."""
-        last, self._last = self._last, now
+        last = self._last
+        self._last = now
         if last is None:
             self._next = now + self._period - STEP_LEAD
             return self._period
@@ -183,7 +184,8 @@ class Estimate:
         agrees = abs(sample - self.value) <= largest_surprise
         have_noise = spread > 0.0 and math.isfinite(self._variance)
         if not (agrees and have_noise):
-            self.value, self._variance = sample, spread
+            self.value = sample
+            self._variance = spread
             return
         share = self._variance / (self._variance + spread)
         self.value += share * (sample - self.value)

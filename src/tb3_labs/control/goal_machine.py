@@ -11,13 +11,14 @@ there is no command (None).
 from collections import defaultdict
 from typing import Dict, Optional
 
+from tb3_labs.control.commands import LawStep
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import GoalState
 from tb3_labs.control.turning import Settling
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.sensors_and_stalls import StallWatch
+from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
 #: A drive that ends outside its tolerance, for instance since the network stalled, starts again
 #: from there. This is the greatest number of such starts.
@@ -37,7 +38,7 @@ class GoalMachine:
         self.attempt = 0          # number of the drive; each goal and restart begins a new drive
         self._tries_left = 0
         self._interrupted = False
-        self._stalls: Dict[GoalState, StallWatch] = defaultdict(StallWatch)
+        self._stalls: Dict[GoalState, StallMonitor] = defaultdict(StallMonitor)
         self._settling = Settling()
         self._time = 0.0             # sum of `dt` of all steps [s]
 
@@ -54,7 +55,8 @@ class GoalMachine:
         """Begin the drive to the goal again, unless the drive was cancelled."""
         if self.goal is not None and not self.cancelled:
             self.failure = ''
-            self.begun = self._interrupted = False
+            self.begun = False
+            self._interrupted = False
             self.attempt += 1
             self._tries_left = MORE_TRIES
             self._begin()
@@ -78,38 +80,46 @@ class GoalMachine:
         goal = self.goal
         if goal is None or not self.active:
             return None
-        if self._interrupted:
-            for stall in self._stalls.values():
-                stall.resume()
         if self._interrupted or not self.begun:
-            self.begun = True
-            self._interrupted = False
-            self.state = GoalState.ROTATE_TO_GOAL
-            self.law.start(motion.pose, goal)
+            self._start_law(motion.pose, goal)
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
         while self.active:    # the state after a finished state gives the command of this step
-            move = {GoalState.ROTATE_TO_GOAL: self.law.rotate_to_goal,
-                    GoalState.MOVE_FORWARD: self.law.move_forward,
-                    GoalState.ROTATE_TO_FINAL: self.law.rotate_to_final}[self.state]
-            command, remaining, finished = move(motion, goal, dt)
-            if not finished:
+            step = self._law_step(motion, goal, dt)
+            if not step.finished:
                 self.failure = self._stalls[self.state].update(
-                    remaining, rests, dt, must_move=command != Twist2())
-                return None if self.failure else command
+                    step.remaining, rests, dt, must_move=step.command != Twist2())
+                return None if self.failure else step.command
             if self.state is GoalState.ROTATE_TO_FINAL and not self._has_settled(motion):
                 return Twist2()
             self._finish_state(motion.pose, goal)
             dt = 0.0
         return None
 
+    def _start_law(self, pose: Pose2, goal: Pose2) -> None:
+        """Begin to drive from `pose`, perhaps after an interruption."""
+        for stall in self._stalls.values():
+            stall.resume()
+        self.begun = True
+        self._interrupted = False
+        self.state = GoalState.ROTATE_TO_GOAL
+        self.law.start(pose, goal)
+
+    def _law_step(self, motion: Motion, goal: Pose2, dt: float) -> LawStep:
+        if self.state is GoalState.ROTATE_TO_GOAL:
+            return self.law.rotate_to_goal(motion, goal, dt)
+        if self.state is GoalState.MOVE_FORWARD:
+            return self.law.move_forward(motion, goal, dt)
+        return self.law.rotate_to_final(motion, goal, dt)
+
     def _has_settled(self, motion: Motion) -> bool:
         """Has the robot settled, and was the latest odometry measured after the robot came to rest?
         (The law itself checks only the IMU.)"""
-        since = self._settling.since
-        return (self._settling.rests and since is not None
-                and self._time - motion.odometry_age >= since)
+        rest_began_at = self._settling.rest_began_at
+        if rest_began_at is None or not self._settling.rests:
+            return False
+        return self._time - motion.odometry_age >= rest_began_at
 
     def _finish_state(self, pose: Pose2, goal: Pose2) -> None:
         if self.state is GoalState.ROTATE_TO_GOAL:

@@ -138,8 +138,8 @@ class Identification:
         ApproachConfig has `speed_is_prompt`."""
         #: The estimate of this approach.
         self.estimate = copy(response)
-        self._response = response
-        self._initial = copy(response)    # the equations give the difference from these values
+        self._learned = response                # the mean of all approaches
+        self._linearized_at = copy(response)    # the equations give the differences from this
         self._speed_is_prompt = speed_is_prompt
         self._from_rest = False          # was the robot at rest at the start?
         self._start_observed = False     # did a sample show that the robot speeds up?
@@ -173,30 +173,32 @@ class Identification:
         if cruises or speeds_up:
             self._solve(history, travelled, speed, fastest, age)
         if cruises:
-            self._response.learn(self.estimate)
+            self._learned.learn(self.estimate)
 
     def _identify_at_start(self, history: CommandHistory, travelled: float, speed: float,
                            age: float) -> None:
         self._start_observed = True
-        steady_speed = history.oldest_command * self._initial.gain
+        steady_speed = history.oldest_command * self._linearized_at.gain
         observed = identify_at_start(history.now - age, steady_speed, travelled, speed)
         if observed is not None:
-            self._initial.delay, self._initial.lag = observed
-            self.estimate = copy(self._initial)
+            self._linearized_at.delay, self._linearized_at.lag = observed
+            self.estimate = copy(self._linearized_at)
 
     def _solve(self, history: CommandHistory, travelled: float, speed: float, fastest: float,
                age: float) -> None:
-        """Add the equation of a sample. Solve all equations for the differences from `_initial`."""
-        initial = self._initial
-        arrived = history.commanded_travel(history.now) - history.command * (initial.delay + age)
-        row = np.array([arrived, -initial.gain * history.command, -speed])
-        missing = travelled - (initial.gain * arrived - initial.lag * speed)
+        """Add the equation of a sample. Solve all equations for the differences from
+        `_linearized_at`."""
+        start = self._linearized_at
+        arrived = history.commanded_travel(history.now) - history.command * (start.delay + age)
+        row = np.array([arrived, -start.gain * history.command, -speed])
+        missing = travelled - (start.gain * arrived - start.lag * speed)
         weight = (TIME_DEVIATION * fastest) ** -2.0
         self._normal_matrix += weight * np.outer(row, row)
         self._normal_vector += weight * missing * row
         gain, delay, lag = map(float, np.linalg.solve(self._normal_matrix, self._normal_vector))
         # if the lag is clipped, the delay changes, so that the sum of both stays the same
-        estimate, delay_plus_lag = self.estimate, initial.delay + delay + initial.lag + lag
-        estimate.gain = initial.gain + gain
-        estimate.lag = clamp(initial.lag + lag, 0.0, MAX_LAG)
+        delay_plus_lag = start.delay + delay + start.lag + lag
+        estimate = self.estimate
+        estimate.gain = start.gain + gain
+        estimate.lag = clamp(start.lag + lag, 0.0, MAX_LAG)
         estimate.delay = clamp(delay_plus_lag - estimate.lag, 0.0, MAX_DELAY)

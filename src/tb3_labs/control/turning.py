@@ -25,21 +25,23 @@ class Settling:
 
     def __init__(self) -> None:
         #: Time of the first sample at rest [s]; None while the robot moves.
-        self.since: Optional[float] = None
+        self.rest_began_at: Optional[float] = None
         self._last = 0.0      # time of the latest sample [s]
 
     def update(self, at_rest: bool, measured_at: float) -> None:
         """Take in the latest sample. `at_rest`: does this sample show a robot at rest?"""
         if not at_rest:
-            self.since = None
-        elif self.since is None or measured_at < self.since:
-            self.since = measured_at
+            self.rest_began_at = None
+        elif self.rest_began_at is None or measured_at < self.rest_began_at:
+            self.rest_began_at = measured_at
         self._last = measured_at
 
     @property
     def rested_for(self) -> float:
         """Time from the first to the latest sample at rest [s]; 0 while the robot moves."""
-        return self._last - self.since if self.since is not None else 0.0
+        if self.rest_began_at is None:
+            return 0.0
+        return self._last - self.rest_began_at
 
     @property
     def rests(self) -> bool:

@@ -15,7 +15,7 @@ from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
     LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, WheelSample
 from tb3_labs.robot.turtlebot3 import robot_model
@@ -98,8 +98,8 @@ def read_samples(received):
 
 
 def gyro_watch_of(samples, reset_topic):
-    """Returns a GyroWatch that has taken in the samples of :func:`read_samples`."""
-    watch = GyroWatch(robot_model(NOT_GIVEN, os.environ), reset_topic)
+    """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
+    watch = GyroMonitor(robot_model(NOT_GIVEN, os.environ), reset_topic)
     timing = SampleTiming()
     for at, sample in samples:
         if isinstance(sample, ImuSample):

@@ -77,7 +77,7 @@ def judge_clock(least_delay: float) -> Finding:
 # Gyro -------------------------------------------------------------------------------------------
 
 def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
-    """Does the gyro agree with the wheels? `problem` is the problem that a GyroWatch found, or
+    """Does the gyro agree with the wheels? `problem` is the problem that a GyroMonitor found, or
     ''."""
     if problem:
         return fault('Gyro', problem, remedy)

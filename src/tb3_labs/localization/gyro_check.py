@@ -28,7 +28,7 @@ from tb3_labs.robot.samples import REST_ANGULAR, WheelSample
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
-    GYRO_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP, WHEEL_GAP)
+    GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP)
 
 #: The gyro shows a turn of the wheels at most this time after the wheels [s].
 MAX_GYRO_LAG = 0.13
@@ -73,7 +73,7 @@ STUCK_ORIENTATION = ("the imu's orientation stands while its gyro turns: switch 
                      'on, or start its driver anew')
 
 
-class OrientationWatch:
+class OrientationMonitor:
     """Does the orientation of an IMU follow its gyro? Some boards and drivers send an orientation
     that never changes (turtlebot3 #912). The contradiction is over when the orientation moves, or
     the gyro rested for `AGREEMENT_TIME`."""
@@ -86,7 +86,8 @@ class OrientationWatch:
         self.is_stuck = False                 # does the orientation contradict the gyro?
 
     def on_imu(self, timed: TimedSample) -> None:
-        (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
+        _, yaw, yaw_rate = timed.sample
+        last, seconds = timed.before, timed.step
         if last is None or self._first_yaw is None:
             self._first_yaw = yaw
             return
@@ -103,7 +104,8 @@ class OrientationWatch:
             self._rested_for = 0.0
         self._farthest = max(self._farthest, abs(difference(yaw, self._first_yaw)))
         if self._farthest > max(STUCK_NOISE, STUCK_SHARE * abs(self._turned)):
-            self._first_yaw, self._farthest, self._turned = yaw, 0.0, 0.0
+            self._first_yaw = yaw
+            self._farthest = self._turned = 0.0
             self.is_stuck = False
         elif abs(self._turned) > GYRO_TURNED:
             self.is_stuck = True
@@ -176,7 +178,7 @@ class _Comparison:
             self.slip += seconds / self.turned_for * (slip - self.slip)
 
 
-class GyroWatch:
+class GyroMonitor:
     """Compares the gyro of one robot with its wheels."""
 
     def __init__(self, model: RobotModel, reset_topic: str = '/reset') -> None:
@@ -186,7 +188,7 @@ class GyroWatch:
         self._sends_wheels = False
         self._rested_for = 0.0       # time of all comparisons at rest [s]
         self._uncompared_for = 0.0   # time of gyro samples since the last comparison [s]
-        self._orientation = OrientationWatch()
+        self._orientation = OrientationMonitor()
         self._contradicts = False
         self._comparison = _Comparison()
 
@@ -213,7 +215,7 @@ class GyroWatch:
         self._sends_wheels = True
         last = self._comparison.wheels
         step = 0.0 if last is None else sample.stamp - last.stamp
-        if step < -SMALL_STEP or step > WHEEL_GAP:
+        if step < -SMALL_STEP or step > INTERPOLATED_GAP:
             self._comparison = _Comparison()
         elif last is not None and step > 0.0:
             self._add_turn(last, sample)
@@ -282,6 +284,7 @@ class GyroWatch:
             return
         comparison.agreed_for += seconds
         if comparison.agreed_for >= AGREEMENT_TIME:
-            comparison.unexplained, self._contradicts = 0.0, False
+            comparison.unexplained = 0.0
+            self._contradicts = False
             if rests:
                 comparison.is_calibrated = True

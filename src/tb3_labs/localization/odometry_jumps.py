@@ -148,23 +148,31 @@ class JumpFinder:
         latest ImuSample. The last known command to move came at `driven_at` [s, receiver's clock].
         """
         self.skip(timed)
-        sample, latest = timed.sample, _JumpSample(timed.sample, timed.arrival, imu)
-        shift, jump = None, None
-        if self._last_moved is not None and self._last_received is not None:
-            before = self._last_moved.sample.pose
-            problem = _jump(before, sample.pose, self._since_moved.longest)
-            if _is_reset(self._last_received, latest, self._since_received):
-                shift, jump = self._after_reset(self._last_received, latest, driven_at)
-            elif problem:
-                shift, jump = _stand_still(problem, self._last_moved, latest)
-            elif _is_backwards(before, sample):    # mirror the step at `before`
-                mirrored = Pose2(2.0 * before.x - sample.pose.x, 2.0 * before.y - sample.pose.y,
-                                 sample.pose.yaw)
-                shift = _shift(mirrored, sample.pose)
-        if self._last_moved is None or sample.pose != self._last_moved.sample.pose:
-            self._last_moved, self._since_moved = latest, _Gap()
-        self._last_received, self._since_received = latest, _Gap()
+        latest = _JumpSample(timed.sample, timed.arrival, imu)
+        shift, jump = self._find(latest, driven_at)
+        if self._last_moved is None or latest.sample.pose != self._last_moved.sample.pose:
+            self._last_moved = latest
+            self._since_moved = _Gap()
+        self._last_received = latest
+        self._since_received = _Gap()
         return shift, jump
+
+    def _find(self, latest: _JumpSample,
+              driven_at: float) -> Tuple[Optional[Pose2], Optional[Jump]]:
+        moved, received = self._last_moved, self._last_received
+        if moved is None or received is None:
+            return None, None
+        if _is_reset(received, latest, self._since_received):
+            return self._after_reset(received, latest, driven_at)
+        before, sample = moved.sample.pose, latest.sample
+        problem = _jump(before, sample.pose, self._since_moved.longest)
+        if problem:
+            return _stand_still(problem, moved, latest)
+        if _is_backwards(before, sample):    # mirror the step at `before`
+            mirrored = Pose2(2.0 * before.x - sample.pose.x, 2.0 * before.y - sample.pose.y,
+                             sample.pose.yaw)
+            return _shift(mirrored, sample.pose), None
+        return None, None
 
     def _after_reset(self, before: _JumpSample, after: _JumpSample,
                      driven_at: float) -> Tuple[Optional[Pose2], Jump]:
@@ -230,7 +238,7 @@ class _Interval:
         self.end = stamp
 
 
-class EncoderWatch:
+class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step

@@ -121,11 +121,13 @@ class SampleBuffer:
 
     def _imu_yaw_at(self, time: float) -> Optional[float]:
         """Returns the yaw of the IMU [rad]. In a long gap the yaw turns as the odometry does."""
-        yaw, neighbours = self._imu.at(time), self._imu.around(time)
+        yaw = self._imu.at(time)
+        neighbours = self._imu.around(time)
         if yaw is not None or neighbours is None:
             return yaw
         (begin, start), (end, stop) = neighbours
-        before, here, after = (self._odometry.at(moment) for moment in (begin, time, end))
+        before, here = self._odometry.at(begin), self._odometry.at(time)
+        after = self._odometry.at(end)
         is_bridged = end - begin <= BRIDGED_GAP
         if not is_bridged or before is None or here is None:
             return None

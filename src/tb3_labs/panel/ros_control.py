@@ -174,7 +174,7 @@ class PanelRobot:
 
     def check_dead_man(self):
         """Stop the robot if the page that drives has been silent for too long."""
-        silence = self.dead_man.silence(steady_time())
+        silence = self.dead_man.lost_for(steady_time())
         if silence:
             self.stop()
             rospy.logwarn('The page that drives is silent for %.1f s: the robot is stopped',

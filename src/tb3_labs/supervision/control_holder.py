@@ -63,16 +63,17 @@ class ControlMessages:
 
     def pop_renewal(self, now: float) -> bool:
         """Is a renewal due? The caller must send it."""
-        is_due = self.must_renew and now - self._sent_at >= RENEWAL_PERIOD
-        if is_due:
-            self._sent_at = now
-        return is_due
+        if not self.must_renew or now - self._sent_at < RENEWAL_PERIOD:
+            return False
+        self._sent_at = now
+        return True
 
     def grant(self, now: float, lateness: float) -> None:
         """Queue a True for a press that was delayed by `lateness` [s], and a renewal for each
         `RENEWAL_PERIOD` since the press. The number of renewals shows the delay."""
         self.must_renew = True
-        self.granted_at = self._sent_at = now
+        self.granted_at = now
+        self._sent_at = now
         self.waiting += [True] * (1 + int(lateness / RENEWAL_PERIOD))
 
     def stop(self, caused_at: float) -> None:

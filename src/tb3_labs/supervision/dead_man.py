@@ -10,7 +10,7 @@ Units: seconds on a clock that never stands still and never goes back (`now`).
 """
 from typing import Optional
 
-from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepWatch
+from tb3_labs.supervision.timeouts import PAD_TIMEOUT, Freshness, SleepMonitor
 
 
 class DeadMan:
@@ -22,10 +22,10 @@ class DeadMan:
         #: The number of stops so far.
         self.stops = 0
         self._source = Freshness('page', PAD_TIMEOUT)
-        self._sleep = SleepWatch()
+        self._sleep = SleepMonitor()
 
     def begin(self, now: float) -> None:
-        """Begin with the first page. Then the caller must call :meth:`silence` often."""
+        """Begin with the first page. Then the caller must call :meth:`lost_for` often."""
         self._sleep.start(now)
 
     def check(self, known_stops: Optional[int], now: float, lateness: float, most: float) -> None:
@@ -36,8 +36,8 @@ class DeadMan:
             raise ValueError('the robot was stopped meanwhile: let go, and ask again')
         if lateness > most:
             raise ValueError(f'this came {lateness:.1f} s late, and does not count: ask again')
-        if self._sleep.doubt:
-            raise ValueError(f'this does not count, {self._sleep.doubt}: ask again')
+        if self._sleep.refusal:
+            raise ValueError(f'this does not count, {self._sleep.refusal}: ask again')
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
@@ -71,8 +71,9 @@ class DeadMan:
         self.stops += 1
         self.page = None
 
-    def silence(self, now: float) -> float:
+    def lost_for(self, now: float) -> float:
         """Returns how long the page that drives has been silent [s]; 0 if the page is not lost."""
         self._sleep.update(now)
-        is_lost = self.page is not None and not self._source.is_fresh(now)
-        return self._source.age(now) if is_lost else 0.0
+        if self.page is None or self._source.is_fresh(now):
+            return 0.0
+        return self._source.age(now)

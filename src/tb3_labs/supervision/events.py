@@ -13,7 +13,7 @@ from enum import Enum
 from typing import (
     Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.timeouts import LATCHED_WITHIN, REPEATS_WITHIN
+from tb3_labs.supervision.timeouts import CROSSING_TIME, REPEATS_WITHIN
 
 Content = TypeVar('Content')
 
@@ -64,7 +64,8 @@ class MessageAges:
 
     def __init__(self, present: Iterable[str], now: float) -> None:
         """This node begins to listen at `now`. The senders `present` exist already."""
-        self._present, self._begun_at = frozenset(present), now
+        self._present = frozenset(present)
+        self._begun_at = now
         self._latest: Dict[str, SenderConnection] = {}    # by the senders' names
         self._stamps: Dict[str, Tuple[float, float]] = {}    # (stamp, clock), by the senders' names
 
@@ -73,13 +74,14 @@ class MessageAges:
         """Returns the Age of a message that arrives now. `stamp` is the message's stamp, or 0.
         `clock` is the present time on the clock of stamps. A driver that hangs repeats a stamp."""
         sender = connection.sender
-        before, self._latest[sender] = self._latest.get(sender), connection
+        before = self._latest.get(sender)
         last_stamp, last_clock = self._stamps.get(sender, (0.0, 0.0))
+        self._latest[sender] = connection
         self._stamps[sender] = stamp, clock
         if before != connection:
             return self._age_of_first(connection, before, now)
-        is_same = stamp != 0.0 and stamp == last_stamp
-        return Age.SAME_STAMP if is_same and clock != last_clock else Age.NEW
+        is_same_stamp = stamp != 0.0 and stamp == last_stamp
+        return Age.SAME_STAMP if is_same_stamp and clock != last_clock else Age.NEW
 
     def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
                       now: float) -> Age:
@@ -90,7 +92,8 @@ class MessageAges:
         is_restarted = before is not None and before.process != connection.process
         if is_restarted and connection.renews:    # such a sender is silent until a person acts
             return Age.RESTARTED
-        if connection.latches and before is None and now - self._begun_at < LATCHED_WITHIN:
+        came_at_once = before is None and now - self._begun_at < CROSSING_TIME
+        if connection.latches and came_at_once:
             return Age.OLD    # a new message of a person would not come so soon
         if connection.latches and not connection.renews:
             return Age.LATCHED

@@ -16,10 +16,11 @@ from enum import Enum
 from typing import Any, Dict, NamedTuple, Optional
 
 from tb3_labs.supervision.events import Queue
-from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepWatch
+from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepMonitor
 
 #: The reason for rejecting a repeated goal that was ended before.
-STAYS_ENDED = 'its sender repeats it since before it was ended'
+STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
+               f'{SENDER_PAUSE:.0f} s')
 
 
 class GoalRequest(NamedTuple):
@@ -62,28 +63,22 @@ class Repetition:
     """The latest goal of one sender, and its repetitions since the last pause."""
 
     def __init__(self, request: GoalRequest) -> None:
-        self.goal, self.latest = request.goal, request
+        self.goal = request.goal
+        self.latest = request
         self.source = Freshness('goal', SENDER_PAUSE)
-        self.is_repeated = self.is_ended = self.was_logged = False
+        self.is_repeated = False    # was the goal sent more than once?
+        self.is_ended = False       # does a repetition of the goal stay ended?
 
     def end(self) -> None:
         """End the repetitions of a goal that was canceled or given up."""
         if self.is_repeated:
             self.is_ended = True
 
-    def refusal_line(self) -> str:
-        """Returns the log line for a goal that stays ended. All later calls return ''."""
-        if self.was_logged:
-            return ''
-        self.was_logged = True
-        return (f'The goal that {self.latest.sender or "a program"} repeats stays ended: it counts '
-                f'again if it is changed, or after a pause of {SENDER_PAUSE:.0f} s')
-
 
 class GoalRequests:
     """The present goal, and the latest goal of each sender."""
 
-    def __init__(self, present: GoalRequest, sleep: SleepWatch) -> None:
+    def __init__(self, present: GoalRequest, sleep: SleepMonitor) -> None:
         #: The request of the goal that was accepted last.
         self.present = present
         self._sleep = sleep
@@ -97,9 +92,11 @@ class GoalRequests:
         self._forget(now)
         repetition = self._repetition_of(request)
         if repetition is None:
-            repetition = self._repetitions[request.sender] = Repetition(request)
+            repetition = Repetition(request)
+            self._repetitions[request.sender] = repetition
         else:
-            repetition.is_repeated, repetition.latest = True, request
+            repetition.is_repeated = True
+            repetition.latest = request
         repetition.source.received(now)
         return repetition
 
@@ -111,7 +108,8 @@ class GoalRequests:
         """Make `request` the present goal. Cancel the previous goal."""
         self.end(GoalOutcome.CANCELED, 'replaced by a newer goal')
         self.answers.append(GoalAnswer(request, GoalOutcome.ACCEPTED, 'driving'))
-        self.present = self._open = request
+        self.present = request
+        self._open = request
 
     def refuse(self, request: GoalRequest, reason: str) -> None:
         """Answer the client of `request` that the goal is rejected."""
@@ -136,10 +134,10 @@ class GoalRequests:
         for repetition in self._repetitions.values():
             if repetition.latest.is_named_by(name, stamp):
                 repetition.end()
-        is_named_by = self.present.is_named_by(name, stamp)
-        if is_named_by:
-            self.give_up(now)
-        return is_named_by
+        if not self.present.is_named_by(name, stamp):
+            return False
+        self.give_up(now)
+        return True
 
     def _repetition_of(self, request: GoalRequest) -> Optional[Repetition]:
         repetition = self._repetitions.get(request.sender)

@@ -8,14 +8,14 @@ a stop holds until a person releases the machine again.
 * A repeated True only renews the grant of its sender, if this sender renews its grants.
 * A False of any sender ends the grants of all senders.
 * A grant is suspended if the renewals stop for `SUSPEND_AFTER`. A later renewal restores the grant.
-  After a silence of `EXPIRE_AFTER` the grant has expired.
+  After a silence of `RESUME_TIME` the grant has expired.
 * A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. Before the
   sensors are fresh for the first time, this limit is `ROBOT_START`.
-* If this process sleeps for longer than `EXPIRE_AFTER`, all grants expire. A True that
+* If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that
   arrives while the process wakes is ignored, since the True may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
-* A True is ignored if it was sent more than `MAX_GRANT_AGE` ago, or before another sender's False,
+* A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False,
   or before this node started or woke. A True was delayed if the renewals after it arrive faster
   than one in each `RENEWAL_PERIOD`.
 
@@ -28,8 +28,11 @@ from typing import Dict, Set
 
 from tb3_labs.supervision.events import Age, Event, LogQueue
 from tb3_labs.supervision.timeouts import (
-    CONFIRMED_AFTER, EXPIRE_AFTER, MAX_GRANT_AGE, RENEWAL_PERIOD, RESUME_TIME, ROBOT_START,
-    SUSPEND_AFTER, Freshness, SleepWatch)
+    CONFIRMED_AFTER, RENEWAL_PERIOD, RESUME_TIME, ROBOT_START, SUSPEND_AFTER, Freshness,
+    SleepMonitor)
+
+#: A person gives control again in this way.
+REMEDY = 'False, then True, gives it again'
 
 
 class _Grant:
@@ -49,12 +52,11 @@ class _Grant:
         True, the network has delayed the True by at least 1.5 s."""
         self._source.received(now)
         self._received_for = now - self.granted_at
-        delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
-        # checked for a few seconds only: later a sender's fast clock would look like a delay
-        is_checked = self._renews and self._received_for < EXPIRE_AFTER
-        if not is_checked:
-            delay = 0.0
-        self.sent_before = self.granted_at - max(0.0, delay)
+        self.sent_before = self.granted_at
+        # checked for 2 s only: later a sender's fast clock would look like a delay
+        if self._renews and self._received_for < RESUME_TIME:
+            delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
+            self.sent_before -= max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
         """Returns the time since the last renewal [s]; 0 if the sender does not renew."""
@@ -62,8 +64,8 @@ class _Grant:
 
     def holds(self, now: float) -> bool:
         """Is the grant renewed in time, or does the sender not renew?"""
-        return not self._renews or (
-            self._source.is_fresh(now) and self._received_for >= CONFIRMED_AFTER)
+        is_confirmed = self._received_for >= CONFIRMED_AFTER
+        return not self._renews or (is_confirmed and self._source.is_fresh(now))
 
 
 class Permission:
@@ -84,7 +86,7 @@ class Permission:
         self._refused: Set[str] = set()    # senders of a True whose refusal was logged
         self._now = math.nan           # time of the last update [s]
         self._began_at = math.nan      # time of the first update, or of the end of a long sleep [s]
-        self.sleep = SleepWatch()
+        self.sleep = SleepMonitor()
         self._log = log
 
     @property
@@ -112,45 +114,46 @@ class Permission:
                 grant.had_sensors = True
 
     def on_message(self, message: 'Event[bool]') -> None:
-        now, sender, is_grant = message.at, message.sender, message.content
+        now, sender = message.at, message.sender
         self.update(now)
         if message.age is Age.RESTARTED:    # another process had this name before
             self._last_value.pop(sender, None)
             self._grants.pop(sender, None)
         is_repeated = self._last_value.get(sender, False)
-        self._last_value[sender] = is_grant
-        given_by_senders = set(self._grants) - {''}
-        is_old_stop = not is_grant and message.age is Age.OLD
-        if is_old_stop and not given_by_senders:
-            return    # this False does not end the grant at the start
-        if not is_grant:
-            self._stops = {other: at for other, at in self._stops.items()
-                           if now - at <= MAX_GRANT_AGE}
-            self._stops[sender] = now
-            self._grants = {}
-            self._refused.discard(sender)
+        self._last_value[sender] = message.content
+        if not message.content:
+            self._on_stop(message)
         elif sender in self._grants:
             self._grants[sender].renew(now)
             self._check_delay(sender, self._grants[sender])
         elif message.age.is_doubtful:
-            self._refuse(sender, f'Control was given by {sender} before this node could hear it, '
-                                 'and does not count: False, then True, gives it again')
-        elif self.sleep.doubt:
-            self._refuse(sender, f'Control from {sender} does not count: {self.sleep.doubt}. '
-                                 'False, then True, gives it again')
+            self._refuse(sender, 'it was given before this node could hear it')
+        elif self.sleep.refusal:
+            self._refuse(sender, self.sleep.refusal)
         elif not is_repeated:
             self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
             self.count += 1
         elif not self.has_grant:
-            self._refuse(sender, f'True from {sender} does not count, it was said before: False, '
-                                 'then True, gives control again')
+            self._refuse(sender, 'True was said before')
 
-    def _refuse(self, sender: str, text: str) -> None:
+    def _on_stop(self, message: 'Event[bool]') -> None:
+        """End all grants. A False that was latched before this node began to listen does not end
+        the grant at the start."""
+        now, sender = message.at, message.sender
+        given_by_senders = set(self._grants) - {''}
+        if message.age is Age.OLD and not given_by_senders:
+            return
+        self._stops = {other: at for other, at in self._stops.items() if now - at <= RESUME_TIME}
+        self._stops[sender] = now
+        self._grants = {}
+        self._refused.discard(sender)
+
+    def _refuse(self, sender: str, reason: str) -> None:
         """Log once that a sender's True is ignored, since the sender may repeat True for ever."""
         if sender not in self._refused:
             self._refused.add(sender)
-            self._log.add(text, warning=True)
+            self._log.add(f'Control from {sender} does not count: {reason}. {REMEDY}', warning=True)
 
     def update(self, now: float) -> None:
         """Suspend or end grants that were not renewed in time. Call this ten times a second."""
@@ -158,30 +161,31 @@ class Permission:
         if math.isnan(self._began_at):
             self._began_at = now
         self.sleep.update(now)
-        if self.sleep.slept_for > EXPIRE_AFTER:
+        if self.sleep.slept_for > RESUME_TIME:
             self._began_at = now
             if self._grants:
                 self._grants = {}
                 self._log.add('Control is gone: ' + self.sleep.as_text(), warning=True)
         for sender, grant in list(self._grants.items()):
-            if not grant.had_sensors and now - grant.granted_at > self._longest_wait:
+            waits_for = now - grant.granted_at
+            if not grant.had_sensors and waits_for > self._longest_wait:
                 self._end(sender, f'{self._sensor_problem} for {self._longest_wait:.0f} s (is the '
                                   'robot running?)')
-            elif grant.silent_for(now) > EXPIRE_AFTER:
+            elif grant.silent_for(now) > RESUME_TIME:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant if its renewals show that its True was sent too long ago."""
+        """End a grant if its renewals show that its True was sent too long ago, or before this
+        node started or woke, or before another sender's False."""
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
-        if grant.granted_at - grant.sent_before > MAX_GRANT_AGE:
-            self._end(sender, f'the network delayed it by more than {MAX_GRANT_AGE:.0f} s')
-        elif grant.sent_before < min(self._began_at, grant.granted_at):
-            self._end(sender, 'it was given before this node started, or woke')
-        elif grant.sent_before < max(stops_of_others, default=-math.inf):
-            self._end(sender, 'it was taken while the network delayed it')
+        earliest = max([grant.granted_at - RESUME_TIME, min(self._began_at, grant.granted_at),
+                        *stops_of_others])
+        if grant.sent_before < earliest:
+            delay = grant.granted_at - grant.sent_before
+            self._end(sender, f'the network delayed it by {delay:.1f} s or more')
 
     def _end(self, sender: str, reason: str) -> None:
-        self._log.add(f'Control from {sender or "the start"} is gone: {reason}. False, then True, '
-                      'gives it again', warning=True)
+        giver = sender or 'the start'
+        self._log.add(f'Control from {giver} is gone: {reason}. {REMEDY}', warning=True)
         self._refused.add(sender)    # the refusal of the next True need not be logged
         del self._grants[sender]

@@ -57,7 +57,8 @@ class Sensor(Freshness):
         if self.count > 2 and silence > self.longest_gap:
             self.longest_gap = silence
         if reading != self.reading:
-            self.reading, self._changed_at = reading, now
+            self.reading = reading
+            self._changed_at = now
         return silence
 
     def check_repetition(self, must_change: bool, now: float) -> None:
@@ -69,7 +70,9 @@ class Sensor(Freshness):
 
     def forget_silences(self) -> None:
         """Forget silences and repetitions, since the robot stood until now."""
-        self.longest_gap, self.repeated_for, self._changed_at = 0.0, 0.0, math.nan
+        self.longest_gap = 0.0
+        self.repeated_for = 0.0
+        self._changed_at = math.nan
 
     def clock_went_back(self, now: float) -> None:
         """Adapt to a receiver's clock that may have gone back."""
@@ -77,7 +80,7 @@ class Sensor(Freshness):
             self._received_at = min(self._received_at, now)
 
 
-class SensorWatch:
+class SensorMonitor:
     """Finds lost and frozen sensors among the sensors of a motion."""
 
     def __init__(self, *sources: Sensor) -> None:
@@ -98,24 +101,23 @@ class SensorWatch:
 
     def update(self, now: float, is_checked: bool = True) -> None:
         """Find the status. Call this often, also at each step of a drive. `is_checked`: were gyro
-        and wheels compared? A motion waits for the sensors, and then for this comparison.
-        """
+        and wheels compared? A motion waits for the sensors, and then for this comparison."""
         for source in self._sources:
             source.clock_went_back(now)
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
         are_fresh = self.are_fresh(now) and all([source.count > 1 for source in self._sources])
-        is_silent = self._silent_since <= now    # False for NaN
-        silent_for = now - self._silent_since if is_silent else 0.0
-        is_late = silent_for > self._longest_wait
+        may_move = are_fresh and is_checked
         became_fresh = are_fresh and not self._were_fresh
-        ends_wait = became_fresh or (are_fresh and is_checked)
-        if ends_wait:
+        self._were_fresh = are_fresh
+        is_known = self._silent_since <= now    # False for NaN, and if the clock went back
+        if not is_known:
+            self._silent_since = now
+        silent_for = now - self._silent_since
+        is_late = silent_for > self._longest_wait
+        if may_move or became_fresh:    # a new wait begins with the latest messages
             self._silent_since = now - max([source.age(now) for source in self._sources])
             self._longest_wait = RESUME_TIME
-        elif not is_silent:
-            self._silent_since = now
-        self._were_fresh = are_fresh
-        if are_fresh and is_checked:
+        if may_move:
             self._end_silence(silent_for, is_late)
             return
         if are_fresh:
@@ -130,13 +132,15 @@ class SensorWatch:
         self.hold_reason = ''
         gap = max([source.longest_gap for source in self._sources])
         if is_late:
-            self.status, self.silent_for = SensorStatus.TIMED_OUT, silent_for
+            self.status = SensorStatus.TIMED_OUT
+            self.silent_for = silent_for
+            self.forget_silences()
         elif gap > SENSOR_TIMEOUT:
-            self.status, self.silent_for = SensorStatus.RECOVERED, gap
+            self.status = SensorStatus.RECOVERED
+            self.silent_for = gap
+            self.forget_silences()
         else:
             self.status = SensorStatus.FRESH
-            return
-        self.forget_silences()
 
     def forget_silences(self) -> None:
         """Forget silences and repetitions, since the robot stood until now."""
@@ -150,21 +154,22 @@ class SensorWatch:
         if self.are_fresh(now):
             return ''
         lost = [source for source in self._sources if source.age(now) > 0.5 * source.timeout]
+        texts = [source.silence_text for source in lost]
         if with_age:
-            return ', '.join(source.silence_with_age(now) for source in lost)
-        return ', '.join(source.silence_text for source in lost)
+            texts = [source.silence_text_with_age(now) for source in lost]
+        return ', '.join(texts)
 
     def frozen(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
+        frozen = [source.name for source in self._sources if source.repeated_for > FROZEN_TIME]
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
-        return ' and '.join(f'{source.name} {fault}' for source in self._sources
-                            if source.repeated_for > FROZEN_TIME)
+        return ' and '.join(f'{name} {fault}' for name in frozen)
 
     def are_fresh(self, now: float) -> bool:
         return all(source.is_fresh(now) for source in self._sources)
 
 
-class StallWatch:
+class StallMonitor:
     """Finds a robot that is stalled, in one state of a drive or in one turn."""
 
     def __init__(self) -> None:

@@ -1,8 +1,8 @@
 """The limits of silences, delays and sleeps for the nodes that drive.
 
 Freshness finds a silent source by the arrivals of its messages. Lateness finds a delayed message by
-its stamp. SleepWatch finds a sleep of this process by a long time between two looks at the clock. A
-process sleeps when it is stopped, swapped out, or its computer is suspended.
+its stamp. SleepMonitor finds a sleep of this process by a long time between two looks at the clock.
+A process sleeps when it is stopped, swapped out, or its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
 infinite age. If the clock goes back, the last message is treated as just received, since otherwise
@@ -12,14 +12,16 @@ import math
 from collections import deque
 from typing import Deque, Optional, Tuple
 
+#: A motion does not continue by itself after an interruption of more than this. The sensors may be
+#: silent, or the renewals of a grant, or this process sleeps. An older grant is ignored.
+RESUME_TIME = 2.0
+
 # -- a sensor, a pad or a mouse is silent
 
 #: A sensor that is silent for longer than this is lost. Meanwhile a fast robot drives 5 cm.
 SENSOR_TIMEOUT = 0.22
 #: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen.
 FROZEN_TIME = 0.6
-#: A motion continues by itself if the sensors were silent for at most this time.
-RESUME_TIME = 2.0
 #: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
 ROBOT_START = 20.0
 #: A turn that is typed before the robot is connected waits this long for the robot.
@@ -37,11 +39,9 @@ MAX_SILENCE = 5.0
 
 #: If the gap between two samples of the gyro is longer than this, the rate is unknown.
 GYRO_GAP = 0.15
-#: If the gap between two samples of the wheels is longer than this, the motion is unknown.
-WHEEL_GAP = 0.3
 #: If the gap between samples of moving wheels is longer than this, only the mean rate is known.
 MEAN_ONLY_GAP = 0.08
-#: If the gap between two samples is longer than this, the values are not interpolated.
+#: If the gap between two samples is longer than this, the motion between them is unknown.
 INTERPOLATED_GAP = 0.3
 #: The odometry bridges a gap of the IMU up to this length. Half a turn takes longer.
 BRIDGED_GAP = 1.0
@@ -56,10 +56,6 @@ SMALL_STEP = 0.1
 CLOCK_STEP = 1.0
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
-#: Stamps are not a clock if they are off by CLOCK_STEP or more for longer than this.
-MAX_OFF_TIME = 1.0
-#: Stamps that went back are not a clock if they need longer than this to catch up.
-MAX_BEHIND_TIME = 0.5
 
 # -- a message is late, or repeats an earlier one
 
@@ -73,9 +69,7 @@ LATENESS_KNOWN_AFTER = 0.3
 MAX_AGE = 0.1
 #: A sender that repeats an old message to a new connection does so within this time.
 REPEATS_WITHIN = 2.0
-#: A message that was latched before a node began to listen arrives within this time.
-LATCHED_WITHIN = 0.3
-#: A message of move_to_goal that comes this soon after a press of A may be older than the press.
+#: A message that comes this soon after a press, a sleep or the start of a node may be older.
 CROSSING_TIME = 0.3
 #: A pad that takes the robot back waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
@@ -89,10 +83,6 @@ RENEWAL_PERIOD = 0.1
 CONFIRMED_AFTER = 0.04
 #: A grant whose renewals stop is suspended after this silence.
 SUSPEND_AFTER = 0.5
-#: A grant expires after this silence.
-EXPIRE_AFTER = 2.0
-#: A True that was sent longer ago than this is ignored.
-MAX_GRANT_AGE = 2.0
 #: A reset that was requested longer ago than this is refused, since the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: After this silence a sender of goals or turns has paused, and may send the same request again.
@@ -102,8 +92,6 @@ SENDER_PAUSE = 2.0
 
 #: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
 MIN_SLEEP = 1.0
-#: Messages within this time after a sleep may have been sent before or during the sleep.
-WAKING_TIME = 0.3
 #: A simulated clock that does not change for this long stands still.
 STANDSTILL_TIME = 0.3
 #: A node that may move its robot looks at the clock after a silence of half the shortest timeout.
@@ -126,14 +114,16 @@ class Freshness:
 
     def received(self, now: float) -> float:
         """Take in a valid message. Returns the silence before this message [s]."""
-        silence, self._received_at = self.age(now), now
+        silence = self.age(now)
+        self._received_at = now
         self.count += 1
         return silence
 
     def age(self, now: float) -> float:
         """Returns the time since the last message; infinite before the first."""
-        age = math.inf if self._received_at is None else now - self._received_at
-        return age if age > 0.0 else 0.0
+        if self._received_at is None:
+            return math.inf
+        return max(0.0, now - self._received_at)
 
     def is_fresh(self, now: float) -> bool:
         """Is the last message at most `timeout` old?"""
@@ -144,13 +134,14 @@ class Freshness:
         """The text for a source that is not fresh, such as 'no imu' or 'no imu yet'."""
         return f'no {self.name} yet' if self._received_at is None else f'no {self.name}'
 
-    def silence_with_age(self, now: float) -> str:
+    def silence_text_with_age(self, now: float) -> str:
         """Returns `silence_text` with the duration, such as 'no imu for 1.2 s'."""
-        age = self.age(now)
-        return self.silence_text if math.isinf(age) else f'{self.silence_text} for {age:.1f} s'
+        if self._received_at is None:
+            return self.silence_text
+        return f'{self.silence_text} for {self.age(now):.1f} s'
 
 
-class SleepWatch:
+class SleepMonitor:
     """Finds a sleep of this process."""
 
     def __init__(self) -> None:
@@ -165,19 +156,22 @@ class SleepWatch:
     def update(self, now: float) -> None:
         """Look at the clock. Call this several times a second, and before a message is used."""
         gap = self._looks.received(now)
-        self.slept_for = gap if MIN_SLEEP < gap < math.inf else 0.0
-        if self.slept_for:
+        self.slept_for = 0.0
+        if MIN_SLEEP < gap < math.inf:
+            self.slept_for = gap
             self.woke_at = now
-        self.is_waking = now - self.woke_at < WAKING_TIME
+        self.is_waking = now - self.woke_at < CROSSING_TIME
 
     def start(self, now: float) -> None:
         """Treat the time until now as time without a sleep."""
-        self.slept_for, self.is_waking, self.woke_at = 0.0, False, -math.inf
+        self.slept_for = 0.0
+        self.is_waking = False
+        self.woke_at = -math.inf
         self._looks.received(now)
 
     @property
-    def doubt(self) -> str:
-        """The reason why a request of a motion or a reset is ignored now, or ''."""
+    def refusal(self) -> str:
+        """The reason why a request of a motion or a reset is refused now, or ''."""
         return 'it may have been asked for while this node did not run' if self.is_waking else ''
 
     def as_text(self) -> str:
@@ -194,8 +188,8 @@ class Lateness:
         self._received_for = 0.0
         self._last = Freshness('the sender')
 
-    def of(self, stamp: float, arrival: float) -> float:
-        """Returns the extra delay [s] of a message. `stamp` is on the sender's clock [s]."""
+    def received(self, stamp: float, arrival: float) -> float:
+        """Take in a message. Returns its extra delay [s]. `stamp` is on the sender's clock [s]."""
         self._received_for += min(self._last.received(arrival), MAX_RECEIVED_STEP)
         self._least.add(self._received_for, arrival - stamp)
         assert self._least.value is not None

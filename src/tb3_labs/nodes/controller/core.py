@@ -10,7 +10,7 @@ from typing import Optional
 
 from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.turning import PreciseTurn
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
@@ -18,8 +18,9 @@ from tb3_labs.nodes.controller.turns import (
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
-from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorWatch, StallWatch
-from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepWatch
+from tb3_labs.supervision.sensors_and_stalls import (
+    Sensor, SensorMonitor, SensorStatus, StallMonitor)
+from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
 #: A refused turn is logged at most once in this time [s].
 REFUSAL_PERIOD = 1.0
@@ -28,7 +29,7 @@ REFUSAL_PERIOD = 1.0
 class ControllerCore:
     """Turns one robot by its IMU, and drives the robot by the mouse."""
 
-    def __init__(self, law: PreciseTurn, gyro: Optional[GyroWatch] = None) -> None:
+    def __init__(self, law: PreciseTurn, gyro: Optional[GyroMonitor] = None) -> None:
         self._timing = SampleTiming()
         self.imu = Sensor('imu')
         self.driver = Driver.NOBODY
@@ -36,9 +37,9 @@ class ControllerCore:
         self._law = law
         self._pace = Pace(law.period)
         self._heading = Heading()
-        self._sensors = SensorWatch(self.imu)
-        self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
-        self._sleep = SleepWatch()
+        self._sensors = SensorMonitor(self.imu)
+        self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
+        self._sleep = SleepMonitor()
         self._turn: Optional[ActiveTurn] = None  # None after its result was logged
         self.mouse = Mouse()
         self._repetitions = Repetitions()        # of turns
@@ -69,7 +70,8 @@ class ControllerCore:
 
     def on_mouse(self, message: 'Event[MouseState]') -> None:
         self._check_sleep_and_mouse(message.at)
-        was_active, active = self.mouse.active, message.content.active
+        active = message.content.active
+        was_active = self.mouse.active
         deactivated = self.mouse.received(message)
         if self.mouse.active:
             if not was_active:
@@ -95,12 +97,11 @@ class ControllerCore:
         """Turn by the angle [deg] that another node requests. A repetition may be refused, see
         Repetitions."""
         self._check_sleep_and_mouse(turn.at)
-        doubts = self._repetitions.doubts_after(turn, self._sleep.is_waking)
-        if not doubts:
+        if self._repetitions.accepts(turn, self._sleep.is_waking):
             self._request_or_log(turn, now)
-        elif doubts == 1:
-            self._log.add(f'A turn of {turn.sender} only repeats an earlier one, and does not '
-                          f'count: pause for {SENDER_PAUSE:.0f} s, then ask again', warning=True)
+        else:
+            self._log_refusal(turn.at, 'cannot turn: this turn only repeats an earlier turn; pause '
+                              f'for {SENDER_PAUSE:.0f} s, then ask again')
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
@@ -109,28 +110,30 @@ class ControllerCore:
         self._request_or_log(turn, now)
 
     def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
-        """Request a turn. Log a refusal, at most once a second."""
+        """Request a turn, or log the reason of a refusal."""
         try:
             self.request_turn(turn.content, now)
         except ValueError as refusal:
-            if turn.at - self._refused_at >= REFUSAL_PERIOD:
-                self._refused_at = turn.at
-                self._log.add(str(refusal), warning=True)
+            self._log_refusal(turn.at, str(refusal))
+
+    def _log_refusal(self, at: float, text: str) -> None:
+        if at - self._refused_at >= REFUSAL_PERIOD:
+            self._refused_at = at
+            self._log.add(text, warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
         Raises ``ValueError`` with the reason of a refusal."""
-        angle = requested = math.radians(degrees)
-        present = self._turn if self.driver is Driver.TURN else None
-        if present is None:
-            self._check_turn(angle, now)
-            self._begin_turn(angle, now)
-        else:
-            self._check_turn(present.remaining(self._yaw) + angle, now)
+        angle = math.radians(degrees)
+        turn = self._turn
+        if turn is not None and self.driver is Driver.TURN:
+            self._check_turn(turn.remaining(self._yaw) + angle, now)
             self._law.extend(angle)
-            present.extend(angle)
-            requested = present.requested
-        self._log.add(f'Turning {round(math.degrees(requested), 6):g} degrees')
+            turn.extend(angle)
+        else:
+            self._check_turn(angle, now)
+            turn = self._begin_turn(angle, now)
+        self._log.add(f'Turning {round(math.degrees(turn.requested), 6):g} degrees')
         self._handle(DriverEvent.TURN_REQUESTED)
 
     def _check_sleep_and_mouse(self, steady_now: float) -> None:
@@ -145,7 +148,8 @@ class ControllerCore:
         if self._sleep.slept_for or silence:
             self.mouse.lose(steady_now)
         if was_active and not self.mouse.active:
-            self._mouse_is_due = self._mouse_loss_logged = True
+            self._mouse_is_due = True
+            self._mouse_loss_logged = True
             self._release_mouse(silence + ': move it to the middle of the screen to use it again')
 
     def set_law(self, law: PreciseTurn) -> None:
@@ -153,7 +157,7 @@ class ControllerCore:
         self._law = law
         self._pace = Pace(law.period)
         if self._turn is not None and self.driver is Driver.TURN:
-            self._turn.stall = StallWatch()
+            self._turn.stall = StallMonitor()
             self._start_law(self._turn)
 
     # -- outputs
@@ -163,12 +167,10 @@ class ControllerCore:
         self._check_sleep_and_mouse(steady_now)
         step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due
-        command = None
-        if self._mouse_is_due or turn_is_due:
-            command = self._command(now)
-        before, self._last_driver = self._last_driver, self.driver
-        return Output(command, stops_first=self.driver is not before,
-                      log_lines=self._log.pop_all(),
+        command = self._command(now) if self._mouse_is_due or turn_is_due else None
+        is_new_driver = self.driver is not self._last_driver
+        self._last_driver = self.driver
+        return Output(command, stops_first=is_new_driver, log_lines=self._log.pop_all(),
                       watched=self.driver is not Driver.NOBODY or self.mouse.active)
 
     def problem(self, now: float) -> str:
@@ -200,8 +202,8 @@ class ControllerCore:
             most = round(math.degrees(self._law.MAX_ANGLE))
             raise ValueError(f'cannot turn by {math.degrees(angle):g} degrees: a number from '
                              f'-{most} to {most}')
-        if self._sleep.doubt:
-            raise ValueError(f'cannot turn: {self._sleep.doubt}; ask again')
+        if self._sleep.refusal:
+            raise ValueError(f'cannot turn: {self._sleep.refusal}; ask again')
         if self.driver is Driver.MOUSE:
             raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
                              'screen, or scroll up, then ask again')
@@ -211,13 +213,14 @@ class ControllerCore:
         if self._gyro.problem():
             raise ValueError('cannot turn: ' + self._gyro.problem())
 
-    def _begin_turn(self, angle: float, now: float) -> None:
-        if self._turn is not None and self.driver is not Driver.TURN:
+    def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
+        if self._turn is not None:
             self._log_result(self._turn, now)
         self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
         self._sensors.request_motion()
         self._sensors.forget_silences()
         self._start_law(self._turn)
+        return self._turn
 
     def _start_law(self, turn: ActiveTurn) -> None:
         """Begin a turn at the present heading, or continue the turn after a stop."""
@@ -270,7 +273,8 @@ class ControllerCore:
 
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
         """Change the driver. If a turn ends for a `reason`, it is given up."""
-        before, self.driver = self.driver, NEXT_DRIVER.get((self.driver, event), self.driver)
+        before = self.driver
+        self.driver = NEXT_DRIVER.get((before, event), before)
         if reason:
             self._repetitions.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN

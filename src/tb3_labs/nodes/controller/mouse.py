@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import MOUSE_TIMEOUT, WAKING_TIME, Freshness, Lateness
+from tb3_labs.supervision.timeouts import CROSSING_TIME, MOUSE_TIMEOUT, Freshness, Lateness
 
 
 class MouseState(NamedTuple):
@@ -51,11 +51,11 @@ class _MouseSource:
         active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = self.source.count == 0
         was_inactive = not is_first and not self.reported_active
-        if was_inactive and now - self._silence_ended_at >= WAKING_TIME:
+        if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
         # only an active mouse must send; before its first message its state is unknown
         must_be_heard = active if is_first else self.reported_active
-        if stamp > 0.0 and self._lateness.of(stamp, now) > MOUSE_TIMEOUT:
+        if stamp > 0.0 and self._lateness.received(stamp, now) > MOUSE_TIMEOUT:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
@@ -64,11 +64,12 @@ class _MouseSource:
         if message.age is not Age.SAME_STAMP:
             self.source.received(now)
         self.reported_active = active
-        if rests and now - self._silence_ended_at >= WAKING_TIME:
+        if rests and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
 
     def lose(self, now: float) -> None:
-        self.is_lost, self._silence_ended_at = True, now
+        self.is_lost = True
+        self._silence_ended_at = now
 
 
 class Mouse:
@@ -116,7 +117,7 @@ class Mouse:
         """Returns 'no mouse for 0.3 s' if an active mouse is silent, otherwise ''."""
         for sender in self._senders.values():
             if sender.active and not sender.source.is_fresh(now):
-                return sender.source.silence_with_age(now)
+                return sender.source.silence_text_with_age(now)
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:

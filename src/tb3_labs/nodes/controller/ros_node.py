@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.handout import CONTROLLER_GOODBYE
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import to_mouse
@@ -31,9 +31,10 @@ class ControllerNode:
     """Turns and drives the robot by IMU, keyboard, mouse and requested turns."""
 
     def __init__(self):
-        config, self._model = read_config(TurnConfig), read_model()
+        config = read_config(TurnConfig)
+        self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
-        self._core = core = ControllerCore(self._law(config), GyroWatch(
+        self._core = core = ControllerCore(self._law(config), GyroMonitor(
             self._model, rospy.resolve_name('reset')))
         self._robot_wait = time.monotonic() + ROBOT_WAIT
         self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))

@@ -18,7 +18,7 @@ from tb3_labs.handout import LEFT_KEY, MAX_ANG_Z, RIGHT_KEY, TURN_DEG
 from tb3_labs.localization.sample_timing import TimedSample, YawNoise
 from tb3_labs.robot.turtlebot3 import RobotModel
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.sensors_and_stalls import StallWatch
+from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness
 
 #: Between two samples the yaw of a robot at rest drifts by at most this [rad].
@@ -71,7 +71,8 @@ class Heading:
 
     def on_imu(self, timed: TimedSample) -> None:
         sample = timed.sample
-        self.yaw = sample.yaw if self.yaw is None else unwrap(sample.yaw, self.yaw)
+        previous = sample.yaw if self.yaw is None else self.yaw
+        self.yaw = unwrap(sample.yaw, previous)
         self.rate = sample.yaw_rate
         self._noise.learn(timed)
         if self.noise:
@@ -99,7 +100,7 @@ class ActiveTurn:
         """Turn from `yaw` by `requested`."""
         self.requested = requested
         self.goal = yaw + requested
-        self.stall = StallWatch()
+        self.stall = StallMonitor()
         #: The remaining angle at the end, which the law computes from many samples.
         self.remaining_at_end = 0.0
         self._begun_at = now
@@ -108,7 +109,7 @@ class ActiveTurn:
         """Add `angle` to the turn."""
         self.requested += angle
         self.goal += angle
-        self.stall = StallWatch()
+        self.stall = StallMonitor()
 
     def remaining(self, yaw: float) -> float:
         """Returns the angle from `yaw` to the goal."""
@@ -160,34 +161,38 @@ class Repetitions:
     def __init__(self) -> None:
         self._requests: Dict[str, _TurnRequest] = {}    # by sender
 
-    def doubts_after(self, event: Event, is_waking: bool = False) -> int:
-        """Take in a request. Returns 0 if the request is accepted, otherwise the number of doubtful
-        requests so far. While this process `is_waking`, a request may be from before the sleep."""
+    def accepts(self, event: Event, is_waking: bool = False) -> bool:
+        """Take in a request. Returns False if the request is a doubtful repetition. While this
+        process `is_waking`, a request may be from before the sleep."""
         last = self._requests.get(event.sender)
-        if last is None or last.content != event.content or not last.source.is_fresh(event.at):
-            last = self._requests[event.sender] = _TurnRequest(event.content)
+        if last is not None and last.is_repeated_by(event):
+            last.was_repeated = True
         else:
-            last.is_repeated = True
+            last = _TurnRequest(event.content)
+            self._requests[event.sender] = last
         last.source.received(event.at)
         if event.age.is_doubtful:
-            last.is_doubted = True
-        if last.is_doubted:
-            last.doubts += 1
+            last.is_doubtful = True
+        is_accepted = not last.is_doubtful
         if is_waking:    # the core refuses this request itself
-            last.is_doubted = True
-        return last.doubts
+            last.is_doubtful = True
+        return is_accepted
 
     def stop(self) -> None:
         """Make each repeated request doubtful, since a stop must also end the repetitions."""
         for last in self._requests.values():
-            if last.is_repeated:
-                last.is_doubted = True
+            if last.was_repeated:
+                last.is_doubtful = True
 
 
 class _TurnRequest:
     """The last request of one sender, until the sender changes the request, or pauses."""
 
     def __init__(self, content: object) -> None:
-        self.content, self.source = content, Freshness('turn', SENDER_PAUSE)
-        self.is_repeated = self.is_doubted = False
-        self.doubts = 0
+        self.content = content
+        self.source = Freshness('turn', SENDER_PAUSE)
+        self.was_repeated = False
+        self.is_doubtful = False
+
+    def is_repeated_by(self, event: Event) -> bool:
+        return self.content == event.content and self.source.is_fresh(event.at)

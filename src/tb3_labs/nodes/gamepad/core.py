@@ -20,10 +20,7 @@ from tb3_labs.supervision.control_holder import (
     NEXT_HOLDER, ControlEvent, ControlHolder, ControlMessages)
 from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
-    CROSSING_TIME, EXPIRE_AFTER, HAND_BACK_TIME, MAX_GRANT_AGE, MAX_RESET_AGE, SleepWatch)
-
-#: If a pushed stick does not drive for this long, a warning gives the reason [s].
-STICK_WARNING_TIME = 3.0
+    CROSSING_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
 
 
 @dataclass(frozen=True)
@@ -54,13 +51,11 @@ class GamepadCore:
         self._pad = PadListener()
         self.joy = self._pad.freshness
         self.messages = ControlMessages()
-        self._sleep = SleepWatch()
+        self._sleep = SleepMonitor()
         self._zero_until = 0.0    # until this time the pad commands zero [s]
         self._command_is_due = False
         self._reset_requested = False    # was Y pressed since the last tick?
         self._published_holder: Optional[ControlHolder] = None
-        self._stick_pushed_since = math.inf    # time since which a pushed stick does not drive [s]
-        self._stick_logged = False             # was the pushed stick logged?
         self._log = LogQueue()
 
     # -- inputs
@@ -69,27 +64,28 @@ class GamepadCore:
         now, state = joy.at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
-        before, pushed_at = self._pad.state_before, now - self._pad.lateness
+        presses = self._pad.presses
+        sent_at = now - self._pad.lateness
         self._command_is_due = True
-        relinquishes = state.relinquish and not before.relinquish
-        if state.regain and not before.regain:
-            self.messages.stop(pushed_at)
+        if presses.regain:
+            self.messages.stop(sent_at)
             self._handle(ControlEvent.REGAIN, now)
-        elif relinquishes and not state.regain:
-            if self._is_accepted('A', MAX_GRANT_AGE, now) and not self.messages.must_renew:
-                self.messages.grant(now, self._pad.lateness)
-                self._handle(ControlEvent.RELINQUISH, now)
-        is_held_anew = state.hold and not before.hold
-        is_ready = is_held_anew if self._config.has_hold else state.at_rest
+        elif presses.relinquish and not state.regain:
+            self._relinquish(now)
+        is_ready = presses.hold if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
         elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._handle(ControlEvent.LOST, now)    # this message shows the loss
-        elif self._drives() and pushed_at < self.messages.stopped_at:
+        elif self._drives() and sent_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
-        asks_for_reset = state.reset and not before.reset
-        if asks_for_reset and self._is_accepted('Y', MAX_RESET_AGE, now):
+        if presses.reset and self._is_accepted('Y', MAX_RESET_AGE, now):
             self._reset_requested = True
+
+    def _relinquish(self, now: float) -> None:
+        if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
+            self.messages.grant(now, self._pad.lateness)
+            self._handle(ControlEvent.RELINQUISH, now)
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
@@ -128,43 +124,32 @@ class GamepadCore:
         holder = None if self.holder is self._published_holder else self.holder
         waits_for_rest = self._pad.state is not None and self.holder is ControlHolder.NOBODY
         watched = self.messages.must_renew or self._drives() or waits_for_rest
-        reset_requested, self._reset_requested = self._reset_requested, False
-        self._published_holder = self.holder
-        return PadOutput(
+        output = PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
-            reset_requested=reset_requested,
+            reset_requested=self._reset_requested,
             control_messages=self.messages.waiting.pop_all(),
             renewal_is_due=self.messages.pop_renewal(now))
+        self._reset_requested = False
+        self._published_holder = self.holder
+        return output
 
     def _check_rest(self, now: float) -> None:
-        """Find whether the pad is ready. If a stick is pushed too long, log a warning."""
-        state, config = self._pad.state, self._config
-        if self.holder is not ControlHolder.NOBODY or state is None or config.has_hold:
-            self._stick_pushed_since, self._stick_logged = math.inf, False
-            return
-        if state.at_rest:
-            self._stick_pushed_since, self._stick_logged = math.inf, False
-            if self._is_current(now):
-                self._handle(ControlEvent.READY, now)
-            return
-        self._stick_pushed_since = min(self._stick_pushed_since, now)
-        if now - self._stick_pushed_since > STICK_WARNING_TIME and not self._stick_logged:
-            self._stick_logged = True
-            axes, _ = state.sent
-            axis = max(config.linear_axis, config.angular_axis, key=lambda n: abs(axes[n]))
-            self._log.add(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond '
-                          f'dead_zone {config.dead_zone:g}. Let go of it; if it rests there, set '
-                          'a larger dead_zone', warning=True)
+        """The sticks may have come to rest before the messages were known to be current."""
+        state = self._pad.state
+        rests = state is not None and state.at_rest
+        if rests and not self._config.has_hold and self._is_current(now):
+            self._handle(ControlEvent.READY, now)
 
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
         state = self._pad.state
-        if state is None or not self._drives() or now < self._zero_until:
+        hands_back = now < self._zero_until
+        if state is None or hands_back or not self._drives():
             return Twist2()
         model, config = self._model, self._config
-        return saturate(Twist2(state.forward * min(config.linear_scale, model.max_linear),
-                               state.left * min(config.angular_scale, model.max_angular)),
-                        model.max_linear, model.max_angular, model)
+        linear = state.forward * min(config.linear_scale, model.max_linear)
+        angular = state.left * min(config.angular_scale, model.max_angular)
+        return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
     def _drives(self) -> bool:
         state = self._pad.state
@@ -177,7 +162,7 @@ class GamepadCore:
         """Find a sleep. After a sleep the pad must become ready again. A long sleep also ends the
         permission that the pad gave."""
         self._sleep.update(now)
-        if self.messages.must_renew and self._sleep.slept_for > EXPIRE_AFTER:
+        if self.messages.must_renew and self._sleep.slept_for > RESUME_TIME:
             self._log.add(f'{self._sleep.as_text()}: press A to let move_to_goal drive again',
                           warning=True)
             self._on_control_taken(now)
@@ -189,19 +174,27 @@ class GamepadCore:
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
         """Is a press accepted? A press that may be older than `longest` [s] is rejected."""
-        lateness, doubt = self._pad.lateness, self._sleep.doubt
-        if not doubt and not self._pad.knows_lateness(now):
-            doubt = 'it was pressed the moment the pad was first heard'
-        elif not doubt and (lateness > longest or now - lateness < self.messages.stopped_at):
-            doubt = f'it was pressed {lateness:.1f} s ago, or before something took control'
-        if doubt:
-            self._log.add(f'{button} does not count, {doubt}: press it again', warning=True)
-        return doubt == ''
+        refusal = self._refusal_of_press(longest, now)
+        if refusal:
+            self._log.add(f'{button} does not count, {refusal}: press it again', warning=True)
+        return not refusal
+
+    def _refusal_of_press(self, longest: float, now: float) -> str:
+        """Returns the reason why a press is rejected, or ''."""
+        lateness = self._pad.lateness
+        if self._sleep.refusal:
+            return self._sleep.refusal
+        if not self._pad.knows_lateness(now):
+            return 'it was pressed the moment the pad was first heard'
+        if lateness > longest or now - lateness < self.messages.stopped_at:
+            return f'it was pressed {lateness:.1f} s ago, or before something took control'
+        return ''
 
     # -- who holds the robot
 
     def _handle(self, event: ControlEvent, now: float) -> None:
-        before, self.holder = self.holder, NEXT_HOLDER.get((self.holder, event), self.holder)
+        before = self.holder
+        self.holder = NEXT_HOLDER.get((before, event), before)
         if self.holder is before:
             return
         self._command_is_due = True
@@ -233,7 +226,7 @@ class GamepadCore:
         elif not self._pad.has_repeated:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
-        silence = self.joy.silence_with_age(now).capitalize()
+        silence = self.joy.silence_text_with_age(now).capitalize()
         self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
         self._pad.state = None      # the last state is not valid any more
         self._command_is_due = True

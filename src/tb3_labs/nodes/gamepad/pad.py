@@ -54,6 +54,12 @@ class PadState(NamedTuple):
         """Are both sticks in the middle?"""
         return self.forward == 0.0 and self.left == 0.0
 
+    def presses_since(self, before: 'PadState') -> 'PadState':
+        """Returns this state with only the buttons that were pressed after the state `before`."""
+        return self._replace(
+            relinquish=self.relinquish > before.relinquish, regain=self.regain > before.regain,
+            reset=self.reset > before.reset, hold=self.hold > before.hold)
+
 
 class PadListener:
     """Takes in the messages of one pad, and finds whether the last message is current.
@@ -71,7 +77,7 @@ class PadListener:
         self._received_since = math.inf    # time from which the usual delay is learned [s]
         self._last: Optional[PadState] = None
         self._newest_stamp = -math.inf
-        self.state_before = PadState()  # the state before the last message
+        self.presses = PadState()       # the buttons that the last message shows as just pressed
         self.lateness = 0.0             # delay of the last message [s]
         self.came_after_loss = False    # did the last message come after a loss of the pad?
 
@@ -81,7 +87,9 @@ class PadListener:
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state
-        self.lateness = self._lateness.of(stamp, now) if stamp > 0.0 else 0.0
+        self.lateness = 0.0
+        if stamp > 0.0:
+            self.lateness = self._lateness.received(stamp, now)
         self.driver_hangs = hangs
         # a driver that hangs may repeat several messages
         is_old = stamp <= self._newest_stamp and self.lateness > PAD_TIMEOUT
@@ -90,12 +98,14 @@ class PadListener:
         if not hangs and not is_old:
             self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
             self.freshness.received(now)
-        if math.isinf(self._received_since) or (self.came_after_loss and stamp <= 0.0):
+        learns_anew = self.came_after_loss and stamp <= 0.0
+        if math.isinf(self._received_since) or learns_anew:
             self._received_since = now
-        before, self.state = self.state, state
+        before = self.state
         if before is None or self.came_after_loss:
             before = state._replace(regain=False)
-        self.state_before = before
+        self.presses = state.presses_since(before)
+        self.state = state
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay known? If not, `lateness` may be wrong."""

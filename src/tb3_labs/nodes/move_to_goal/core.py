@@ -18,9 +18,9 @@ from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Localizer, Reset
-from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderWatch
+from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.move_to_goal.status import Announcer, DriveOutput, DriveStatus
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
@@ -30,7 +30,7 @@ from tb3_labs.supervision.goal_requests import (
     STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, Repetition)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
-    SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorWatch)
+    SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorMonitor)
 
 #: If another node commands motions for this time while this node drives, a warning names it [s].
 RIVAL_TIME = 0.3
@@ -59,7 +59,7 @@ class MoveToGoalCore:
 
     def __init__(self, law: DriveLaw, has_control: bool = False,
                  response: Optional[MotorResponse] = None,
-                 gyro: Optional[GyroWatch] = None) -> None:
+                 gyro: Optional[GyroMonitor] = None) -> None:
         """`response` has the delays of this robot, which `law` and this node improve."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
@@ -74,9 +74,9 @@ class MoveToGoalCore:
         self.has_control = has_control
         self._known_grant_count = 0        # number of grants at the last update
         self._pace = Pace(law.period)
-        self._sensors = SensorWatch(self.imu, self.odometry)
-        self._gyro = gyro or GyroWatch(MODELS[DEFAULT_MODEL])
-        self._encoders = EncoderWatch()
+        self._sensors = SensorMonitor(self.imu, self.odometry)
+        self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
+        self._encoders = EncoderMonitor()
         self._last_command = Twist2()
         self._last_ended_attempt = 0    # number of the last drive whose end was answered
         #: {another node that commands motions: the time of its first command [s]}
@@ -131,14 +131,12 @@ class MoveToGoalCore:
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
         repetition = self.note_goal(request, steady_now)
-        requests, machine, doubt = self._requests, self._machine, self._permission.sleep.doubt
-        if doubt:
-            requests.refuse(request, doubt + ': send it again')
+        requests, machine = self._requests, self._machine
+        sleep_refusal = self._permission.sleep.refusal
+        if sleep_refusal:
+            requests.refuse(request, sleep_refusal + ': send it again')
             return
         if repetition.is_ended:
-            line = repetition.refusal_line()
-            if line:
-                self._log.add(line, warning=True)
             requests.refuse(request, STAYS_ENDED)
             return
         try:
@@ -168,9 +166,10 @@ class MoveToGoalCore:
         """Declare that the robot is at `reset.requested` now. A request that may be from before a
         sleep is refused. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
-        doubt, problem = self._permission.sleep.doubt, self._sensors.problem(now, with_age=True)
-        if doubt:
-            reset.problem = doubt + ': ask again'
+        sleep_refusal = self._permission.sleep.refusal
+        problem = self._sensors.problem(now, with_age=True)
+        if sleep_refusal:
+            reset.problem = sleep_refusal + ': ask again'
         elif problem:
             reset.problem = f'{problem}: is the robot running?'
         else:
@@ -187,7 +186,8 @@ class MoveToGoalCore:
         """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
-        before, self.has_control = self.has_control, permission.granted
+        before = self.has_control
+        self.has_control = permission.granted
         is_new_grant = permission.count > self._known_grant_count
         self._known_grant_count = permission.count
         if is_new_grant and (machine.failure or not before):
@@ -278,8 +278,8 @@ class MoveToGoalCore:
         machine = self._machine
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
-            attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
+            state=machine.state, goal=machine.goal, attempt=machine.attempt, begun=machine.begun,
+            active=machine.active and not failure,
             failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
             sensor_problem=self._sensors.problem(now) or self._sensor_conflict())
 
@@ -346,6 +346,4 @@ class MoveToGoalCore:
             if reset.done:
                 self._machine.restart()
                 self._restart()
-                if not self._machine.active:
-                    reset.hint = '; no goal: send one'
                 self._log.add(reset.answer)

@@ -1,26 +1,26 @@
 """The ROS side of move_to_goal, by the interface in scripts/move2goal_tf.py."""
 import math
 import sys
+from collections import deque
 
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Bool, ColorRGBA, Float32, String
+from std_msgs.msg import Bool, ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig, errors
+from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.gyro_check import GyroWatch
+from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
 from tb3_labs.ros.clocks import ros_time, steady_time
-from tb3_labs.ros.conversions import (
-    frame, to_odometry_sample, to_pose_stamped, to_transform)
+from tb3_labs.ros.conversions import frame, to_odometry_sample, to_pose_stamped, to_transform
 from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
@@ -33,7 +33,7 @@ from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 PATH_STEP = 0.02
 #: The path also gets a new point after this turn [rad].
 PATH_TURN = math.radians(10.0)
-#: If the path has more points than this, every second point is dropped.
+#: The path has at most this number of points, the latest.
 PATH_POINTS = 1000
 #: Time between two transforms of the same frame, and between two messages about errors [s].
 DISPLAY_PERIOD = 0.1
@@ -43,7 +43,6 @@ PATH_PERIOD = 0.2
 REPEAT_PERIOD = 1.0
 
 MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
-PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 _permissions = [False]    # each value of _has_control:=; only the last value is used
@@ -63,11 +62,6 @@ def pop_permission():
 
 def _permission():
     """Returns the permission of this start. A node that roslaunch restarts has none."""
-    if 'has_control:=true' in sys.argv or rospy.has_param('~has_control'):
-        rospy.logwarn('has_control without _, or on the parameter server, gives no control: a '
-                      'launch file takes has_control:=true, the node _has_control:=true')
-    if rospy.has_param('~has_control'):
-        rospy.delete_param('~has_control')
     launch, given_by = roslaunch_of_this(), rospy.get_name() + '_given_by'
     if launch and _permissions[-1] is True:
         if rospy.get_param(given_by, 0) == launch:
@@ -86,7 +80,7 @@ class MoveToGoalNode:
         self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
         self._core = core = MoveToGoalCore(self._law(drive), start.has_control, self._response,
-                                           GyroWatch(self._model, rospy.resolve_name('reset')))
+                                           GyroMonitor(self._model, rospy.resolve_name('reset')))
         core.set_goal(start.goal)
         self._display = Display()
         self._has_control = None
@@ -146,31 +140,31 @@ class MoveToGoalNode:
 
 
 class LocalPath:
-    """The path in local. Its number of points is bounded. A new frame starts a new path."""
+    """The path in local. A new frame starts a new path."""
 
     def __init__(self, frame_id):
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
         self._frame_id, self._frame_number = frame_id, 0
-        self._points = []              # (pose, its message)
-        self._sent = -math.inf         # stamp
+        self._last = None              # the pose of the latest point
+        self._points = deque(maxlen=PATH_POINTS)    # messages
+        self._sent_at = -math.inf      # stamp
         self._has_new_points = False   # since the last message
 
     def show(self, fix):
         """Add a localizer.Fix. Publish the path once in PATH_PERIOD."""
         if fix.frame_number != self._frame_number:
             self._frame_number = fix.frame_number
-            self._points = []
-            self._sent = -math.inf
+            self._points.clear()
+            self._sent_at = -math.inf
         here = fix.local_T_base
-        if not self._points or _is_farther(self._points[-1][0], here):
-            self._points.append((here, to_pose_stamped(here, self._frame_id, fix.stamp)))
+        if not self._points or _is_farther(self._last, here):
+            self._last = here
+            self._points.append(to_pose_stamped(here, self._frame_id, fix.stamp))
             self._has_new_points = True
-        if len(self._points) > PATH_POINTS:
-            self._points = self._points[::2]
-        if self._has_new_points and abs(fix.stamp - self._sent) >= PATH_PERIOD:
-            self._sent, self._has_new_points = fix.stamp, False
-            self._publisher.publish(Path(header=self._points[-1][1].header,
-                                         poses=[point for _, point in self._points]))
+        if self._has_new_points and abs(fix.stamp - self._sent_at) >= PATH_PERIOD:
+            self._sent_at = fix.stamp
+            self._has_new_points = False
+            self._publisher.publish(Path(header=self._points[-1].header, poses=list(self._points)))
 
 
 def _is_farther(last, here):
@@ -192,10 +186,7 @@ class Display:
         self._tf = tf2_ros.TransformBroadcaster()
         self._state = rospy.Publisher('goal_state', String, queue_size=10, latch=True)
         self._present_goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
-        self._distance = rospy.Publisher('distance_error', Float32, queue_size=10)
-        self._angle = rospy.Publisher('angle_error_deg', Float32, queue_size=10)
         self._marker = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
-        self._goal = None                        # of the last status
         self._markers = MarkerArray()
         self._shown = -math.inf, None            # stamp and odom_T_local of the last transform
         self._markers_sent_at = -math.inf        # stamp
@@ -211,11 +202,6 @@ class Display:
         self._shown = fix.stamp, odom_T_local
         if self._tf.pub_tf.get_num_connections():
             self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
-        has_subscriber = self._distance.get_num_connections() or self._angle.get_num_connections()
-        if self._goal is not None and has_subscriber:
-            distance, angle = errors(fix.local_T_base, self._goal)
-            self._distance.publish(distance)
-            self._angle.publish(math.degrees(angle))
         if abs(fix.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
             # RViz drops a marker if it does not know the frame yet
             self._markers_sent_at = fix.stamp
@@ -224,18 +210,16 @@ class Display:
 
     def show_status(self, status):
         """Publish a DriveStatus as text and goal, and as markers for RViz."""
-        self._goal = goal = status.goal
+        goal = status.goal
         self._state.publish(status.text)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
         arrow = _marker('goal', 0, self._local, goal, Marker.ARROW, MARKER_ORANGE,
                         (0.20, 0.03, 0.03))
-        disc = _marker('goal', 1, self._local, goal, Marker.CYLINDER, PALE_YELLOW,
-                       (2.0 * status.tolerance, 2.0 * status.tolerance, 0.005))
-        text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
+        text = _marker('words', 1, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
-        disc.pose.position.z, text.pose.position.z = 0.02, 0.3
+        text.pose.position.z = 0.3
         text.text = status.text + '\n\n\n\n'    # empty lines lift the centred text off the robot
-        self._markers = MarkerArray(markers=[arrow, disc, text])
+        self._markers = MarkerArray(markers=[arrow, text])
         self._marker.publish(self._markers)
 
 

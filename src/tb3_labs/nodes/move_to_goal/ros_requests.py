@@ -23,7 +23,7 @@ from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, 
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
-from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
+from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest
 
 #: A reset is answered within this time [s].
 ANSWER_WITHIN = 0.85
@@ -34,8 +34,6 @@ STATUS_PERIOD = 0.5
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
-#: A sender's frame name that is longer than this is cut in the log [characters].
-MAX_QUOTE_LENGTH = 40
 REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal that ends: the method of actionlib that answers the client}
 END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
@@ -79,10 +77,10 @@ class GoalServer(ActionServer):
                 self._present = request.client
                 request.client.set_accepted(text)
                 continue
-            if outcome is not GoalOutcome.REJECTED:
-                self._present = None
-            elif text != STAYS_ENDED:
+            if outcome is GoalOutcome.REJECTED:
                 self._warnings.warn('Goal refused: %s', text)
+            else:
+                self._present = None
             END_METHODS[outcome](request.client, MoveBaseResult(), text)
 
     def feedback(self, fix):
@@ -114,7 +112,8 @@ class GoalServer(ActionServer):
         self._on_request(message, message)
 
     def _on_request(self, goal, message):
-        target, handles = goal.goal.target_pose, []
+        target = goal.goal.target_pose
+        handles = []
         with self.lock:
             self.register_goal_callback(handles.append)
             super().internal_goal_callback(goal)
@@ -162,7 +161,9 @@ class Resets:
         except ValueError as problem:
             response.message = self._refused(problem)
             return response
-        response.success, response.message, response.stamp = True, reset.answer, reset.stamp
+        response.success = True
+        response.message = reset.answer
+        response.stamp = reset.stamp
         if reset.before is not None:
             response.before = _in_degrees(reset.before)
         response.after = _in_degrees(reset.declared)
@@ -189,7 +190,8 @@ class Resets:
     def _reset(self, requested):
         """Reset to a RequestedPose. Returns the localizer.Reset. Raises ``ValueError`` if the reset
         is refused, or not carried out within ANSWER_WITHIN."""
-        reset, runner = Reset(requested), self._runner
+        reset = Reset(requested)
+        runner = self._runner
         runner.handle(lambda: self._core.on_reset(reset, ros_time(), steady_time()))
         if not wait_until(lambda: runner.query(lambda: reset.is_over), ANSWER_WITHIN, ANSWER_POLL):
             runner.query(reset.give_up)
@@ -225,8 +227,6 @@ def to_requested_pose(header, pose):
     name = header.frame_id.lstrip('/')
     in_odom = name in (ODOM_FRAME, frame(ODOM_FRAME))
     if not in_odom and name not in LOCAL_FRAMES + (frame('local'),):
-        if len(name) > MAX_QUOTE_LENGTH:
-            name = name[:MAX_QUOTE_LENGTH] + '...'
-        raise ValueError(
-            f'frame {name!r} is not valid: local, odom, or map (or none), which means local')
+        raise ValueError(f'frame {name[:40]!r} is not valid: local, odom, or map (or none), which '
+                         'means local')
     return RequestedPose(to_pose2(pose), in_odom)

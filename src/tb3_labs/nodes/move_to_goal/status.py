@@ -18,7 +18,6 @@ class DriveStatus(NamedTuple):
 
     state: GoalState
     goal: Optional[Pose2]         # in local
-    tolerance: float              # the goal is reached within this distance [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
     begun: bool                   # was a motion commanded in this drive?
     active: bool                  # does the drive still go on?
@@ -86,7 +85,8 @@ class Announcer:
         self._logged = key
         begins = status.begun and status.attempt != self._begun_attempt
         if begins:
-            self._begun_attempt, self._begun_at = status.attempt, now
+            self._begun_attempt = status.attempt
+            self._begun_at = now
         if status.failure:
             self._log.add(f'Goal ({status.goal}) given up: {status.failure}', warning=True)
         elif not status.active:
