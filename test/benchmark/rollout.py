@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Callable, List, Optional, Sequence, Union
 
 from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig, GoalState
+from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
@@ -218,7 +218,7 @@ def obey(robot: Simulator, driver: Union[MoveToGoalCore, ControllerCore],
 
 
 def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float = math.inf,
-               max_angular: float = math.inf) -> float:
+               max_angular: float = math.inf, reverse: bool = False) -> float:
     """Returns the least time [s] from `start` to `goal` by a turn, a straight line and a turn.
 
     If the speed V of a wheel is the only limit, this time is (b (|turn1| + |turn2|) + distance) /
@@ -229,5 +229,5 @@ def least_time(start: Pose2, goal: Pose2, model: RobotModel, max_linear: float =
     linear = min(max_linear, model.max_linear)
     angular = min(max_angular, model.max_angular)
     line = start.bearing_to(goal)
-    turns = abs(difference(line, start.yaw)) + abs(difference(goal.yaw, line))
-    return turns / angular + start.distance_to(goal) / linear
+    return min(sum_of_turns(start.yaw, face, goal.yaw) / angular + start.distance_to(goal) / linear
+               for face in ((line, line + math.pi) if reverse else (line,)))

@@ -63,6 +63,7 @@ class LiveTest(NodeCase):
         for (name, value), reason in (
                 (('max_linear', '9'), 'max_linear = 9.0 is not valid: a number from'),
                 (('max_linear', '1' + 400 * '0'), 'max_linear = inf is not valid: a number from'),
+                (('allow_reverse', 'maybe'), "allow_reverse = 'maybe' is not valid: true or false"),
                 (('max_linear', 'fast'), "'fast' is not valid: a number from 0.02 to 1"),
                 (('max_liner', '0.1'), 'is max_linear meant?')):
             with self.assertRaises(ValueError) as refused:

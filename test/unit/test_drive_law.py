@@ -36,10 +36,11 @@ places = st.floats(-5.0, 5.0)
 
 
 @given(places, places, yaws, places, places, yaws, st.floats(-0.3, 0.3), st.floats(-3.0, 3.0),
-       st.sampled_from(['burger', 'waffle']))
-def test_no_command_exceeds_a_limit(x, y, yaw, goal_x, goal_y, goal_yaw, linear, angular, name):
+       st.sampled_from(['burger', 'waffle']), st.booleans())
+def test_no_command_exceeds_a_limit(x, y, yaw, goal_x, goal_y, goal_yaw, linear, angular, name,
+                                    reverse):
     model = robot_model(name)
-    law = DriveLaw(DriveConfig(), model)
+    law = DriveLaw(DriveConfig(allow_reverse=reverse), model)
     goal = Pose2(goal_x, goal_y, goal_yaw)
     law.start(Pose2(x, y, yaw), goal)
     for move in (law.rotate_to_goal, law.move_forward, law.rotate_to_final):
@@ -49,26 +50,44 @@ def test_no_command_exceeds_a_limit(x, y, yaw, goal_x, goal_y, goal_yaw, linear,
             assert abs(command.angular) <= min(1.5, model.max_angular) + 1e-9
             wheel = abs(command.linear) + model.half_track * abs(command.angular)
             assert wheel <= model.max_wheel_speed + 1e-9
-            assert command.linear >= 0.0
+            assert reverse or command.linear >= 0.0
 
 
-def test_the_limits_that_are_set_hold():
-    goal = Pose2(3.0, 0.0, 0.0)
-    law = begun(goal, max_linear=0.1, max_angular=0.3)
+@pytest.mark.parametrize('goal, backwards', [
+    (Pose2(-1.0, 0.0, 0.0), True),            # right behind, to be faced as now
+    (Pose2(1.0, 0.0, 0.0), False),
+    (Pose2(-1.0, 0.0, math.pi), False),       # behind, to be faced backwards: same turns
+    (Pose2(-0.61, 0.61, 0.0), True),          # 45 + 45 instead of 135 + 135 deg
+])
+def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
+    for allowed in (False, True):
+        law = begun(goal, allow_reverse=allowed)
+        step = moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal)
+        assert (step.command.linear < 0.0) is (allowed and backwards)
+
+
+SLOWLY = dict(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
+EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
+
+
+@pytest.mark.parametrize('goal, forwards', EITHER_WAY)
+def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
+    law = begun(goal, max_linear=0.1, max_angular=0.3, allow_reverse=True)
     # 4 m/s^2 over one period of 1/30 s is more than the limit
-    assert moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal).command.linear == pytest.approx(0.1)
+    assert moves(law, law.move_forward, at(0.0, 0.0, 0.0), goal).command.linear == pytest.approx(
+        0.1 * forwards)
     assert moves(law, law.rotate_to_final, at(0.0, 0.0, 2.0), goal).command.angular == (
         pytest.approx(-0.3))
 
 
-def test_each_drive_begins_from_standing():
-    law = DriveLaw(DriveConfig(angular_acceleration=3.0, linear_acceleration=0.6), BURGER)
-    goal = Pose2(3.0, 0.0, 0.0)
+@pytest.mark.parametrize('goal, forwards', EITHER_WAY)
+def test_each_drive_begins_from_standing(goal, forwards):
+    law = DriveLaw(DriveConfig(**SLOWLY), BURGER)
     for _ in range(2):
         law.start(Pose2(), goal)
         for tick in range(1, 6):      # 0.6 m/s^2 over 1/30 s
             step = law.move_forward(at(0.0, 0.0, 0.0), goal, law.period)
-            assert step.command.linear == pytest.approx(0.02 * tick)
+            assert step.command.linear == pytest.approx(0.02 * tick * forwards)
 
 
 @pytest.mark.parametrize('distance, there', [(0.0049, True), (0.0051, False)])

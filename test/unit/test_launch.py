@@ -108,11 +108,11 @@ def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, is_right
 
 def test_a_later_way_to_give_a_parameter_goes_before_an_earlier_one(tmp_path):
     mine = tmp_path / 'my.yaml'
-    mine.write_text('model: waffle\nmax_linear: 0.2\nmax_angular: 0.5\n')
+    mine.write_text('model: waffle\nmax_linear: 0.2\nallow_reverse: true\n')
     given = ['params:={}'.format(mine), 'model:=burger', 'set:={max_linear: 0.1}']
     params = loaded('move2goal', *given).params
     assert [params['/move_to_goal/' + name].value for name in (
-        'model', 'max_linear', 'max_angular')] == ['waffle', 0.1, 0.5]
+        'model', 'max_linear', 'allow_reverse')] == ['waffle', 0.1, True]
 
 
 def test_a_permission_is_not_a_parameter_because_a_parameter_outlives_its_node():

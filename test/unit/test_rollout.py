@@ -65,14 +65,18 @@ def test_a_drive_is_commanded_in_each_period_and_brakes_evenly():
 
 
 def test_the_least_time_to_the_labs_goal():
-    # (b (135 + 135 deg) + 0.8627 m) / V; and with the lab's limit of the turns
+    # (b (135 + 135 deg) + 0.8627 m) / V; backwards; and with the lab's limit of the turns
     assert least_time(Pose2(), LAB_GOAL, BURGER) == pytest.approx(5.88, abs=0.005)
+    assert least_time(Pose2(), LAB_GOAL, BURGER, reverse=True) == pytest.approx(4.69, abs=0.005)
     assert least_time(Pose2(), LAB_GOAL, BURGER, max_angular=1.5) == pytest.approx(7.23, abs=0.005)
 
 
-def test_the_labs_goal_is_reached_in_little_more_than_the_least_time():
-    result = drive(LAB_GOAL, SimulatorConfig(start_yaw_deg=170.0, imu_offset_deg=140.0))
-    assert result.reached and result.time <= 1.12 * 7.234
+def test_the_labs_goal_is_reached_in_little_more_than_the_least_time_and_sooner_in_reverse():
+    robot = SimulatorConfig(start_yaw_deg=170.0, imu_offset_deg=140.0)
+    forward, either = drive(LAB_GOAL, robot), drive(LAB_GOAL, robot, DriveConfig(allow_reverse=True))
+    assert forward.reached and either.reached
+    assert forward.time <= 1.12 * 7.234
+    assert forward.time - either.time == pytest.approx(math.pi / 1.5, abs=0.3)
 
 
 @pytest.mark.parametrize('fault, lost_share, drift_deg', [

@@ -7,7 +7,7 @@ from typing import Optional
 
 from tb3_labs.control.approach import Approach, ApproachConfig
 from tb3_labs.control.commands import LawStep
-from tb3_labs.control.goal_state import DriveConfig
+from tb3_labs.control.goal_state import DriveConfig, sum_of_turns
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.control.turning import PreciseTurn
 from tb3_labs.geometry.angles import difference, wrap
@@ -51,6 +51,7 @@ class DriveLaw:
                  response: Optional[MotorResponse] = None) -> None:
         response = response or MotorResponse()
         self.distance_tolerance = config.distance_tolerance
+        self._config = config
         self._model = model
         self._max_linear = min(config.max_linear, model.max_linear)
         self._max_angular = min(config.max_angular, model.max_angular)
@@ -60,10 +61,14 @@ class DriveLaw:
         self._driving = Approach(driving_approach(config), response)
 
     def start(self, pose: Pose2, goal: Pose2) -> None:
-        """Begin a drive along the line from `pose` to `goal`."""
+        """Choose the line to the goal, and whether the robot drives it forwards or backwards."""
         self._line = pose.bearing_to(goal)
         self._is_at_goal = pose.distance_to(goal) <= 0.5 * self.distance_tolerance
-        self._begin_turn(pose, self._line)
+        backwards = wrap(self._line + math.pi)
+        turns = sum_of_turns(pose.yaw, self._line, goal.yaw)
+        reverse_turns = sum_of_turns(pose.yaw, backwards, goal.yaw)
+        self._reverse = self._config.allow_reverse and reverse_turns < turns
+        self._begin_turn(pose, self._heading_along(self._line))
         self._driving.start()
         self._final_turn_begun = False
 
@@ -83,9 +88,11 @@ class DriveLaw:
         """
         line_T_base = Pose2(goal.x, goal.y, self._line).inverse() @ motion.pose
         ahead, cross_track_error = -line_T_base.x, line_T_base.y    # left positive
-        speed = self._driving.step(ahead, motion.linear, self._max_linear, dt)
+        direction = -1.0 if self._reverse else 1.0
+        speed = direction * self._driving.step(ahead, direction * motion.linear,
+                                               self._max_linear, dt)
         to_line = math.atan2(-cross_track_error, self.LOOK_AHEAD)
-        self._turning.aim(wrap(self._line + to_line))
+        self._turning.aim(self._heading_along(wrap(self._line + to_line)))
         return self._step(speed, self._turn(motion, dt), ahead,
                           finished=self._is_at_goal or self._has_arrived(motion.linear))
 
@@ -112,6 +119,10 @@ class DriveLaw:
         if abs(linear) > REST_LINEAR:    # a moving robot may overshoot by more
             farthest = self.OVERSHOOT_SHARE * self.distance_tolerance
         return -farthest <= way <= self.STOP_AHEAD
+
+    def _heading_along(self, direction: float) -> float:
+        """Returns the heading of a robot that drives in this direction, perhaps backwards."""
+        return wrap(direction + math.pi) if self._reverse else direction
 
     def _begin_turn(self, pose: Pose2, goal_yaw: float) -> None:
         self._turning.start(pose.yaw, difference(goal_yaw, pose.yaw))

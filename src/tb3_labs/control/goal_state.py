@@ -20,6 +20,7 @@ from tb3_labs.geometry.se2 import Pose2
 class DriveConfig(Config):
     """Settings of a drive to a goal."""
 
+    allow_reverse: bool = setting(False, 'drive backwards where that is the shorter way')
     distance_tolerance: float = setting(0.01, 'the goal is reached within this distance', unit='m',
                                         low=0.002, high=1.0)
     angle_tolerance_deg: float = setting(0.5, 'the heading is reached within this angle',
@@ -54,6 +55,11 @@ WAITING_FOR_CONTROL = WAITING + ' for control'
 def to_go(distance: float, angle_deg: float) -> str:
     """Returns a text about the distance to the goal [m] and the angle to its heading [deg]."""
     return f'{distance:.3f} m to go, {abs(angle_deg):.1f} deg off the final heading'
+
+
+def sum_of_turns(start: float, face: float, end: float) -> float:
+    """Returns the sum of the turn from yaw `start` to `face`, and the turn to `end` [rad]."""
+    return abs(difference(face, start)) + abs(difference(end, face))
 
 
 def errors(pose: Pose2, goal: Pose2) -> Tuple[float, float]:
