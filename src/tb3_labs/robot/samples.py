@@ -65,14 +65,16 @@ class Motion(NamedTuple):
     extrapolated: float = 0.0   # part of the pose's yaw that was not measured [rad]
 
 
-Sample = Union[ImuSample, OdometrySample]    # of either sensor
+#: A sample of either sensor.
+Sample = Union[ImuSample, OdometrySample]
 
 
 def bounded(name: str, value: float, bound: float, unit: str) -> float:
     """Returns `value`. ``ValueError`` for a value beyond `bound`, NaN or infinity."""
     is_possible = abs(value) <= bound    # False for NaN
     if not is_possible:
-        raise ValueError(f'{name} = {value:.6g} {unit} is more than a robot can have ({bound:g})')
+        raise ValueError(
+            f'{name} = {value:.6g} {unit} is more than a robot can have ({bound:g})')
     return value
 
 
