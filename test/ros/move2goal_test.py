@@ -245,7 +245,7 @@ class Move2GoalTest(DriveCase):
         self.assertEqual(self.action.get_state(), GoalStatus.PREEMPTED)
         self.observer.wait_for('cmd_vel', lambda command: command == ZERO)
         self.wait_for_rest()
-        self.declare()
+        self.assertTrue(self.declare().message.endswith('; no goal: send one'))
         self.drive_by_action(Pose2(2.0, 0.0, 0.0))
         self.go_to(self.observer.latest('local_pose')[1])
         self.assertTrue(self.action.wait_for_result(rospy.Duration(20.0)))

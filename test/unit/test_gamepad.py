@@ -153,6 +153,18 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
     assert first - taken >= HAND_BACK_TIME - 0.06
 
 
+@pytest.mark.parametrize('repeats', [True, False])
+def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
+    pad = PluggedPad(repeats=repeats)
+    pad.controller = Core()
+    pad.run(2.9, sticks=(0.0, 0.12))
+    assert pad.controller.take('news') == []
+    pad.run(10.0)
+    line, = pad.controller.take('news')
+    assert line.text.startswith('No stick drives: axis 3 is at 0.12, beyond dead_zone 0.08.')
+    assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
+
+
 @pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False)])
 def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, drives):
     pad.run(silence, plugged=False)

@@ -142,6 +142,12 @@ def test_a_reset_that_waits_while_clock_or_board_begins_anew_is_not_carried_out(
     assert reset.problem.startswith(problem) and not reset.done and not localizer.has_resets
 
 
+def test_a_reset_asked_for_before_the_first_message_is_never_guessed():
+    _, reset, fixes = feed_with_a_reset(SPINNING.messages(1.0, 3.0), 0.5)
+    assert not reset.is_over
+    assert_fixes(fixes, SPINNING, ZERO, since=1.0)
+
+
 def test_a_reset_may_be_the_first_frame():
     localizer = TimedPart.localizer()
     for time in (0.0, 0.1):

@@ -111,7 +111,29 @@ def test_a_bridge_ends_where_the_imu_says_also_if_the_wheels_slip():
     assert pose.yaw == pytest.approx(0.36)
 
 
-# The sender's clock -------------------------------------------------------------------------------
+# Stamps that cannot be used -----------------------------------------------------------------------
+
+@pytest.mark.parametrize('whose, new_stamp', [
+    (ImuSample, lambda stamp: 0.0), (OdometrySample, lambda stamp: 0.0),
+    (object, lambda stamp: 0.0), (ImuSample, lambda stamp: 1234.5),
+    (OdometrySample, lambda stamp: 1234.5), (object, lambda stamp: 1234.5),
+    # odometry stamped by another machine: both sensors have only the arrival in common
+    (OdometrySample, lambda stamp: stamp + 5.0), (OdometrySample, lambda stamp: stamp - 5.0),
+    (OdometrySample, lambda stamp: stamp + 1e9)])
+def test_arrival_takes_the_place_of_stamps_that_are_no_clock(whose, new_stamp):
+    history = filled(
+        (arrival, sample._replace(stamp=new_stamp(sample.stamp)) if isinstance(sample, whose) else sample)
+        for arrival, sample in SPINNING.messages(0.0, 4.0))
+    assert not history.clock.uses_stamps
+    assert_instant(instant_at(history, 3.5), SPINNING, 3.5, ahead=0.0)
+
+
+def test_the_receivers_clock_goes_back_where_stamps_are_zero():
+    turned = replace(SPINNING, imu_offset=1.0)
+    messages = SPINNING.messages(0.0, 3.0) + turned.messages(2.0, 2.6)
+    history = filled(restamped(messages, lambda arrival, stamp: 0.0))
+    assert_instant(instant_at(history, 2.5), turned, 2.5, ahead=0.0)
+
 
 @pytest.mark.parametrize('step, imu_late', [
     (5.0, 0.0), (1.5, 0.02), (-1.5, 0.0), (-0.2, 0.0), (-0.2, 0.02), (0.5, 0.0), (3600.0, 0.0)])
@@ -123,6 +145,7 @@ def test_a_step_of_the_senders_clock_starts_anew(step, imu_late):
     assert_right(pairs_of(history, [m for m in messages if m[0] <= 3.03]), robot)
     pairs_of(history, [m for m in messages if 3.03 < m[0] <= 3.1])
     pairs = pairs_of(history, [m for m in messages if m[0] > 3.1])
+    assert history.clock.uses_stamps
     assert len(pairs) >= 85
     assert_right(pairs, robot, stamped_off=step)
     now = 5.55
@@ -135,6 +158,7 @@ def test_late_messages_are_no_new_clock(stall):
     messages = held_back(SPINNING.messages(0.0, end + 1.0), 2.1, end)
     history = TimedPart(SampleBuffer())
     assert_right(pairs_of(history, messages), SPINNING)
+    assert history.clock.uses_stamps
     assert_instant(instant_at(history, end + 0.7), SPINNING, end + 0.7)
 
 
@@ -150,7 +174,14 @@ def test_stamps_that_go_back_a_little_once_a_second_cost_no_reset():
         if now > 1.0:
             _, imu_yaw = history.at(history.clock.stamp_of(now))
             assert angle_between(imu_yaw, SPINNING.imu(now).yaw) <= 0.03 * 2.6
-    assert history.clock.epoch == 0
+    assert history.clock.epoch == 0 and history.clock.uses_stamps
+
+
+def test_a_stamp_that_is_heard_four_times_in_a_row_is_no_clock():
+    timing = SampleTiming()
+    for k, stamp in enumerate([7.0] * 3 + [8.0] * 4):
+        timing.on_imu(ImuSample(stamp, 0.0, 0.0), 1.0 + 0.01 * k)
+        assert timing.clock.uses_stamps is (k < 6)
 
 
 def test_a_silence_of_a_second_is_no_new_clock_and_a_step_or_a_longer_silence_is_one():

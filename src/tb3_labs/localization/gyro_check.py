@@ -86,8 +86,7 @@ class OrientationMonitor:
         self.is_stuck = False                 # does the orientation contradict the gyro?
 
     def on_imu(self, timed: TimedSample) -> None:
-        _, yaw, yaw_rate = timed.sample
-        last, seconds = timed.before, timed.step
+        (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
         if last is None or self._first_yaw is None:
             self._first_yaw = yaw
             return
@@ -284,7 +283,6 @@ class GyroMonitor:
             return
         comparison.agreed_for += seconds
         if comparison.agreed_for >= AGREEMENT_TIME:
-            comparison.unexplained = 0.0
-            self._contradicts = False
+            comparison.unexplained, self._contradicts = 0.0, False
             if rests:
                 comparison.is_calibrated = True

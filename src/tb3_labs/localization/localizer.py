@@ -44,12 +44,13 @@ class Reset:
 
     requested: RequestedPose
     requested_at: float = 0.0        # [s, receiver's clock]
-    stamp: float = 0.0               # `requested_at` [s, sender's clock]
+    stamp: Optional[float] = None    # `requested_at` [s, sender's clock]; None: no sample yet
     epoch: int = 0                   # epoch of the sender's clock to which `stamp` belongs
     sample_delay: float = 0.0        # samples are older by this time than their stamps show [s]
     before: Optional[Pose2] = None   # the pose in the old frame at the request, if known
     declared: Optional[Pose2] = None    # the pose in local, once the new frame is in force
     problem: str = ''                # the reason why the reset was not carried out
+    hint: str = ''                   # a text for the caller, added to the answer
 
     @property
     def done(self) -> bool:
@@ -64,7 +65,7 @@ class Reset:
     @property
     def answer(self) -> str:
         """The text of the outcome, for a reset that is over."""
-        return self.problem or f'{PRINTED_POSE_SET} to {self.declared}'
+        return self.problem or '{} to {}{}'.format(PRINTED_POSE_SET, self.declared, self.hint)
 
     def give_up(self) -> None:
         """End a reset whose caller no longer waits for the answer. The old frame stays."""
@@ -76,8 +77,7 @@ class Localizer:
     """Computes poses in the local frame from samples."""
 
     def __init__(self, timing: SampleTiming) -> None:
-        self._timing = timing
-        self._clock = timing.clock
+        self._timing, self._clock = timing, timing.clock
         #: The LocalFrame in force; None before the first samples, and while the pose is lost.
         self.frame: Optional[LocalFrame] = None
         self._frame_number = 0
@@ -144,12 +144,9 @@ class Localizer:
 
     def on_reset(self, reset: Reset, now: float, sample_delay: float = 0.0) -> None:
         """Declare that the robot is at the pose `reset.requested` at the time `now`. Resets are
-        carried out in order. Samples are older by `sample_delay` [s] than their stamps show. The
-        caller must check that the samples are fresh."""
-        reset.requested_at = now
-        reset.sample_delay = sample_delay
-        reset.stamp = self._clock.stamp_of(now)
-        reset.epoch = self._clock.epoch
+        carried out in order. Samples are older by `sample_delay` [s] than their stamps show."""
+        reset.requested_at, reset.sample_delay = now, sample_delay
+        reset.stamp, reset.epoch = self._clock.stamp_of(now), self._clock.epoch
         self._resets.append(reset)
 
     @property
@@ -166,8 +163,8 @@ class Localizer:
         lost. The caller must check that the samples are fresh."""
         if self.frame is None or self._timing.imu is None or self._odometry is None:
             return None
-        imu, odometry = self._timing.imu.sample, self._odometry.sample
-        imu_age, odometry_age = self._timing.imu.age(now), self._odometry.age(now)
+        imu, imu_age = self._timing.imu.sample, self._timing.imu.age(now)
+        odometry, odometry_age = self._odometry.sample, self._odometry.age(now)
         extrapolated = imu.yaw_rate * min(imu_age, MAX_EXTRAPOLATION)
         heading = self.frame.heading(imu.yaw + extrapolated)
         place = self.frame.pose(odometry.pose, imu.yaw)
@@ -179,7 +176,8 @@ class Localizer:
 
     def _awaits_reset(self, stamp: float) -> bool:
         """Is `stamp` after the request of a waiting reset, but before the samples for it?"""
-        return any(0.0 < stamp - reset.stamp <= reset.sample_delay for reset in self._waiting)
+        return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
+                   for reset in self._waiting)
 
     def _on_jump(self, jump: Jump) -> None:
         self.jumps.append(jump)
@@ -201,12 +199,17 @@ class Localizer:
 
     def _carry_out_resets(self) -> None:
         for reset in self._waiting:
+            if reset.stamp is None:
+                reset.stamp = self._clock.stamp_of(reset.requested_at)
+                reset.epoch = self._clock.epoch
             if reset.epoch != self._clock.epoch:    # the samples for the reset are lost
                 reset.problem = "the robot's clock was set at that moment, or its messages ceased"
                 continue
+            if reset.stamp is None:
+                return    # the resets after this reset wait, too
             readings = self._buffer.at(reset.stamp + reset.sample_delay)
             if readings is None:
-                return    # the resets after this reset wait, too
+                return
             self._carry_out(reset, *readings)
 
     def _carry_out(self, reset: Reset, odom_T_base: Pose2, imu_yaw: float) -> None:

@@ -4,9 +4,10 @@ SampleTiming measures the silence before each sample, and learns the sender's cl
 TimedSample with all times that other files need, so that no file measures a time again.
 
 Header stamps show intervals well. But they come from the robot's clock, which may be off by a
-second, or may be set. Arrivals are on the receiver's clock, but a network delays messages. So the
-stamps give the order of the samples. The *least delay* is the shortest time between stamp and
-arrival in the last seconds. This delay converts times from one clock to the other.
+second, may be set, or may always show zero. Arrivals are on the receiver's clock, but a network
+delays messages. So the stamps give the order of the samples. The *least delay* is the shortest time
+between stamp and arrival in the last seconds. This delay converts times from one clock to the
+other. If the stamps are not a clock, the arrivals replace the stamps of both sensors.
 
 Units: seconds. Cases:
 
@@ -15,7 +16,7 @@ Units: seconds. Cases:
   stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
   *epoch*. Times of different epochs cannot be compared.
-* If the two sensors are stamped by different clocks, their samples cannot be paired.
+* Stamps are not a clock if they are zero, stand still, or differ between two sources.
 
 Source: the least delay as in NTP's clock filter (RFC 5905, section 10).
 """
@@ -25,8 +26,10 @@ from typing import Any, Dict, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import difference
 from tb3_labs.robot.samples import ImuSample, OdometrySample, Sample
 from tb3_labs.supervision.timeouts import (
-    CLOCK_STEP, LONG_SILENCE, NOISE_GAP, SMALL_STEP, WindowMinimum)
+    CLOCK_STEP, LONG_SILENCE, MAX_OFF_TIME, NOISE_GAP, SMALL_STEP, WindowMinimum)
 
+#: If a stamp is repeated this often, the stamps are not a clock.
+MAX_REPEATS = 3
 #: A new sample has at least this weight in the variance of the noise.
 NOISE_WEIGHT = 0.02
 #: A robot turns slowly if its rate is below this [rad/s].
@@ -41,7 +44,7 @@ class TimedSample(NamedTuple):
     sample: Any           # an ImuSample or OdometrySample
     before: Any           # the same sensor's previous sample; None if `sample` is the first
     arrival: float        # time of arrival [s, receiver's clock]
-    time: float           # measured at this time [s, sender's clock]
+    time: float           # measured at this time [s, sender's clock]; without stamps: `arrival`
     epoch: int            # epoch of the sender's clock
     measured_at: float    # `time` [s, receiver's clock], if the fastest message needs no time
     silence: float        # this sensor's silence before the sample [s]; infinite for the first
@@ -99,24 +102,32 @@ class SenderClock:
     def __init__(self) -> None:
         #: Number of the epoch; the first is 0.
         self.epoch = -1
+        #: True until the stamps show that they are not a clock.
+        self.uses_stamps = True
+        self._repeats: Dict[str, int] = {}    # by source: messages that repeat the stamp
+        self._last_arrival = math.nan    # before the first sample
         self._new_epoch()
 
     def time_of(self, source: str, stamp: float, arrival: float, silence: float,
                 all_silent: float) -> float:
-        """Returns the time of a sample of `source` on the sender's clock. `silence`, `all_silent`:
-        see TimedSample."""
-        if self._is_new_clock(source, stamp, silence, all_silent):
+        """Returns the time of a sample of `source` on the sender's clock, or `arrival` if the
+        stamps are not a clock. `silence`, `all_silent`: see TimedSample."""
+        if self.uses_stamps and self._is_no_clock(source, stamp, arrival):
+            self.uses_stamps = False
             self._new_epoch()
-        last_time, _ = self._last.get(source, (stamp, stamp))
-        time = max(stamp, last_time)
+        elif self._is_new_clock(source, stamp, arrival, silence, all_silent):
+            self._new_epoch()
+        time = stamp if self.uses_stamps else arrival
+        if self.uses_stamps and source in self._last:
+            time = max(stamp, self._last[source][0])
         self._last[source] = time, stamp
+        self._last_arrival = arrival
         self._least.add(arrival, arrival - time)
         return time
 
-    def stamp_of(self, now: float) -> float:
-        """Converts `now` from the receiver's to the sender's clock, after the first sample."""
-        assert self._least.value is not None
-        return now - self._least.value
+    def stamp_of(self, now: float) -> Optional[float]:
+        """Converts `now` from the receiver's to the sender's clock; None before any sample."""
+        return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
         """Returns the time of measurement of a sample that has just arrived [s, receiver's clock],
@@ -124,11 +135,25 @@ class SenderClock:
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
-    def _is_new_clock(self, source: str, stamp: float, silence: float, all_silent: float) -> bool:
+    def _is_no_clock(self, source: str, stamp: float, arrival: float) -> bool:
+        repeated = source in self._last and stamp == self._last[source][1]
+        self._repeats[source] = self._repeats[source] + 1 if repeated else 0
+        if stamp == 0.0 or self._repeats[source] >= MAX_REPEATS:
+            return True
+        least = self._least.value
+        if least is None or abs(arrival - stamp - least) < CLOCK_STEP:
+            self._off_since.pop(source, None)
+            return False
+        return arrival - self._off_since.setdefault(source, arrival) > MAX_OFF_TIME
+
+    def _is_new_clock(self, source: str, stamp: float, arrival: float, silence: float,
+                      all_silent: float) -> bool:
         if self._least.value is None:
             return False
         if all_silent > LONG_SILENCE:
             return True
+        if not self.uses_stamps:
+            return arrival < self._last_arrival
         if source not in self._last:
             return False
         _, last_stamp = self._last[source]
@@ -140,6 +165,7 @@ class SenderClock:
         self.epoch += 1
         self._least = WindowMinimum()
         self._last: Dict[str, Tuple[float, float]] = {}    # by source: time, stamp
+        self._off_since: Dict[str, float] = {}
 
 
 class YawNoise:

@@ -13,7 +13,7 @@ from enum import Enum
 from typing import (
     Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.timeouts import CROSSING_TIME, REPEATS_WITHIN
+from tb3_labs.supervision.timeouts import LATCHED_WITHIN, REPEATS_WITHIN
 
 Content = TypeVar('Content')
 
@@ -81,7 +81,9 @@ class MessageAges:
         if before != connection:
             return self._age_of_first(connection, before, now)
         is_same_stamp = stamp != 0.0 and stamp == last_stamp
-        return Age.SAME_STAMP if is_same_stamp and clock != last_clock else Age.NEW
+        if is_same_stamp and clock != last_clock:
+            return Age.SAME_STAMP
+        return Age.NEW
 
     def _age_of_first(self, connection: SenderConnection, before: Optional[SenderConnection],
                       now: float) -> Age:
@@ -92,7 +94,7 @@ class MessageAges:
         is_restarted = before is not None and before.process != connection.process
         if is_restarted and connection.renews:    # such a sender is silent until a person acts
             return Age.RESTARTED
-        came_at_once = before is None and now - self._begun_at < CROSSING_TIME
+        came_at_once = before is None and now - self._begun_at < LATCHED_WITHIN
         if connection.latches and came_at_once:
             return Age.OLD    # a new message of a person would not come so soon
         if connection.latches and not connection.renews:

@@ -175,14 +175,14 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant if its renewals show that its True was sent too long ago, or before this
-        node started or woke, or before another sender's False."""
+        """End a grant if its renewals show that its True was sent too long ago."""
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
-        earliest = max([grant.granted_at - RESUME_TIME, min(self._began_at, grant.granted_at),
-                        *stops_of_others])
-        if grant.sent_before < earliest:
-            delay = grant.granted_at - grant.sent_before
-            self._end(sender, f'the network delayed it by {delay:.1f} s or more')
+        if grant.granted_at - grant.sent_before > RESUME_TIME:
+            self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')
+        elif grant.sent_before < min(self._began_at, grant.granted_at):
+            self._end(sender, 'it was given before this node started, or woke')
+        elif grant.sent_before < max(stops_of_others, default=-math.inf):
+            self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:
         giver = sender or 'the start'

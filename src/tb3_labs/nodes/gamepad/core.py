@@ -22,6 +22,9 @@ from tb3_labs.supervision.events import Age, Event, LogQueue, Output
 from tb3_labs.supervision.timeouts import (
     CROSSING_TIME, HAND_BACK_TIME, MAX_RESET_AGE, RESUME_TIME, SleepMonitor)
 
+#: If a pushed stick does not drive for this long, a warning gives the reason [s].
+STICK_WARNING_TIME = 3.0
+
 
 @dataclass(frozen=True)
 class PadOutput(Output):
@@ -56,6 +59,8 @@ class GamepadCore:
         self._command_is_due = False
         self._reset_requested = False    # was Y pressed since the last tick?
         self._published_holder: Optional[ControlHolder] = None
+        # Time of the warning about a pushed stick [s]. None: no stick is pushed; infinite: logged.
+        self._stick_warning_at: Optional[float] = None
         self._log = LogQueue()
 
     # -- inputs
@@ -134,11 +139,24 @@ class GamepadCore:
         return output
 
     def _check_rest(self, now: float) -> None:
-        """The sticks may have come to rest before the messages were known to be current."""
+        """Find whether the pad is ready. If a stick is pushed too long, log a warning."""
         state = self._pad.state
-        rests = state is not None and state.at_rest
-        if rests and not self._config.has_hold and self._is_current(now):
-            self._handle(ControlEvent.READY, now)
+        waits_for_rest = self.holder is ControlHolder.NOBODY and not self._config.has_hold
+        if state is None or not waits_for_rest:
+            self._stick_warning_at = None
+        elif state.at_rest:
+            self._stick_warning_at = None
+            if self._is_current(now):
+                self._handle(ControlEvent.READY, now)
+        elif self._stick_warning_at is None:
+            self._stick_warning_at = now + STICK_WARNING_TIME
+        elif now > self._stick_warning_at:
+            self._stick_warning_at = math.inf
+            axis = self._config.angular_axis if state.left else self._config.linear_axis
+            axes, _ = state.sent
+            self._log.add(f'No stick drives: axis {axis} is at {axes[axis]:.2f}, beyond dead_zone '
+                          f'{self._config.dead_zone:g}. Let go of it; if it rests there, set a '
+                          'larger dead_zone', warning=True)
 
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False

@@ -57,8 +57,9 @@ class PadState(NamedTuple):
     def presses_since(self, before: 'PadState') -> 'PadState':
         """Returns this state with only the buttons that were pressed after the state `before`."""
         return self._replace(
-            relinquish=self.relinquish > before.relinquish, regain=self.regain > before.regain,
-            reset=self.reset > before.reset, hold=self.hold > before.hold)
+            relinquish=self.relinquish and not before.relinquish,
+            regain=self.regain and not before.regain,
+            reset=self.reset and not before.reset, hold=self.hold and not before.hold)
 
 
 class PadListener:
@@ -130,7 +131,8 @@ def read_pad(axes: Sequence[float], buttons: Sequence[int], config: PadConfig) -
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError(f'stick ({forward}, {left}) is not finite')
     return PadState(
-        _stick_speed(config.dead_zone, forward), _stick_speed(config.dead_zone, left),
+        forward=_stick_speed(config.dead_zone, forward),
+        left=_stick_speed(config.dead_zone, left),
         relinquish=bool(buttons[config.relinquish_button]),
         regain=bool(buttons[config.regain_button]), reset=bool(buttons[config.reset_button]),
         hold=config.has_hold and bool(buttons[config.hold_button]), sent=(axes, buttons))

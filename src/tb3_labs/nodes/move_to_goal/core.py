@@ -278,8 +278,8 @@ class MoveToGoalCore:
         machine = self._machine
         failure = POSE_LOST if self._localizer.is_lost else machine.failure
         return DriveStatus(
-            state=machine.state, goal=machine.goal, attempt=machine.attempt, begun=machine.begun,
-            active=machine.active and not failure,
+            state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
+            attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
             failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
             sensor_problem=self._sensors.problem(now) or self._sensor_conflict())
 
@@ -346,4 +346,6 @@ class MoveToGoalCore:
             if reset.done:
                 self._machine.restart()
                 self._restart()
+                if not self._machine.active:
+                    reset.hint = '; no goal: send one'
                 self._log.add(reset.answer)

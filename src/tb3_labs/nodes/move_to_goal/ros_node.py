@@ -20,7 +20,8 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
 from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
 from tb3_labs.ros.clocks import ros_time, steady_time
-from tb3_labs.ros.conversions import frame, to_odometry_sample, to_pose_stamped, to_transform
+from tb3_labs.ros.conversions import (
+    frame, to_odometry_sample, to_pose_stamped, to_transform)
 from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
@@ -43,6 +44,7 @@ PATH_PERIOD = 0.2
 REPEAT_PERIOD = 1.0
 
 MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
+PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
 _permissions = [False]    # each value of _has_control:=; only the last value is used
@@ -215,11 +217,13 @@ class Display:
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
         arrow = _marker('goal', 0, self._local, goal, Marker.ARROW, MARKER_ORANGE,
                         (0.20, 0.03, 0.03))
-        text = _marker('words', 1, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
+        disc = _marker('goal', 1, self._local, goal, Marker.CYLINDER, PALE_YELLOW,
+                       (2.0 * status.tolerance, 2.0 * status.tolerance, 0.005))
+        text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
                        (0.0, 0.0, 0.1))
-        text.pose.position.z = 0.3
+        disc.pose.position.z, text.pose.position.z = 0.02, 0.3
         text.text = status.text + '\n\n\n\n'    # empty lines lift the centred text off the robot
-        self._markers = MarkerArray(markers=[arrow, text])
+        self._markers = MarkerArray(markers=[arrow, disc, text])
         self._marker.publish(self._markers)
 
 

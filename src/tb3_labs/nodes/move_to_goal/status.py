@@ -18,6 +18,7 @@ class DriveStatus(NamedTuple):
 
     state: GoalState
     goal: Optional[Pose2]         # in local
+    tolerance: float              # the goal is reached within this distance [m]
     attempt: int                  # number of the drive; each goal and restart begins a new drive
     begun: bool                   # was a motion commanded in this drive?
     active: bool                  # does the drive still go on?
