@@ -13,7 +13,7 @@ from enum import Enum
 from typing import (
     Dict, Generic, Iterable, List, NamedTuple, Optional, Sequence, Tuple, TypeVar)
 
-from tb3_labs.supervision.timeouts import LATCHED_WITHIN, REPEATS_WITHIN
+from tb3_labs.supervision.timeouts import CROSSING_TIME, REPEATS_WITHIN
 
 Content = TypeVar('Content')
 
@@ -94,7 +94,7 @@ class MessageAges:
         is_restarted = before is not None and before.process != connection.process
         if is_restarted and connection.renews:    # such a sender is silent until a person acts
             return Age.RESTARTED
-        came_at_once = before is None and now - self._begun_at < LATCHED_WITHIN
+        came_at_once = before is None and now - self._begun_at < CROSSING_TIME
         if connection.latches and came_at_once:
             return Age.OLD    # a new message of a person would not come so soon
         if connection.latches and not connection.renews:

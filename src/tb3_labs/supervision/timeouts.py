@@ -71,9 +71,7 @@ LATENESS_KNOWN_AFTER = 0.3
 MAX_AGE = 0.1
 #: A sender that repeats an old message to a new connection does so within this time.
 REPEATS_WITHIN = 2.0
-#: A message that was latched before a node began to listen arrives within this time.
-LATCHED_WITHIN = 0.3
-#: A message of move_to_goal that comes this soon after a press of A may be older than the press.
+#: A message that comes this soon after a press, a sleep or the start of a node may be older.
 CROSSING_TIME = 0.3
 #: A pad that takes the robot back waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
@@ -96,8 +94,6 @@ SENDER_PAUSE = 2.0
 
 #: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
 MIN_SLEEP = 1.0
-#: Messages within this time after a sleep may have been sent before or during the sleep.
-WAKING_TIME = 0.3
 #: A simulated clock that does not change for this long stands still.
 STANDSTILL_TIME = 0.3
 #: A node that may move its robot looks at the clock after a silence of half the shortest timeout.
@@ -166,7 +162,7 @@ class SleepMonitor:
         if MIN_SLEEP < gap < math.inf:
             self.slept_for = gap
             self.woke_at = now
-        self.is_waking = now - self.woke_at < WAKING_TIME
+        self.is_waking = now - self.woke_at < CROSSING_TIME
 
     def start(self, now: float) -> None:
         """Treat the time until now as time without a sleep."""

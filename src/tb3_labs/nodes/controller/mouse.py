@@ -12,7 +12,7 @@ from tb3_labs.geometry.angles import clamp
 from tb3_labs.handout import MOUSE_DEAD_ZONE, MOUSE_FULL
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import MOUSE_TIMEOUT, WAKING_TIME, Freshness, Lateness
+from tb3_labs.supervision.timeouts import CROSSING_TIME, MOUSE_TIMEOUT, Freshness, Lateness
 
 
 class MouseState(NamedTuple):
@@ -51,7 +51,7 @@ class _MouseSource:
         active, now, stamp = message.content.active, message.at, message.sent_at
         is_first = self.source.count == 0
         was_inactive = not is_first and not self.reported_active
-        if was_inactive and now - self._silence_ended_at >= WAKING_TIME:
+        if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
         # only an active mouse must send; before its first message its state is unknown
         must_be_heard = active if is_first else self.reported_active
@@ -64,7 +64,7 @@ class _MouseSource:
         if message.age is not Age.SAME_STAMP:
             self.source.received(now)
         self.reported_active = active
-        if rests and now - self._silence_ended_at >= WAKING_TIME:
+        if rests and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
 
     def lose(self, now: float) -> None:
