@@ -15,8 +15,9 @@ import threading
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, whole_number
-from tb3_labs.marking.marks import LABS
+from tb3_labs.marking.labs.gamepad import HANDOUT_PAD
 from tb3_labs.marking.mark_class import mark_class, print_problem
+from tb3_labs.marking.marks import LABS
 from tb3_labs.terminal import run_tool
 
 #: The signals of Ctrl+C, of the command kill, and of a closed terminal.
@@ -37,8 +38,7 @@ def parse(argv):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
-                        'default: launch/checks/points.yaml of this package, if MARKS has no '
-                        'others')
+                        'default: launch/checks/points.yaml of this package')
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
@@ -46,17 +46,13 @@ def parse(argv):
     parts = '; '.join(f"{name}: {', '.join(lab.parts)}" for name, lab in sorted(LABS.items()))
     parser.add_argument('--parts', default='',
                         help='these parts of the lab alone, with commas: ' + parts)
-    for name, lab in sorted(LABS.items()):
-        if lab.option is not None:
-            parser.add_argument(
-                '--' + lab.option.name, metavar='NAME',
-                help=f'for the lab {name}: {lab.option.help}; default: {lab.option.default}')
+    parser.add_argument('--pad', default=HANDOUT_PAD, metavar='NAME',
+                        help='for the lab gamepad: the numbers of the gamepad that is played, '
+                        f'launch/params/pad_NAME.yaml; default: {HANDOUT_PAD}')
     parser.add_argument('--jobs', type=whole_number(16), default=1, metavar='N',
                         help='submissions at a time; each needs about one processor core')
-    parser.add_argument('--container', action='store_true', help='use sandboxes if they work; else '
-                        'mark without: in a container that is thrown away')
-    parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
-                        "submissions' programs can read and delete your files")
+    parser.add_argument('--unprotected', action='store_true', help='if sandboxes do not work here, '
+                        "mark without: the submissions' programs can read and delete your files")
     return parser.parse_args(argv)
 
 

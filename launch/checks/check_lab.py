@@ -13,7 +13,7 @@ Started by check_LAB.test. Parameters
     ~points     YAML file with the points of each criterion
     ~parts      parts of the lab, with commas; empty for all parts
     ~record     path of the trial's bag; empty if the bag is not kept
-    ~pad        option of the lab gamepad: NAME of launch/params/pad_NAME.yaml
+    ~pad        for the lab gamepad: NAME of launch/params/pad_NAME.yaml
     ~strict     may a criterion beyond the handout fail a test?
 """
 import os
@@ -29,7 +29,9 @@ import rospy
 import rosunit
 
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
+from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, read_points
+from tb3_labs.marking.names import GAMEPAD
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.marking.node_start import NodeStart
@@ -57,18 +59,16 @@ def marks_of_node():
     for hidden in ('lab', 'points', 'parts', 'record'):      # so that no node can read these
         rospy.delete_param('~' + hidden)
     worth = points_of(name, read_points(points))
-    option = None
-    if lab.option is not None:
-        option = lab.option.read(rospy.get_param('~' + lab.option.name, lab.option.default))
-        for key, value in lab.option.parameters(option).items():
-            rospy.set_param('/' + key, value)
+    pad = pad_called(rospy.get_param('~pad', HANDOUT_PAD))
+    if name == GAMEPAD:
+        rospy.set_param('/' + GAMEPAD, pad)     # the finished node of this package reads these
     part_names = ', '.join(parts or lab.parts)
     print_line(f'{lab.title}, {part_names}: {package}/{executable} is judged'
                + owner_text(package, executable))
 
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
-        record_trial(name, package, executable, parts, path, option, print_line)
+        record_trial(name, package, executable, parts, path, pad, print_line)
         if is_started_by_mark():
             return None
         return marks_after_trial(Marks(''), read_trial(path), name, worth, parts)

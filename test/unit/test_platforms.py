@@ -120,7 +120,7 @@ def test_results_are_there_whatever_happens(tmp_path, rosrun, score):
     if score:
         words = (place / 'source' / 'words').read_text().split()
         assert words[:5] == ['tb3_labs', 'mark.py', str(place), '--only', 'submission']
-        assert words[-2:] == ['--lab', 'turn'] and '--container' in words
+        assert words[-2:] == ['--lab', 'turn'] and '--unprotected' in words
 
 
 def open_pytests_folders(tmp_path):
@@ -162,13 +162,12 @@ def test_a_package_that_the_other_user_cannot_read_is_no_reason_for_no_points(tm
     assert re.match('another user cannot run them [(].*tb3_labs', protection_problem(OtherUser()))
 
 
-@pytest.mark.parametrize('container, unprotected, problem, said', [
-    (False, False, '', ''), (True, False, '', ''), (False, True, 'bwrap fails', 'No sandboxes: '),
-    (False, True, '', 'No sandboxes: '), (True, False, 'bwrap fails', 'bwrap fails: this container, '),
-    (False, False, 'bwrap fails', None)])
+@pytest.mark.parametrize('unprotected, problem, said', [
+    (False, '', ''), (True, '', ''), (True, 'bwrap fails', 'bwrap fails. No sandboxes: '),
+    (False, 'bwrap fails', None)])
 def test_programs_have_no_sandbox_only_if_a_person_says_so(
-        tmp_path, monkeypatch, capsys, container, unprotected, problem, said):
-    given = SimpleNamespace(container=container, unprotected=unprotected)
+        tmp_path, monkeypatch, capsys, unprotected, problem, said):
+    given = SimpleNamespace(unprotected=unprotected)
     monkeypatch.setattr(mark_class, 'protection_problem', lambda tried: problem if tried.isolates else '')
     if said is None:
         with pytest.raises(ValueError, match='nothing was started, .*bwrap fails.*--unprotected'):

@@ -43,7 +43,7 @@ def rows_of(text):
 
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
-    return MarksFolder(path, lab, parts, points_of(lab, table), Options(**options), table is not TABLE)
+    return MarksFolder(path, lab, parts, points_of(lab, table), Options(**options))
 
 
 def write(folder, student, seen, digest='digest', **more):
@@ -154,12 +154,9 @@ def test_marks_are_not_written_through_a_link(tmp_path):
 @pytest.mark.parametrize('cells, decision', [
     ({'decided': '12,5'}, Decision(12.5)), ({'decided': '0', 'reason': 'copied'}, Decision(0.0, 'copied')),
     ({'reason': 'came late'}, Decision(None, 'came late')),
-    ({'points': '28', 'remarks': 'Well done.'}, Decision(28.0, 'Well done.')),
-    ({'points': '28', 'decided': '29'}, Decision(29.0)),
-    ({'points': '7.0'}, None), ({'points': '7,0'}, None), ({'points': ''}, None)])
+    ({'points': '28', 'decided': '29'}, Decision(29.0)), ({'points': '7,0', 'remarks': 'x'}, None)])
 def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
-    """A person decides in the columns for it, or in the marker's cells, also if a spreadsheet writes the same number in
-    another form. The node itself earned 7 points."""
+    """A person decides in the columns for it. The node itself earned 7 points."""
     changed = dict(TABLE, turn={name: 7.0 * (name == 'starts') if name != 'extra' else {
         each: 0.0 for each in points} for name, points in TABLE['turn'].items()})
     folder = folder_of(tmp_path, changed)
@@ -196,17 +193,20 @@ def typed(path, whose, move=lambda heads: heads, **cells):
     path.write_text(text.getvalue(), encoding='utf-8-sig')
 
 
-def test_a_decision_outlives_a_second_one_a_lost_record_and_a_run_that_was_killed(tmp_path):
+CHANGED = 'With other points than before: Ann ({}). A person\'s points belong into the column "decided".'
+
+
+def test_a_decision_outlives_a_second_one_a_new_submission_and_a_lost_record(tmp_path):
     table = tmp_path / 'marks.csv'
     for student in ('Ann', 'Bo'):
         write(folder_of(tmp_path), student, turned(90.0))
     folder_of(tmp_path).write_overview()
-    typed(table, 'Ann', points='8', move=lambda heads: heads[::-1])
-    write(folder_of(tmp_path), 'Ann', turned(10.0), 'handed in again')  # then the computer lost power
-    for cells, points in ({}, '8'), ({'points': '9,5'}, '9.5'), ({'decided': '11'}, '11'), ({}, '11'):
+    before = rows_of(table.read_text())['Ann']['points']
+    typed(table, 'Ann', decided='8', move=lambda heads: heads[::-1])
+    write(folder_of(tmp_path), 'Ann', turned(10.0), 'handed in again')
+    for cells, points, change in ({}, '8', before + ', now 8'), ({'decided': '11'}, '11', '8, now 11'), ({}, '11', ''):
         typed(table, 'Ann', **cells)
-        told = ['With other points than before: Ann.'] * bool(cells or points == '8')
-        assert folder_of(tmp_path).write_overview()[1] == told
+        assert folder_of(tmp_path).write_overview()[1] == [CHANGED.format(change)] * bool(change)
         assert [rows_of(table.read_text())['Ann'][name] for name in ('points', 'decided')] == [points] * 2
     (tmp_path / 'logs' / 'Ann.marks.json').unlink()
     assert write(folder_of(tmp_path), 'Ann', turned(90.0)).points == 11.0
@@ -215,6 +215,15 @@ def test_a_decision_outlives_a_second_one_a_lost_record_and_a_run_that_was_kille
     for _ in range(2):
         notes = folder_of(tmp_path).write_overview()[1]
         assert notes[-1] == 'marks.csv has a decision on Anne, of whom there are no marks.'
+
+
+@pytest.mark.parametrize('cell', ['99', '-', '0'])
+def test_a_number_that_a_person_types_over_the_markers_points_is_told(tmp_path, cell):
+    points = marked_once(tmp_path).points
+    typed(tmp_path / 'marks.csv', 'Ann', points=cell)
+    assert folder_of(tmp_path).write_overview()[1] == [CHANGED.format('{}, now {:g}'.format(cell, points))]
+    typed(tmp_path / 'marks.csv', 'Ann', points='{:.1f}'.format(points).replace('.', ','))
+    assert folder_of(tmp_path).write_overview()[1] == []     # a spreadsheet writes the same number in another form
 
 
 @pytest.mark.parametrize('cell', ['many', '-1', 'nan', '1e999'])
@@ -280,9 +289,22 @@ def test_what_has_not_changed_is_kept(tmp_path):
     marked_once(tmp_path)
     assert folder_of(tmp_path).marks_if_unchanged('Ann', 'other digest') is None
     assert folder_of(tmp_path).marks_if_unchanged('Bo', 'digest') is None
-    assert folder_of(tmp_path, option='xbox').marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path, pad='xbox').marks_if_unchanged('Ann', 'digest') is None
     marked_once(tmp_path, digest='')
     assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
+
+
+def test_kept_trials_are_judged_by_several_processes_as_by_one(written):
+    path, _ = written
+    files = [*path.glob('*.html'), *path.glob('gradescope/*/results.json')]
+    before = [file.read_text() for file in files]
+    for file in files:
+        file.unlink()
+    folder = folder_of(path)
+    folder.judge_kept_trials()
+    assert [file.name for file in files if not file.exists()] == ['overview.html']
+    folder.write_overview(unprotected=True)
+    assert [file.read_text() for file in files] == before and len(files) > 8
 
 
 def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
@@ -324,9 +346,7 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     folder = folder_of(tmp_path, changed)
     assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
-    assert note == 'With other points than before: Ann.'
-    with pytest.raises(ValueError, match='was marked with other points .left: 13, not 3.: '):
-        folder_of(tmp_path)
+    assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10))
     assert '{:g} of {:g} points'.format(marks.points + 10, marks.worth + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
     assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.worth + 10)
@@ -461,8 +481,7 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
     assert MarkedClass(marker, False).mark_all(found, 1) is False
     assert marks_below(tmp_path / 'marks') == before
     assert capsys.readouterr().out.endswith(
-        '[1/1] ann: {0[points]} of {0[of]} points, tried before\n1 of 1 had been tried and have not '
-        'changed (--only NAME tries one again)\n'.format(before['ann']))
+        '[1/1] ann: {0[points]} of {0[of]} points, tried before, and not changed\n'.format(before['ann']))
     results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
     assert results['score'] == float(before['ann']['points'])
     assert MarkedClass(marker, True).mark_all(found, 1) is True     # --only tries it again, and fails

@@ -15,6 +15,7 @@ from tb3_labs.marking.intake.sandbox import (
     UNPROTECTED, OtherUser, Sandbox, protection_problem)
 from tb3_labs.marking.intake.submissions import (
     Submission, check_names, submissions_in, without_wrapping)
+from tb3_labs.marking.labs.gamepad import pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
 from tb3_labs.marking.trial_runner import (
@@ -40,8 +41,6 @@ class MarkedClass:
         self._retry = retry
         #: Is there a submission without points?
         self._failed = False
-        #: How many submissions have not changed since their trial?
-        self._unchanged = 0
         self._writing = threading.Lock()
 
     def mark_all(self, submissions: Sequence[Submission], jobs: int) -> bool:
@@ -68,9 +67,6 @@ class MarkedClass:
             if problem is not None:
                 print_problem(failure_text(problem))      # the marks cannot be written
                 self._failed = True
-        if self._unchanged:
-            print_line(f'{self._unchanged} of {len(submissions)} had been tried and have not '
-                       'changed (--only NAME tries one again)')
         return self._failed
 
     def _mark(self, submission, name):
@@ -112,9 +108,8 @@ class MarkedClass:
             marks = self._runner.folder.marks_if_unchanged(submission.student, digest)
             if marks is None:
                 return False
-            self._unchanged += 1
             self._failed = self._failed or not marks.is_known
-        print_line(f'{name}: {marks.points_text}, tried before')
+        print_line(f'{name}: {marks.points_text}, tried before, and not changed')
         return True
 
     def _write(self, tried, digest):
@@ -138,14 +133,14 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
         try:
             parts = LABS[arguments.lab].read_parts(arguments.parts)
             worth = points_of(arguments.lab, read_points(arguments.points))
-            option = _read_option(arguments)
+            pad_called(arguments.pad)       # ValueError for a pad that is not known
             submissions = _submissions(arguments, Path(work))
             is_sandbox = _choose_protection(arguments, Path(work))
             with locked(arguments.folder):
                 folder = MarksFolder(
                     arguments.folder, arguments.lab, parts, worth,
-                    Options(arguments.package, arguments.type, option, is_sandbox),
-                    rescores=arguments.points is not None)
+                    Options(arguments.package, arguments.type, arguments.pad, is_sandbox))
+                folder.judge_kept_trials()
                 failed = MarkedClass(TrialRunner(folder, interrupted),
                                      bool(arguments.only)).mark_all(submissions, arguments.jobs)
                 with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread
@@ -161,20 +156,6 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
     if page is not None:
         print_line(f'Overview: {page}')
     return 1 if failed else 0
-
-
-def _read_option(arguments):
-    """Returns the value of the lab's option; '' if the lab has no option. ``ValueError`` for an
-    invalid value, or for the option of another lab."""
-    chosen = ''
-    for name, lab in LABS.items():
-        value = lab.option and getattr(arguments, lab.option.name)
-        if name != arguments.lab and value is not None:
-            raise ValueError(f'--{lab.option.name} is for --lab {name} alone')
-        if name == arguments.lab and lab.option is not None:
-            chosen = lab.option.default if value is None else value
-            lab.option.read(chosen)
-    return chosen
 
 
 def _submissions(arguments, work):
@@ -197,20 +178,16 @@ def _submissions(arguments, work):
 
 
 def _choose_protection(arguments, work):
-    """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if the
-    arguments ask for a protection that does not work on this computer."""
-    is_needed = arguments.container or not arguments.unprotected
-    problem = protection_problem(Sandbox([])) if is_needed else ''
-    if problem and arguments.container:
-        print_line(f'{problem}: this container, which is thrown away, is the sandbox.')
-    elif arguments.unprotected:
-        print_line(UNPROTECTED)
-    elif problem:
+    """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if sandboxes
+    do not work on this computer, and no argument allows the marking without them."""
+    problem = protection_problem(Sandbox([]))
+    if not problem:
+        return True
+    if not arguments.unprotected:
         raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
                          f'sandboxes here ({problem}); --unprotected marks without them: '
                          f'{UNPROTECTED}')
-    else:
-        return True
+    print_line(f'{problem}. {UNPROTECTED}')
     work.chmod(0o711)       # OtherUser must read the prefix of ROS in this folder
     if os.geteuid() == 0:
         problem = protection_problem(OtherUser())

@@ -37,18 +37,6 @@ NOT_JUDGED = 'not judged'
 EXTRA = 'extra'
 
 
-class Option(NamedTuple):
-    """A setting of the trials of a lab. It is the option `--NAME` of mark.py, and the argument
-    `NAME:=` of the lab's check."""
-
-    name: str
-    default: str
-    help: str
-    read: Callable[[str], Any]          # returns the value of a word; ValueError for invalid words
-    as_text: Callable[[str], str]       # returns a sentence for the student
-    parameters: Callable[[Any], Dict[str, Any]]     # returns ROS parameters: name -> value
-
-
 class Lab(NamedTuple):
     """A lab that can be marked."""
 
@@ -56,7 +44,6 @@ class Lab(NamedTuple):
     criteria: List[Criterion]
     #: Returns sentences on mistakes in the tried parts that cost no points.
     remarks: Callable[[Observation, Sequence[str]], List[str]] = lambda observation, parts: []
-    option: Optional[Option] = None
 
     @property
     def parts(self) -> List[str]:
@@ -76,10 +63,7 @@ LABS = {
     TURN: Lab('IMU lab', turn.CRITERIA, turn.remarks_on_turns),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA,
                    move2goal.remarks_on_parts),
-    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, option=Option(
-        'pad', gamepad.HANDOUT_PAD, 'numbers of the gamepad that is played, '
-        'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_text,
-        lambda pad: {GAMEPAD: pad}))}
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 
 
 class Decision(NamedTuple):

@@ -8,14 +8,13 @@ A criterion beyond the handout has a column whose name begins with 'extra_'. If 
 worth no points, the cells have 'yes' or 'no'. A submission that was not judged has empty cells. A
 text from a submission is never written as a formula.
 
-A person may write points into the column `decided`, and a sentence into `reason`. If a person edits
-the marker's points, the edited cell is the decision. An edited remark is the reason.
+A person may write points into the column `decided`, and a sentence into `reason`.
 """
 import csv
 import io
 import math
 from html import escape
-from typing import Dict, Mapping, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import Outcome
@@ -26,9 +25,6 @@ from tb3_labs.report.page.document import Markup, document, safe, table
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
-#: A person may write a decision in these columns. To find the decision, the next run compares these
-#: cells with the cells that the marker wrote.
-DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
 #: A spreadsheet's cell has at most this many characters.
 MAX_CELL_LENGTH = 32767
 csv.field_size_limit(2 ** 31 - 1)
@@ -55,26 +51,32 @@ class MarksTable:
         self._heads, *self._rows = [row + [''] * (width - len(row)) for row in rows]
         self._student = self._heads.index(STUDENT)      # a person may have moved the columns
 
-    def decisions(self, written: Mapping[str, Mapping[str, str]]) -> Dict[str, Decision]:
-        """Returns a person's decisions: student -> Decision.
-
-        `written` has the cells that the marker wrote: student -> column -> text. The columns are
-        DECISION_COLUMNS. Raises ``ValueError`` with student and cell if points are invalid.
-        """
+    def decisions(self) -> Dict[str, Decision]:
+        """Returns a person's decisions: student -> Decision. ``ValueError`` for invalid points."""
         decisions: Dict[str, Decision] = {}
-        for row in self._rows:
-            student = row[self._student]
-            cells = dict(zip(self._heads, row))
-            before = written.get(student, {})
-            edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            has_new_points = POINTS in edited and DECIDED not in edited
-            column = POINTS if has_new_points else DECIDED
-            has_new_remarks = REMARKS in edited and REASON not in edited
-            reason = REMARKS if has_new_remarks else REASON
-            if (cells.get(column) or cells.get(reason)) and student not in decisions:
-                points = _points_in_cell(student, column, cells.get(column, ''))
-                decisions[student] = Decision(points, cells.get(reason, ''))
+        for student, cells in self._students():
+            decided, reason = cells.get(DECIDED, ''), cells.get(REASON, '')
+            if decided or reason:
+                decisions.setdefault(student, Decision(_decided_points(decided, student), reason))
         return decisions
+
+    def changes(self, all_marks: Sequence[Marks]) -> List[str]:
+        """Returns a sentence for the instructor if new marks have other points than the table.
+        Either the criteria have changed, or a person typed over the marker's points."""
+        before = {student: cells[POINTS] for student, cells in self._students()}
+        changed = []
+        for marks in all_marks:
+            old, new = before.get(safe(marks.student), ''), cells_of(marks)[POINTS]
+            if old and _number(old) != _number(new):
+                changed.append(f'{marks.student} ({old}, now {new or NOT_JUDGED})')
+        if not changed:
+            return []
+        return [f"With other points than before: {', '.join(changed)}. A person's points belong "
+                f'into the column "{DECIDED}".']
+
+    def _students(self):
+        for row in self._rows:
+            yield row[self._student], dict(zip(self._heads, row))
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added stay. The
@@ -119,26 +121,22 @@ def cells_of(marks: Marks) -> Dict[str, str]:
     return cells
 
 
-def _is_same(cell: str, written: str) -> bool:
-    """Does a cell still have the marker's value? A spreadsheet may write 14 as 14.0 or 14,0."""
+def _number(cell: str) -> float:
+    """Returns the number in a cell; NaN for another text."""
     try:
-        return float(cell.replace(',', '.')) == float(written)
+        return float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
-        return not cell or cell.strip().lstrip("'") == written.strip().lstrip("'")
+        return math.nan
 
 
-def _points_in_cell(student: str, column: str, cell: str) -> Optional[float]:
-    """Returns the points in a cell; None for an empty cell. ``ValueError`` for invalid points."""
+def _decided_points(cell: str, student: str) -> Optional[float]:
+    """Returns a person's points; None for an empty cell. ``ValueError`` for invalid points."""
     if not cell:
         return None
-    try:
-        number = float(cell.replace(',', '.'))      # some languages write a decimal comma
-    except ValueError:
-        number = math.nan
-    if not 0.0 <= number < math.inf:
-        raise ValueError(f'{student}: {column} = {cell[:40]!r} is not valid: a number of at least '
+    if not 0.0 <= _number(cell) < math.inf:
+        raise ValueError(f'{student}: {DECIDED} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
-    return number
+    return _number(cell)
 
 
 # -- the page of all students
