@@ -505,8 +505,8 @@ def test_a_message_without_a_flag_or_two_numbers_holds_no_mouse(message):
     ('', {'/cmd_vel_mux': 'geometry_msgs/Twist'}, [], [], 'not publish cmd_vel, but /cmd_vel_mux'),
     ('', {'/cmd_vel': 'geometry_msgs/Twist'}, [], [], 'nothing came on cmd_vel, and it printed nothing'),
     ('Input?', {'/cmd_vel': 'geometry_msgs/Twist'}, [[t, 0.0, 0.0] for t in (1.0, 5.0, 9.0)], [],
-     "for 8.0 s (in this run a command every 4 s), and it printed 'Input?'"),
-    ('', {}, [[11.0, 0.0, 0.0]], [], 'one command came on cmd_vel, a zero'),
+     "nothing came on cmd_vel, and it printed 'Input?'"),
+    ('', {}, [[11.0, 0.0, 0.0]], [], 'did not turn: only zeros came on cmd_vel'),
     ('', {}, [], [[11.0, 'nan m/s and 0 rad/s']] * 3, '3 of its commands were not finite numbers, such as nan')])
 def test_a_robot_that_did_not_turn_is_explained(printed, publishes, commands, odd, words):
     seen = observed('turn', l=turn(0.0, moved=False, printed=printed))
@@ -520,7 +520,7 @@ def test_a_speed_that_no_wheel_follows_is_told():
     at, zero = np.arange(10.0, 18.0), np.zeros(8)
     seen = observed('gamepad', **{gamepad.LEFT_STICK_UP: scene(*((t, 0.0, 0.0) for t in np.arange(8.0)))})
     assert missed_of('gamepad', 'drives', seen) == \
-        'with the left stick up nothing was commanded: 8 commands came on cmd_vel, all of them zero'
+        'with the left stick up nothing was commanded: only zeros came on cmd_vel'
     seen.recording = made(commands=Twists(at, at, zero, zero, zero + 0.22, zero, zero, zero))
     assert missed_of('gamepad', 'drives', seen) == 'with the left stick up neither linear.x nor angular.z ' \
         'was commanded: linear.y was 0.22 in its commands on cmd_vel'

@@ -66,13 +66,6 @@ LABS = {
     GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 
 
-class Decision(NamedTuple):
-    """The points that a person gives to a submission, and the reason."""
-
-    points: Optional[float]     # None if the marker's points stay
-    reason: str = ''
-
-
 @dataclass
 class Marks:
     """A submission. After its trial it has verdicts and points."""
@@ -89,13 +82,9 @@ class Marks:
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None       # None without a trial
-    decision: Optional[Decision] = None
+    decided_points: Optional[float] = None      # the points that a person gave, if any
+    decision_reason: str = ''                   # a person's reason for these points
     link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken link, if points are lost
-
-    @property
-    def decided_points(self) -> Optional[float]:
-        """The points that a person gave; None if the marker's points stay."""
-        return self.decision.points if self.decision else None
 
     @property
     def is_known(self) -> bool:
@@ -137,13 +126,10 @@ class Marks:
 
     @property
     def decision_sentences(self) -> List[str]:
-        """One sentence on a person's decision; [] without a decision."""
-        if self.decision is None:
-            return []
-        gave = ''
-        if self.decided_points is not None:
-            gave = f'A person gave these points; the marker gave {self.earned:g}.'
-        return [f'{gave} {self.decision.reason}'.strip()]
+        """The sentences on a person's decision; [] without a decision."""
+        gave = f'A person gave these points; the marker gave {self.earned:g}.'
+        is_decided = self.decided_points is not None
+        return [gave] * is_decided + [self.decision_reason] * bool(self.decision_reason)
 
     @property
     def why_no_points(self) -> str:

@@ -14,17 +14,19 @@ import csv
 import io
 import math
 from html import escape
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence, Tuple
 from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import Outcome
-from tb3_labs.marking.marks import NOT_JUDGED, Decision, Marks
+from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.student_page import symbol
 from tb3_labs.report.page.document import Markup, document, safe, table
 
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
+#: The key of the cells that stand to the right of all headings.
+EXCESS = 'excess'
 #: A spreadsheet's cell has at most this many characters.
 MAX_CELL_LENGTH = 32767
 csv.field_size_limit(2 ** 31 - 1)
@@ -36,34 +38,36 @@ class MarksTable:
     def __init__(self, text: str = '') -> None:
         """`text` is the text of marks.csv. It is '' in the first run. ``ValueError`` if the text is
         not a table of marks."""
-        text = text.lstrip('\ufeff')
+        text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
+        reader = csv.DictReader(io.StringIO(text, newline=''), restkey=EXCESS, restval='',
+                                delimiter=delimiter)
         try:
-            rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
-                                                delimiter=delimiter)))
+            self._rows = list(reader)
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
-        rows = rows or [FIRST_COLUMNS]
-        if not set(FIRST_COLUMNS) <= set(rows[0]):
+        self._heads = list(reader.fieldnames or ())
+        if not set(FIRST_COLUMNS) <= set(self._heads):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
-        width = max(map(len, rows))
-        self._heads, *self._rows = [row + [''] * (width - len(row)) for row in rows]
-        self._student = self._heads.index(STUDENT)      # a person may have moved the columns
+        if len(set(self._heads)) < len(self._heads) or any(EXCESS in row for row in self._rows):
+            raise ValueError('each column needs a heading of its own in the first row')
 
-    def decisions(self) -> Dict[str, Decision]:
-        """Returns a person's decisions: student -> Decision. ``ValueError`` for invalid points."""
-        decisions: Dict[str, Decision] = {}
-        for student, cells in self._students():
-            decided, reason = cells.get(DECIDED, ''), cells.get(REASON, '')
+    def decisions(self) -> Dict[str, Tuple[Optional[float], str]]:
+        """Returns a person's decisions: student -> (points or None, reason). ``ValueError`` for
+        invalid points."""
+        decisions: Dict[str, Tuple[Optional[float], str]] = {}
+        for row in self._rows:
+            decided, reason = row.get(DECIDED, ''), row.get(REASON, '')
             if decided or reason:
-                decisions.setdefault(student, Decision(_decided_points(decided, student), reason))
+                decisions.setdefault(
+                    row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
         return decisions
 
     def changes(self, all_marks: Sequence[Marks]) -> List[str]:
         """Returns a sentence for the instructor if new marks have other points than the table.
         Either the criteria have changed, or a person typed over the marker's points."""
-        before = {student: cells[POINTS] for student, cells in self._students()}
+        before = {row[STUDENT]: row[POINTS] for row in self._rows}
         changed = []
         for marks in all_marks:
             old, new = before.get(safe(marks.student), ''), cells_of(marks)[POINTS]
@@ -74,30 +78,23 @@ class MarksTable:
         return [f"With other points than before: {', '.join(changed)}. A person's points belong "
                 f'into the column "{DECIDED}".']
 
-    def _students(self):
-        for row in self._rows:
-            yield row[self._student], dict(zip(self._heads, row))
-
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added stay. The
         rows of students without new marks stay, too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
-        columns = [self._heads.index(head) if head in self._heads else None for head in heads]
-        added = [column for column in range(len(self._heads)) if column not in columns]
-        out = io.StringIO(newline='')
-        writer = csv.writer(out, lineterminator='\n')
-        writer.writerow(heads + [self._heads[column] for column in added])
-        old_rows = list(self._rows)
+        heads += [head for head in self._heads if head not in heads]
+        old_rows, new_rows = list(self._rows), []
         for marks in all_marks:
-            same = [row for row in old_rows if row[self._student] == safe(marks.student)]
-            persons_cells = [''] * len(added)
+            same = [row for row in old_rows if row[STUDENT] == safe(marks.student)]
+            old_row: Dict[str, str] = {}
             if same:
-                old_rows.remove(same[0])
-                persons_cells = [same[0][column] for column in added]
-            writer.writerow([*cells_of(marks).values(), *persons_cells])
-        for row in old_rows:
-            cells = ['' if column is None else row[column] for column in columns]
-            writer.writerow(cells + [row[column] for column in added])
+                old_row = same[0]
+                old_rows.remove(old_row)
+            new_rows.append({**old_row, **cells_of(marks)})
+        out = io.StringIO(newline='')
+        writer = csv.DictWriter(out, heads, lineterminator='\n')
+        writer.writeheader()
+        writer.writerows(new_rows + old_rows)
         return out.getvalue()
 
 
@@ -114,10 +111,10 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         cells[verdict.criterion.label] = text
     late = 'late' if marks.late else ''
     decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
-    reason = safe(marks.decision.reason) if marks.decision else ''
     cells.update({
         'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:MAX_CELL_LENGTH - 10]),
-        'id': safe(marks.number), 'late': late, DECIDED: decided, REASON: reason})
+        'id': safe(marks.number), 'late': late, DECIDED: decided,
+        REASON: safe(marks.decision_reason)})
     return cells
 
 

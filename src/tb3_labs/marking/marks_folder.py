@@ -209,7 +209,8 @@ class MarksFolder:
 
     def _marks_and_page(self, handed_in, observation):
         marks = marks_after_trial(handed_in, observation, self.lab, self.worth, self.parts)
-        marks.decision = self._decisions.get(safe(marks.student))
+        marks.decided_points, marks.decision_reason = self._decisions.get(
+            safe(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
 
     def _write_record(self, record):
