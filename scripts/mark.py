@@ -3,8 +3,8 @@
 
 Usage: mark.py SUBMISSIONS --lab turn -o MARKS
 
-SUBMISSIONS is a folder with a folder or a zip file for each student, or the zip file of a learning
-platform. MARKS is a folder that gets marks.csv, overview.html, and for each student a page and a
+SUBMISSIONS is a folder with a folder or a zip file for each student, as a learning platform makes
+it. MARKS is a folder that gets marks.csv, overview.html, and for each student a page and a
 results.json. A marked submission is not tried again until it changes. The instructors' page on
 marking has more.
 """
@@ -31,7 +31,7 @@ def parse(argv):
         prog='mark.py', description="Marks a class's submissions. What has been marked and has not "
         'changed is not tried again: after an interruption, the same command goes on.')
     parser.add_argument('submissions', metavar='SUBMISSIONS', type=Path,
-                        help="a folder, or a learning platform's zip file")
+                        help='a folder with a folder or a zip file for each student')
     parser.add_argument('--lab', required=True, choices=sorted(LABS))
     parser.add_argument('-o', dest='folder', metavar='MARKS', type=Path, required=True,
                         help='folder for the marks and pages; marks in it are kept')

@@ -1,5 +1,6 @@
-"""Marks three submissions. The node of the first one deletes files, fills the disk, forks, publishes
-false poses and reads secrets. The second one fills the master. All names of the third one are odd.
+"""Marks four submissions. The node of the first one deletes files, forks, publishes false poses and
+reads secrets. The second one fills the master, the third one fills the disk. All names of the
+fourth one are odd.
 
 They try to harm a throw-away folder alone. If the sandbox does not hold, the node forks at most
 MAX_FORKS processes.
@@ -17,8 +18,8 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import mounts, sandbox
+from tb3_labs.marking.intake import sandbox
+from tb3_labs.marking.node_start import MAX_DISK, MAX_OTHER_MEMORY, MAX_PROCESSES
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 
@@ -50,13 +51,6 @@ MISDEEDS = '''    import glob, os, rosgraph, shutil, subprocess, sys, time, xmlr
     print('secrets:', [name for name in os.environ if {secret!r} in os.environ[name]]
           + [name for name in glob.glob('/proc/[0-9]*/environ')
              if os.access(name, os.R_OK) and {secret!r} in open(name, errors='replace').read()])
-    written = 0
-    try:
-        for number in range(20):
-            with open('{{}}'.format(number), 'wb') as file:
-                written += file.write(bytes(10 ** 7))
-    except OSError as problem:
-        print('disk:', written, problem)
     later = 'sleep 4; echo changed > ' + {victim!r} + '/marks.csv; exec sleep {seconds}'
     subprocess.Popen(['env', '-i', '/usr/bin/setsid', '/bin/sh', '-c', later],
                      start_new_session=True)
@@ -85,6 +79,11 @@ FORK = '''        import os, time
 #: parameters take longer than the marker waits for a node.
 FILL = '''    for number in range(8):
         rospy.set_param('/filled{}'.format(number), 'x' * 150000000)
+'''
+#: The node writes files of 10 MB, at most 1 GB.
+FLOOD = '''    for number in range(100):
+        with open('/tmp/{}'.format(number), 'wb') as file:
+            file.write(bytes(10 ** 7))
 '''
 #: Only the instructor reads this.
 FINDING = 'A setting of the robot was changed: imu_noise_deg from 0'
@@ -146,6 +145,7 @@ class HostileTest(unittest.TestCase):
         hand_in(base / 'submissions', {
             'mallory/imu_sub.py': replaced(
                 NODE, (START, misdeeds + START), (END, FORK.format(most=MAX_FORKS))),
+            'flood/imu_sub.py': replaced(NODE, (START, START + FLOOD)),
             'whale/imu_sub.py': replaced(NODE, (START, START + FILL))})
         cls.hand_in_odd(base / 'submissions')
         cls.done = subprocess.run(
@@ -194,19 +194,19 @@ class HostileTest(unittest.TestCase):
         for words in ('seen: False [] []', 'secrets: []', 'laws: No module named'):
             self.assertIn(words, self.printed)
 
-    @unittest.skipUnless(mounts.can_limit_folder_size(), 'this bubblewrap cannot limit the size of a folder')
     def test_the_disk_is_not_filled(self):
-        self.assertRegex(self.printed, r'disk: \d+ .*No space left on device')
+        self.assertIn('since it used files of more than {:g} MB'.format(MAX_DISK / 1e6),
+                      (self.marks / 'flood.html').read_text(encoding='utf-8'))
 
     def test_it_cannot_fork_without_end(self):
         # either the marker or Linux ended it
         self.assertRegex(self.printed, 'since it used more than {} processes|Cannot fork'.format(
-            processes.MAX_PROCESSES))
+            MAX_PROCESSES))
 
     def test_it_cannot_fill_the_memory_of_the_master(self):
         self.assertRegex(self.done.stdout, r'whale: \d of \d+ points')
         self.assertIn('since it used more than {:g} MB of the memory of master, robot and check'.format(
-            processes.MAX_OTHER_MEMORY / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
+            MAX_OTHER_MEMORY / 1e6), (self.marks / 'whale.html').read_text(encoding='utf-8'))
         sizes = [path.stat().st_size for path in self.marks.rglob('*') if path.is_file()]
         self.assertLess(max(sizes), 1000000)
 
@@ -216,7 +216,7 @@ class HostileTest(unittest.TestCase):
         self.assertNotIn('changed', (self.marks / 'marks.csv').read_text())
 
     def test_one_odd_submission_does_not_end_a_class(self):
-        self.assertEqual(len(self.rows), len(NAMES) + 3, ascii(self.done.stdout))
+        self.assertEqual(len(self.rows), len(NAMES) + 4, ascii(self.done.stdout))
         self.assertIn('xM\\xfcller', self.rows)
         self.assertEqual(self.rows['eve']['points'], '0', ascii(self.done.stdout))
         printed = (self.marks / 'eve.html').read_text(encoding='utf-8')

@@ -16,10 +16,9 @@ from recorded_trial import write_trial
 
 from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, stimuli, turn
-from tb3_labs.marking.trial import processes
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking import node_start
-from tb3_labs.marking.intake import archives, sandbox, submissions
+from tb3_labs.marking.intake import archives
 from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Verdict
 from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
@@ -119,14 +118,13 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
             'the robot rests at {:g}, {:g}, {:g} and {:g} degrees'.format(*imu.STANDING_HEADINGS.values()),
             '`l` from {:g} and {:g} degrees, `r` from {:g}, {:g} and {:g}, `l` from {:g}'.format(
                 *[each.begins_deg for each in turns]),
-            '{:g} MB and {} files'.format(archives.MAX_BYTES / 1e6, archives.MAX_FILES),
-            '{:g} GB of the zip file of a class'.format(archives.SUBMISSIONS_PER_CLASS_ZIP * archives.MAX_BYTES / 1e9),
-            'files above {:g} MB are left out'.format(submissions.MAX_COPIED_BYTES / 1e6),
-            '{} processes, {:g} GB of memory'.format(processes.MAX_PROCESSES, processes.MAX_MEMORY / 1e9),
-            '{:g} MB in th'.format(processes.MAX_DISK / 1e6),      # their folders
-            'with more than {:g} MB'.format(processes.MAX_OTHER_MEMORY / 1e6),
+            '{:g} MB or {} files'.format(archives.MAX_BYTES / 1e6, archives.MAX_FILES),
+            'files above {:g} MB are left out'.format(archives.MAX_COPIED_BYTES / 1e6),
+            '{} processes, {:g} GB of memory'.format(node_start.MAX_PROCESSES, node_start.MAX_MEMORY / 1e9),
+            '{:g} MB in th'.format(node_start.MAX_DISK / 1e6),      # their folders
+            'with more than {:g} MB'.format(node_start.MAX_OTHER_MEMORY / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                sandbox.ADDRESS_SPACE / 1e9, node_start.MAX_FILE_BYTES / 1e6)):
+                node_start.ADDRESS_SPACE / 1e9, node_start.MAX_FILE_BYTES / 1e6)):
         assert said in words
 
 

@@ -19,8 +19,8 @@ from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking import mark_class
-from tb3_labs.marking.node_start import MAX_FILE_BYTES
-from tb3_labs.marking.intake.sandbox import MAX_TASKS, UNUSED_USER_IDS, OtherUser, protection_problem
+from tb3_labs.marking.node_start import MAX_FILE_BYTES, MAX_TASKS
+from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, OtherUser, protection_problem
 from tb3_labs.marking.names import LAB_NODES
 
 MAKE = ROOT / 'doc' / 'instructor' / 'make_autograder.py'

@@ -13,13 +13,12 @@ from sandboxes import MISSING
 
 from tb3_labs.marking import trial_runner
 from tb3_labs.marking.trial import processes
-from tb3_labs.marking.intake import mounts, sandbox
+from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
-from tb3_labs.marking.node_start import HOME, IDENTITY, MAX_FILE_BYTES, OWN_FOLDERS
-from tb3_labs.marking.intake.mounts import OWN_FOLDER_BYTES
-from tb3_labs.marking.intake.sandbox import (
-    ADDRESS_SPACE, MAX_TASKS, UNUSED_USER_IDS, Protection, Sandbox, protection_problem)
+from tb3_labs.marking.node_start import (
+    ADDRESS_SPACE, HOME, IDENTITY, MAX_FILE_BYTES, MAX_TASKS, OWN_FOLDERS)
+from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, Protection, Sandbox, protection_problem
 
 needs_sandboxes = pytest.mark.skipif(bool(MISSING), reason=MISSING)
 #: This program prints what it sees. Its arguments are a folder of its own, and paths that it must not see.
@@ -32,7 +31,6 @@ print(json.dumps({
     'writable': [place for place in ('/', '/usr', '/dev', own, *%r) if os.access(place, os.W_OK)],
     'limits': [resource.getrlimit(getattr(resource, 'RLIMIT_' + name))[0]
                for name in ('FSIZE', 'AS', 'CORE', 'NPROC')],
-    'room': os.statvfs('/tmp').f_blocks * os.statvfs('/tmp').f_frsize,
     'ctrl_c': signal.getsignal(signal.SIGINT) is signal.default_int_handler, 'user': os.getuid(),
     'network': socket.if_nameindex(),
     'processes': len([name for name in os.listdir('/proc') if name.isdigit()]),
@@ -155,9 +153,9 @@ def test_in_each_layout_a_program_has_messages_and_python_and_no_solution(
     for path in map(tmp_path.joinpath, here + gone):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
-    monkeypatch.setattr(mounts.rospkg, 'RosPack', lambda: SimpleNamespace(
+    monkeypatch.setattr(sandbox.rospkg, 'RosPack', lambda: SimpleNamespace(
         get_path=lambda name: str(tmp_path / package)))
-    monkeypatch.setattr(mounts.sys, 'prefix', str(tmp_path / python))
+    monkeypatch.setattr(sandbox.sys, 'prefix', str(tmp_path / python))
     for name, folders in (('CMAKE_PREFIX_PATH', prefixes), ('PYTHONPATH', modules)):
         monkeypatch.setenv(name, ':'.join(str(tmp_path / folder) for folder in folders))
     seen = subprocess.check_output(Sandbox([]).program_command(
@@ -187,19 +185,11 @@ def test_a_program_in_a_sandbox_has_what_it_needs_and_no_more(tmp_path):
     assert not {'TOKEN', IDENTITY} & set(variables)
     assert seen.pop('processes') < 5 and [name for _, name in seen.pop('network')] == ['lo']
     assert (seen.pop('user') in UNUSED_USER_IDS) is (os.geteuid() == 0)
-    assert 0 <= seen.pop('room') - OWN_FOLDER_BYTES < 1e6 or not mounts.can_limit_folder_size()
     limits = seen.pop('limits')
     assert limits[:3] == [MAX_FILE_BYTES, ADDRESS_SPACE, 0]
     assert limits[3] == MAX_TASKS or os.geteuid() != 0      # for others only a new Linux counts
     assert seen == {'ctrl_c': True, 'folder': HOME, 'read': 'mine', 'there': [False] * 4,
                     'writable': list(OWN_FOLDERS), 'modules': [True, True, False, False]}
-
-
-@pytest.mark.parametrize('said, can', [
-    ('bubblewrap 0.8.0', True), ('bubblewrap 0.10.0', True), ('bubblewrap 0.6.1', False)])
-def test_a_new_bubblewrap_limits_the_size_of_a_folder(monkeypatch, said, can):
-    monkeypatch.setattr(mounts.subprocess, 'check_output', lambda *_, **__: said + '\n')
-    assert mounts.can_limit_folder_size.__wrapped__() is can
 
 
 def test_without_a_sandbox_a_program_keeps_all_but_large_files():
@@ -220,5 +210,4 @@ def test_a_machine_without_sandboxes_says_why(monkeypatch, ends, words):
             raise ends
         return subprocess.CompletedProcess(command, ends[0], stderr=ends[1])
     monkeypatch.setattr(sandbox.subprocess, 'run', run)
-    monkeypatch.setattr(mounts, 'can_limit_folder_size', lambda: True)
     assert protection_problem(Sandbox([])) == words

@@ -4,7 +4,7 @@ import sys
 import pytest
 
 from pages import ROOT
-from tb3_labs.marking.source_analysis import MAX_TEXT_BYTES, analyse, text_of
+from tb3_labs.marking.trial.source_analysis import MAX_TEXT_BYTES, analyse, text_of
 
 #: The result for a text in which nothing is found.
 NOTHING = {'up': 0, 'remarks': [], 'assigned': {}}

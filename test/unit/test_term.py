@@ -444,7 +444,7 @@ def test_one_odd_submission_does_not_end_the_class(tmp_path, capsys):
     assert '=1+1 \\x1b[2JM\\xfcller' in rows['dot']['remarks']
     assert len(rows['dot']['remarks']) < 5000
     assert capsys.readouterr().err.count('not judged: ') == 3
-    said = 'The zip file cannot be unpacked: its end is missing, as if the upload was cut off.'
+    said = 'The zip file zip.zip cannot be unpacked: File is not a zip file.'
     assert rows['zip']['points'] == rows['zip']['starts'] == '' and rows['zip']['remarks'] == said
     assert 'To look at: zip: Not judged: ' + said in folder_of(tmp_path / 'marks').write_overview()[1]
 

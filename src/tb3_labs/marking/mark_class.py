@@ -1,5 +1,6 @@
 """Marks the submissions of a class by the arguments of mark.py."""
 import os
+import shlex
 import sys
 import tempfile
 import threading
@@ -9,12 +10,10 @@ from pathlib import Path
 from typing import Sequence
 
 from tb3_labs.command_line import failure_text, printable
-from tb3_labs.marking.intake.archives import NotJudged, is_zip
-from tb3_labs.marking.intake.read_submission import unpack_class
+from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     UNPROTECTED, OtherUser, Sandbox, protection_problem)
-from tb3_labs.marking.intake.submissions import (
-    Submission, check_names, submissions_in, without_wrapping)
+from tb3_labs.marking.intake.submissions import Submission, check_names, submissions_in
 from tb3_labs.marking.labs.gamepad import pad_called
 from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
 from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
@@ -134,7 +133,7 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
             parts = LABS[arguments.lab].read_parts(arguments.parts)
             worth = points_of(arguments.lab, read_points(arguments.points))
             pad_called(arguments.pad)       # ValueError for a pad that is not known
-            submissions = _submissions(arguments, Path(work))
+            submissions = _submissions(arguments)
             is_sandbox = _choose_protection(arguments, Path(work))
             with locked(arguments.folder):
                 folder = MarksFolder(
@@ -158,20 +157,16 @@ def mark_class(arguments, interrupted: threading.Event) -> int:
     return 1 if failed else 0
 
 
-def _submissions(arguments, work):
-    """Returns the Submissions to mark. The zip file of a class is unpacked below `work`."""
+def _submissions(arguments):
+    """Returns the Submissions to mark."""
     marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
     if source.is_dir() and source in (marks, *marks.parents):
         raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
                          'a folder beside them')
-    source = arguments.submissions.absolute()
     if not source.is_dir():
-        if not (source.is_file() and is_zip(source.name)):
-            raise ValueError(f'{arguments.submissions} is neither a folder nor a zip file')
-        for remark in unpack_class(source, work / 'all'):
-            print_problem(remark)
-        source = without_wrapping(work / 'all')
-    submissions = submissions_in(source, print_problem)
+        raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
+                         f'{shlex.quote(source.name)} -d submissions)')
+    submissions = submissions_in(arguments.submissions.absolute(), print_problem)
     check_names(arguments.only, [submission.student for submission in submissions])
     return [submission for submission in submissions
             if not arguments.only or submission.student in arguments.only]

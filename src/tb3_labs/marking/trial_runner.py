@@ -20,10 +20,9 @@ import rospkg
 
 from tb3_labs.command_line import write_output
 from tb3_labs.marking.intake.archives import NotJudged
-from tb3_labs.marking.intake.mounts import CMAKE_PREFIX_PATH, PYTHONPATH
-from tb3_labs.marking.intake.read_submission import ParsedSubmission, read
-from tb3_labs.marking.intake.sandbox import OtherUser, Protection, Sandbox
-from tb3_labs.marking.intake.submissions import Submission
+from tb3_labs.marking.intake.sandbox import (
+    CMAKE_PREFIX_PATH, PYTHONPATH, OtherUser, Protection, Sandbox)
+from tb3_labs.marking.intake.submissions import ParsedSubmission, Submission, read
 from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
 from tb3_labs.marking.labs.gamepad import pad_text
 from tb3_labs.marking.marks import Marks
@@ -123,7 +122,7 @@ class TrialRunner:
         except ValueError as problem:
             raise NotJudged(f'Its trial cannot be judged: {problem}.') from None
         printed = '\n'.join(process.printed for process in processes)
-        marks.findings += version_errors(printed, workspace / COPY)
+        marks.findings += version_errors(printed)
 
     def _rostest(self, node, work):
         """Returns the command that tries `node`, package/file, and records the bag."""

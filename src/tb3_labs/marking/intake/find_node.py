@@ -13,10 +13,10 @@ import shlex
 from pathlib import Path
 from typing import List, NamedTuple, Tuple
 
-from tb3_labs.marking.intake.archives import NotJudged, files_in, shortened
-from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, is_main_program, programs_of
+from tb3_labs.marking.intake.archives import UNPACKED, NotJudged, files_in, shortened
+from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
-    FOLDERS, MANIFEST, is_aside, name_in, package_folder, source_of)
+    FOLDERS, is_aside, package_folder, package_name, source_of)
 from tb3_labs.marking.names import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
@@ -25,6 +25,9 @@ RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 COMPARED_RANKS = 4
 #: Each relay script of catkin has this text. A relay starts a file on the student's machine.
 RELAY_TEXT = b'generated from catkin/cmake/template'
+#: The instructor reads this text if no file can be the node.
+WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
+    'install, logs and venv are left out.'
 
 
 class Choice(NamedTuple):
@@ -42,6 +45,7 @@ class _Candidate(NamedTuple):
     package_rank: int       # 0 for the usual package; see _package_rank
     missing_signs: int      # how many signs of the node are missing? See _signs
     name_rank: int          # index in the usual names; len(names) for another name
+    is_unpacked: bool       # was the file in a zip file?
     folder_rank: int        # index in FOLDERS; len(FOLDERS) for another folder
     depth: int
     path: str
@@ -77,8 +81,10 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
         wanted = name if name else ' or '.join(names)
         if package:
             wanted += f' in a package {package}'
-        raise NotJudged(f'There is no {wanted}, and no other file does what it should. '
-                        + _files_in_words(programs, handed_in, folder))
+        paths = dict.fromkeys([*package_of, *handed_in])    # the programs first
+        listing = shortened([str(path.relative_to(folder)) for path in paths]) or 'nothing'
+        raise NotJudged(f'There is no {wanted}, and no other file does what it should. Handed in '
+                        f'(--type chooses a file): {listing}. {WHAT_IS_READ}')
     start = None if name else _starting_program(found[0], programs, folder)
     if start is None:
         return Choice(found[0].path, *_remarks_and_findings(found, names))
@@ -87,29 +93,17 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
     return Choice(start.path, [f'Judged was {start.path}, which starts {found[0].path}.'], findings)
 
 
-def _files_in_words(programs, handed_in, folder):
-    """Returns a sentence on the files among which the node was not found."""
-    if programs:
-        paths = sorted(program.path for program in programs)
-        return f'Python files that were found (--type chooses one of them): {shortened(paths)}.'
-    listing = 'nothing'
-    if handed_in:
-        listing = shortened([str(path.relative_to(folder)) for path in handed_in])
-    return f'No Python file was found. Handed in: {listing}.'
-
-
 def _starting_program(module, programs, folder):
     """Returns the first program that imports and starts `module`, and is in the same package.
     Returns None if there is no such program, or if `module` itself starts."""
-    if is_main_program(module.text):
-        return None
     path = folder / module.path
+    if read_program(path).acts:
+        return None
     package = source_of(path, folder)
     for program in programs:
         script = folder / program.path
         is_in_package = package in script.parents and program.aside <= module.aside
-        can_start = is_in_package and is_main_program(program.text)
-        if can_start and path in programs_of(script, package):
+        if is_in_package and read_program(script).acts and path in programs_of(script, package):
             return program
     return None
 
@@ -126,19 +120,20 @@ def _remarks_and_findings(found, names):
     doubtful = [other.path for other in others if _is_doubtful(best, other, names)]
     if not doubtful:
         return [remark], []
-    path = doubtful[-1] if '/' in doubtful[-1] else './' + doubtful[-1]
+    path = doubtful[0] if '/' in doubtful[0] else './' + doubtful[0]
     return [remark], [f'{remark} --type {shlex.quote(path)} chooses another one, with --only and '
                       "the student's name."]
 
 
 def _is_doubtful(best, other, names):
-    """Could `other` be the node instead of `best`, by its signs, its name or its package?"""
+    """Could `other` be the node instead of `best`, by its signs, its name or its place?"""
     if other.text == best.text:
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
     has_usual_name = other.name_rank < len(names) == best.name_rank and other[:2] == best[:2]
     has_usual_package = other.package_rank < 2 <= best.package_rank
-    return is_alike or has_usual_name or has_usual_package
+    is_beside_zip = best.is_unpacked and not other.is_unpacked
+    return is_alike or has_usual_name or has_usual_package or is_beside_zip
 
 
 def _is_program(path):
@@ -158,7 +153,7 @@ def _own_names(package, folder):
     if package is None:
         return [], 0
     places = package.relative_to(folder).parts
-    return [name_in(package / MANIFEST)[0], *places[-1:]], len(places)
+    return [package_name(package), *places[-1:]], len(places)
 
 
 def _candidate(lab, path, package, text, packages, names):
@@ -170,7 +165,8 @@ def _candidate(lab, path, package, text, packages, names):
         is_aside(path),
         min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
         found_signs.count(False), _rank(name, [usual.lower() for usual in names]),
-        _rank(''.join(folders[-1:]), FOLDERS), len(folders), path, found_signs, text)
+        UNPACKED + '/' in path, _rank(''.join(folders[-1:]), FOLDERS), len(folders), path,
+        found_signs, text)
 
 
 def _rank(name, usual_names):

@@ -2,11 +2,8 @@
 
 All files are only read. CMake is not run.
 """
-import os
 import re
-import shutil
 import xml.etree.ElementTree as ElementTree
-from contextlib import suppress
 from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
@@ -14,17 +11,15 @@ from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.names import NAME, is_name
 
 MANIFEST = 'package.xml'
-#: At most this much of a package.xml or a CMakeLists.txt is read [bytes].
+#: At most this much of a package.xml or a setup.py is read [bytes].
 MAX_MANIFEST_BYTES = 100000
-#: The folders of a package's messages, services and actions, and the endings of these files.
-INTERFACES = MESSAGES, SERVICES, ACTIONS = 'msg', 'srv', 'action'
+#: The folders of a package's messages and services, and the endings of these files.
+INTERFACES = MESSAGES, SERVICES = 'msg', 'srv'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 #: A file was put aside if a part of its path is hidden, or has one of these words in its name.
 ASIDE = re.compile(r'^\.|(?<![a-z])(backups?|bak|copy|copies|kopie|old|orig|trash|papierkorb|'
                    r'archived?|deleted)(?![a-z])', re.IGNORECASE)
-#: A comment of CMake. It ends at its closing bracket, or at the end of the line.
-CMAKE_COMMENT = re.compile(r'#\[(=*)\[.*?(?:\]\1\]|\Z)|#[^\n]*', re.DOTALL)
 
 
 def package_folder(path: Path, folder: Path) -> Optional[Path]:
@@ -38,20 +33,33 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
     return None
 
 
-def name_in(manifest: Path) -> Tuple[str, str]:
-    """Returns (the name in a package.xml, ''), or ('', a sentence) if there is no valid name."""
+def source_of(node: Path, folder: Path) -> Path:
+    """Returns the folder of a node's package. Without a package.xml the folder is guessed."""
+    found = package_folder(node, folder)
+    if found is not None:
+        return found
+    in_usual = node.parent.name in FOLDERS and node.parent != folder
+    return node.parent.parent if in_usual else node.parent
+
+
+def package_name(package: Path) -> str:
+    """Returns the name in the package.xml of a package; '' if there is no valid name."""
+    manifest = package / MANIFEST
     if not manifest.is_file():
-        return '', 'The package has no package.xml.'
+        return ''
+    text = manifest.read_bytes()[:MAX_MANIFEST_BYTES].decode('utf-8-sig', errors='replace')
+    if '<!ENTITY' in text:      # an entity may expand to millions of entities
+        return ''
     try:
-        text = manifest.read_bytes()[:MAX_MANIFEST_BYTES].decode('utf-8-sig', errors='replace')
-        if '<!ENTITY' in text:      # an entity may expand to millions of entities
-            raise ValueError('it has entities')
         name = (ElementTree.fromstring(text).findtext('name') or '').strip()
-    except (ElementTree.ParseError, ValueError, LookupError, RecursionError) as error:
-        return '', f'package.xml cannot be read ({error}).'
-    if NAME.fullmatch(name.replace('-', '_')):
-        return name, ''
-    return '', f'The package is called {name[:60]!r}, which is not a name for ROS.'
+    except (ElementTree.ParseError, ValueError, LookupError, RecursionError):
+        return ''
+    return name if NAME.fullmatch(name.replace('-', '_')) else ''
+
+
+def is_aside(path: str) -> bool:
+    """Does a part of the path begin with a dot, or contain a word such as old or copy?"""
+    return any(map(ASIDE.search, Path(path).parts))
 
 
 def distance(path: Path, node: Path, folder: Path) -> Tuple[int, bool, int, str]:
@@ -67,39 +75,21 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     A package has a package.xml, or at least message files. If packages have the same name, the one
     nearest to `node` is returned. A package without a name gets the name of its folder.
     """
-    files = files_in(folder)
-    found = {path.parent for path in files if path.name == MANIFEST}
-    found |= {path.parent.parent for path in files
-              if path.parent.name in INTERFACES and path.suffix == '.' + path.parent.name}
+    found = {path.parent for path in files_in(folder) if path.name == MANIFEST}
+    found |= {path.parent.parent for path in definitions_in(folder)
+              if path.parent.name == path.suffix[1:]}
     packages = {}
     # the nearest package comes last, and replaces packages with the same name
     for package in sorted(found, key=lambda path: distance(path, node, folder), reverse=True):
-        name = own_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
+        name = package_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
         if is_name(name):
             packages[name] = package
     return packages
 
 
-def own_name(package: Path) -> str:
-    """Returns the name in package.xml, or else the name in CMakeLists.txt, or else ''."""
-    names = [name_in(package / MANIFEST)[0], *calls_of('project', package)]
-    return next((name.split()[0] for name in names if name.strip()), '')
-
-
-def gather_definitions(folder: Path) -> None:
-    """Copy each message and service below `folder` into the usual folder of its package. Without a
-    package the usual folder is made beside the file."""
-    for path in files_in(folder):
-        kind = path.suffix[1:]
-        is_definition = kind in (MESSAGES, SERVICES) and is_name(path.stem)
-        is_misplaced = is_definition and path.parent.name != kind
-        is_unused = is_aside(str(path.relative_to(folder)))
-        if is_misplaced and not is_unused and path.stat().st_size <= MAX_MANIFEST_BYTES:
-            package = package_folder(path, folder) or path.parent
-            with suppress(OSError):
-                (package / kind).mkdir(exist_ok=True)
-                if not (package / kind / path.name).exists():
-                    shutil.copy(str(path), str(package / kind))
+def definitions_in(folder: Path) -> List[Path]:
+    """Returns the files of messages and services below `folder`. Their names may be invalid."""
+    return [path for path in files_in(folder) if path.suffix[1:] in INTERFACES]
 
 
 def interface_files(package: Path) -> Dict[str, List[str]]:
@@ -108,41 +98,15 @@ def interface_files(package: Path) -> Dict[str, List[str]]:
             for kind in INTERFACES}
 
 
-def is_aside(path: str) -> bool:
-    """Does a part of the path begin with a dot, or contain a word such as old or copy?"""
-    return any(map(ASIDE.search, Path(path).parts))
-
-
-def source_of(node: Path, folder: Path) -> Path:
-    """Returns the folder of a node's package. Without a package.xml the folder is guessed."""
-    found = package_folder(node, folder)
-    if found is not None:
-        return found
-    in_usual = node.parent.name in FOLDERS and node.parent != folder
-    return node.parent.parent if in_usual else node.parent
-
-
-def calls_of(command: str, package: Path) -> List[str]:
-    """Returns the arguments of each call of a command in the CMakeLists.txt of a package."""
-    file = package / 'CMakeLists.txt'
-    text = file.read_bytes()[:MAX_MANIFEST_BYTES].decode(errors='replace') if file.is_file() else ''
-    text = CMAKE_COMMENT.sub('', text).replace('"', ' ')
-    parts = re.split(re.escape(command), text, flags=re.IGNORECASE)[1:]
-    return [part.partition(')')[0].lstrip(' (') for part in parts]
-
-
 def modules_of(package: Path, name: str) -> List[Path]:
-    """Returns the folders of modules that a package's setup.py installs. `name` is the package's
-    name."""
+    """Returns the folders of modules that a package's setup.py may install, the deepest first.
+    `name` is the package's name."""
     setup = package / 'setup.py'
     if not setup.is_file():
         return []
     text = setup.read_bytes()[:MAX_MANIFEST_BYTES].decode(errors='replace')
-    names = {name, *re.findall(r'[\'"](\w+(?:/\w+)*)', text)}
-    found = []
-    for parent in sorted({'src', *names, *map(os.path.dirname, names)}):
-        for folder in sorted((package / parent).glob('*')):
-            is_named = folder.name in names or 'find_packages' in text
-            if folder.is_dir() and is_named and (parent or (folder / '__init__.py').is_file()):
-                found.append(folder)
-    return found
+    names = {name, *re.findall(r'\w+', text)}
+    folders = {path.parent for path in files_in(package) if path.suffix == '.py'} - {package}
+    return sorted((folder for folder in folders
+                   if folder.name in names or 'find_packages' in text),
+                  key=lambda folder: len(folder.parts), reverse=True)

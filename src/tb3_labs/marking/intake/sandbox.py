@@ -1,45 +1,70 @@
 """Protects the marker from a submission's node by limits, and by a sandbox of bubblewrap.
 
 The rostest, master, robot, check and node of a submission share a network that has only a loopback.
-All these processes end together with the marker.
-
-The node is in a sandbox inside that network. The sandbox has its own processes, its own /tmp and
-home. The node sees only the parts of the system that it needs, and cannot write them. The node's
-processes, memory and disk are limited. An ordinary user makes the sandbox with a user namespace.
-If root runs mark.py, the node has a user that owns nothing, since Linux does not count root's
+All these processes end together with the marker. The node is in a sandbox inside that network. The
+sandbox has its own processes, its own /tmp and home. The node sees only the parts of the system
+that it needs, and cannot write them. An ordinary user makes the sandbox with a user namespace. If
+root runs mark.py, the node has a user that owns nothing, since Linux does not count root's
 processes.
 """
-import inspect
-import json
 import os
 import platform
 import random
-import signal
+import re
 import subprocess
+import sys
 from pathlib import Path
 from typing import Dict, Iterable, List, Mapping
 
-from tb3_labs.marking.intake.mounts import CMAKE_PREFIX_PATH, mount_options, version_of
-from tb3_labs.marking.node_start import (
-    HOME, IDENTITY, LIMIT_FILES_COMMAND, OWN_FOLDERS, OWN_PACKAGE)
+import rospkg
 
+from tb3_labs.marking.node_start import (
+    HOME, IDENTITY, LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_TASKS, OWN_FOLDERS, OWN_PACKAGE)
+
+#: The environment variable that lists the folders of workspaces.
+CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'
+#: The environment variable that lists the folders of Python's modules.
+PYTHONPATH = 'PYTHONPATH'
 #: A sandbox gets each variable of the instructor whose name begins with one of these words.
 INHERITED_PREFIXES = ('ROS', 'PYTHON', CMAKE_PREFIX_PATH, 'PKG_CONFIG_PATH', 'LD_LIBRARY_PATH',
                       'PATH', 'LANG', 'LC_', 'TZ', 'TERM', IDENTITY)
 #: The folder of rospy's log files in a sandbox.
 LOGS = HOME + '/.ros/log'
-#: The limit of a process's address space [bytes], and the limit of threads and processes together.
-#: (On 64 cores numpy starts 64 threads, and reserves 3 GB for them.)
-ADDRESS_SPACE = 6 * 10 ** 9
-MAX_TASKS = 500
-#: This command limits the master, the robot, the check, and the node in a sandbox.
-LIMIT_COMMAND = LIMIT_FILES_COMMAND + [f'--as={ADDRESS_SPACE}']
 #: Root's sandboxes use these users, which own nothing. systemd uses them for the same purpose.
 UNUSED_USER_IDS = range(61184, 65519)
 #: The first version of Linux that counts the processes of each user namespace separately.
 LINUX_WITH_COUNT = 5, 14
 #: A sandbox that has not started within this time does not work [s].
 SANDBOX_START = 20.0
+#: A sandbox has these parts of /etc: host names, time zone, libraries, fonts and ROS need them.
+ETC_PARTS = ('alternatives fonts host.conf hosts ld.so.cache ld.so.conf ld.so.conf.d localtime '
+             'matplotlibrc mime.types nsswitch.conf python3 ros timezone').split()
+#: A student's program sees only these parts of this package.
+SHARED_PARTS = ('package.xml', 'cmake', 'msg', 'srv')
+READ_ONLY, READ_ONLY_TRY, EMPTY = '--ro-bind', '--ro-bind-try', '--tmpfs'
+#: In a sandbox python3 -c first runs this program. Its arguments are the number of the user, or '',
+#: and a command. It makes the user's folders writable, and becomes the user. It makes the folder of
+#: log files, since rospy does not own the folder above it. Then it runs the command.
+ENTER = f'''import errno, os, signal, sys
+user, *command = sys.argv[1:]
+if user:
+    for folder in {OWN_FOLDERS}:
+        os.chmod(folder, 0o1777)
+    os.setgroups([])
+    os.setresgid(*[int(user)] * 3)
+    os.setresuid(*[int(user)] * 3)
+os.makedirs('{LOGS}', exist_ok=True)
+os.environ.pop('{IDENTITY}', None)
+# without this line Ctrl+C would be ignored here, since bubblewrap ignores it
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+try:
+    os.execvp(command[0], command)
+except OSError as problem:
+    why = problem.strerror
+    if problem.errno == errno.ENOEXEC:
+        why = 'its first line is not #!/usr/bin/env python3'
+    sys.exit('rosrun cannot start it: ' + why)
+'''
 #: The instructor reads this text if the submissions are marked without sandboxes.
 UNPROTECTED = "No sandboxes: a submission's program can read and delete your files and use the " \
     'network; it can write no large file, and every process of it that can be found is killed.'
@@ -116,12 +141,11 @@ class Sandbox(Protection):
             options.append('--unshare-user')
         else:
             options += ['--cap-drop', 'ALL', '--cap-add', 'CAP_SETUID', '--cap-add', 'CAP_SETGID']
-        options += [*mount_options(self._readable), '--chdir', HOME]
+        options += [*_mount_options(self._readable), '--chdir', HOME]
         limit_command = LIMIT_COMMAND + ['--core=0']
-        if self.user is not None or version_of(platform.release()) >= LINUX_WITH_COUNT:
+        if self.user is not None or _counts_processes():
             limit_command.append(f'--nproc={MAX_TASKS}')
-        entered = {'forget': IDENTITY, 'user': self.user, 'folders': OWN_FOLDERS, 'logs': LOGS}
-        enter_command = ['/usr/bin/python3', '-ISc', ENTER, json.dumps(entered)]
+        enter_command = ['/usr/bin/python3', '-ISc', ENTER, str(self.user or '')]
         # Ctrl+C must end the program and not bubblewrap
         return ['sh', '-c', 'trap "" INT; exec "$@"', 'sh', 'bwrap', *options, '--',
                 *limit_command, *enter_command, *words]
@@ -162,35 +186,77 @@ def _change_owner(folder, user):
         os.chown(str(path), user, user, follow_symlinks=False)
 
 
-# -- inside a sandbox
+def _counts_processes():
+    """Does Linux count the processes of each sandbox separately?"""
+    version = tuple(int(number) for number in re.findall(r'\d+', platform.release())[:2])
+    return version >= LINUX_WITH_COUNT
 
-def _enter(forget, user, folders, logs):
-    """If `user` is not None, make the `folders` writable for this user, and become the user. Make
-    the folder `logs`, since rospy does not own the folder above it. Remove the variable `forget`.
 
-    The text of this function runs in the sandbox, where this package is missing.
+# -- the files and folders that a program sees
+# A mount is the words of an option of bubblewrap. The last word is the path in the sandbox.
+
+def _mount_options(readable):
+    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders."""
+    hidden, shared = _own_package()
+    mounts = _system() + _ros() + [(EMPTY, folder) for folder in hidden] + shared
+    mounts += [(READ_ONLY_TRY, folder, folder) for folder in readable]
+    options = _with_parents(mounts)
+    for folder in hidden + ['/dev', '/']:
+        options += ['--remount-ro', folder]
+    return options
+
+
+def _system():
+    """Returns the read-only mounts of the system, and the mounts of the program's own folders."""
+    mounts = [(READ_ONLY, '/usr', '/usr'), ('--proc', '/proc'), ('--dev', '/dev'),
+              (READ_ONLY_TRY, '/sys/devices/system/cpu', '/sys/devices/system/cpu')]
+    for name in ('bin', 'sbin', 'lib', 'lib32', 'lib64', 'libx32'):
+        if os.path.islink('/' + name):
+            mounts.append(('--symlink', os.readlink('/' + name), '/' + name))
+        else:
+            mounts.append((READ_ONLY_TRY, '/' + name, '/' + name))
+    mounts += [(READ_ONLY_TRY, '/etc/' + name, '/etc/' + name) for name in ETC_PARTS]
+    return mounts + [(EMPTY, folder) for folder in OWN_FOLDERS]
+
+
+def _folders_in(*variables):
+    return [folder for name in variables
+            for folder in os.environ.get(name, '').split(':') if folder]
+
+
+def _ros():
+    """Returns the mounts of the folders of Python and ROS that are not in /usr."""
+    folders = [sys.prefix, sys.base_prefix, '/opt/ros'] + _folders_in(
+        PYTHONPATH, CMAKE_PREFIX_PATH, 'LD_LIBRARY_PATH')
+    return [(READ_ONLY, folder, folder) for folder in dict.fromkeys(map(os.path.abspath, folders))
+            if os.path.isdir(folder) and not (folder + '/').startswith('/usr/')]
+
+
+def _own_package():
+    """Returns (the hidden folders of this package, the mounts of their SHARED_PARTS)."""
+    folders = [rospkg.RosPack().get_path(OWN_PACKAGE)]
+    folders += [os.path.join(folder, OWN_PACKAGE) for folder in _folders_in(PYTHONPATH)]
+    folders += [os.path.join(prefix, 'lib', OWN_PACKAGE)
+                for prefix in _folders_in(CMAKE_PREFIX_PATH)]
+    hidden = list(filter(os.path.isdir, dict.fromkeys(map(os.path.abspath, folders))))
+    paths = [os.path.join(folder, name) for folder in hidden for name in SHARED_PARTS]
+    shared = [(READ_ONLY, os.path.realpath(path), path) for path in paths if os.path.exists(path)]
+    return hidden, shared
+
+
+def _with_parents(mounts):
+    """Returns bubblewrap's options for these mounts.
+
+    A mount comes after the mounts above it, since Python may be in a hidden folder, and a hidden
+    folder may be in a folder of ROS. The options also make the folders above a mount. If bubblewrap
+    made these folders by itself, only root could enter some of them.
     """
-    if user is not None:
-        for folder in folders:
-            os.chmod(folder, 0o1777)
-        os.setgroups([])
-        os.setresgid(user, user, user)
-        os.setresuid(user, user, user)
-    os.makedirs(logs, exist_ok=True)
-    os.environ.pop(forget, None)
-    # without this line Ctrl+C would be ignored here, since bubblewrap ignores it
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-#: In a sandbox python3 -c first runs this program. Its arguments are the JSON for _enter(), and the
-#: command.
-ENTER = '''import errno, json, os, signal, sys
-{}
-_enter(**json.loads(sys.argv[1]))
-try:
-    os.execvp(sys.argv[2], sys.argv[2:])
-except OSError as problem:
-    sys.exit('rosrun cannot start it: ' + (
-        'its first line is not #!/usr/bin/env python3' if problem.errno == errno.ENOEXEC else
-        problem.strerror))
-'''.format(inspect.getsource(_enter))
+    options = []
+    made = {Path('/')}
+    for mount in sorted(mounts, key=lambda mount: len(Path(mount[-1]).parts)):
+        for folder in reversed(Path(mount[-1]).parents):
+            if folder not in made:
+                made.add(folder)
+                options += ['--dir', str(folder)]
+        options += mount
+    return options

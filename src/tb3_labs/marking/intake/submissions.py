@@ -1,27 +1,33 @@
-"""Finds and copies the submissions of a class: folders and zip files of a learning platform.
+"""Finds the submissions of a class, which are folders and zip files of a learning platform. Reads
+each submission: copies its files, chooses its node, and finds the node's packages.
 
 Moodle writes ``Ann Miller_12345_assignsubmission_file_`` (a folder), or adds the name of a file to
 it. Canvas writes ``millerann_12345_67890_lab2.zip``. It adds ``_LATE`` to the name of a student who
 is late, and writes ``lab2-1.zip`` for a file that is handed in again. A name may be any bytes, so
 each name is checked.
 
-The files that were handed in are neither changed nor run. Each file is copied or unpacked once.
+The files that were handed in are neither changed nor run. A separate process reads a submission,
+since a stranger's file may use all memory, or take hours to read. If a limit ends that process, the
+marking goes on.
 """
 import difflib
-import hashlib
-import os
+import json
 import re
-import shutil
 import stat
+import subprocess
+import sys
 from collections import Counter
 from pathlib import Path
-from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.archives import (
-    BAD_NAME, GENERATED_FOLDERS, IGNORED_PATHS, ZIP, NotJudged, UnpackLimits, is_zip,
-    omission_remarks, shortened, submitted_files, unpack, write_file, writing_order)
-from tb3_labs.marking.intake.packages import MANIFEST, name_in
+    IGNORED_PATHS, ZIP, NotJudged, copy_submission, digest, is_zip, shortened)
+from tb3_labs.marking.intake.find_node import find_node
+from tb3_labs.marking.intake.imports import find_missing
+from tb3_labs.marking.intake.packages import package_name, packages_in, source_of
+from tb3_labs.marking.names import NodeNames
+from tb3_labs.marking.node_start import LIMIT_READER_COMMAND
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(
@@ -29,17 +35,20 @@ CANVAS = re.compile(
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
-#: The names of a student's packages and workspaces, and of the folders in them.
-COURSE_FOLDER = re.compile(
-    r'(ice|lab)[ _.-]?\d.*|src|scripts|nodes|msg|srv|launch|build|devel|.*_ws', re.IGNORECASE)
 #: A student's files get other names than these, which the folder of marks or Linux uses.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: The longest name [bytes]. Linux allows 255 bytes, which leaves space for an ending.
 MAX_NAME_LENGTH = 180
-#: A larger file is not copied, unless it is a zip file [bytes].
-MAX_COPIED_BYTES = 20000000
-#: The endings of archives. If the copy has a file with such an ending, this file was not unpacked.
-ARCHIVE_ENDINGS = (ZIP, '.rar', '.7z', '.tar', '.gz', '.tgz', '.xz', '.bz2')
+#: This program reads a submission. Its input and its output are JSON.
+READ_PROGRAM = '''import json, sys
+del sys.path[0]
+from tb3_labs.marking.intake import submissions
+try:
+    answer = submissions.read_in_this_process(*json.load(sys.stdin)), None
+except submissions.NotJudged as problem:
+    answer = None, str(problem)
+json.dump(answer, sys.stdout)
+'''
 
 
 def file_name(text: str) -> str:
@@ -47,11 +56,7 @@ def file_name(text: str) -> str:
     name = printable(text.strip()).replace('/', '_')
     if RESERVED_NAMES.fullmatch(name):
         name = f'_{name}_'
-    data = name.encode()
-    if len(data) > MAX_NAME_LENGTH:
-        name = '{}-{}'.format(data[:MAX_NAME_LENGTH - 9].decode(errors='ignore'),
-                              hashlib.sha256(data).hexdigest()[:8])
-    return name
+    return name.encode()[:MAX_NAME_LENGTH].decode(errors='ignore')
 
 
 class PlatformName(NamedTuple):
@@ -93,7 +98,7 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     for (student, number, single), together in groups.items():
         if times[student] > 1:
             student = file_name(f'{student} ({number or single})')
-        while student in students:      # the names differed only in invisible characters
+        while student in students:      # the names differed in their ends, or invisible characters
             student += '_'
         students[student] = together
     return students
@@ -113,7 +118,8 @@ class Submission(NamedTuple):
     """The files and folders that one student handed in."""
 
     student: str
-    files: Dict[Path, str]      # file or folder -> the file's name on the student's computer
+    #: File or folder -> the file's name on the student's computer. The latest upload is the last.
+    files: Dict[Path, str]
     number: str = ''            # the student's number on the platform; '' if there is none
     late: bool = False          # does the platform say that the submission is late?
 
@@ -139,108 +145,13 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         print_line(f'left out, because it is {kind}: {path}')
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
-    return [Submission(student, {folder / name: names[name].file or name for name in together},
-                       names[together[0]].number, any(names[name].late for name in together))
-            for student, together in sorted(by_student(names).items())]
-
-
-def without_wrapping(folder: Path) -> Path:
-    """Returns the folder that a zip program put around all submissions, or else `folder` itself."""
-    inside = list(folder.iterdir())
-    has_one_folder = len(inside) == 1 and inside[0].is_dir()
-    if not has_one_folder or _is_one_submission(inside[0]):
-        return folder
-    is_wrapping = all(path.is_dir() or is_zip(path.name) for path in inside[0].iterdir())
-    return inside[0] if is_wrapping else folder
-
-
-def _is_one_submission(folder):
-    """Is a folder one student's package or workspace, or a folder of the student's packages?"""
-    unnumbered = [path for path in folder.iterdir()
-                  if not read_name(path.name, path.is_dir()).number]
-    return any(COURSE_FOLDER.fullmatch(path.name) or name_in(path / MANIFEST)[0] == path.name
-               for path in unnumbered)
-
-
-# -- the copy of a submission
-
-def copy_submission(handed_in: Dict[Path, str], folder: Path,
-                    has_node: Callable[[], bool]) -> Tuple[List[str], List[str]]:
-    """Make `folder`, copy the files of a submission into it, and unpack the zip files there.
-
-    Returns (remarks on files that are left out, remarks on archives that are not unpacked).
-
-    ``has_node()`` tries to find the node in the copy. Zip files beside the node are not unpacked,
-    since such files do not belong to the code. GENERATED_FOLDERS are copied only if the node is
-    nowhere else.
-    """
-    remarks = _copy(handed_in, folder, has_node, GENERATED_FOLDERS)
-    if not has_node():
-        shutil.rmtree(str(folder))
-        remarks = _copy(handed_in, folder, has_node, IGNORED_PATHS)
-    return remarks
-
-
-def _copy(handed_in, folder, has_node, ignored):
-    folder.mkdir(parents=True)
-    limits = UnpackLimits()
-    not_unpacked, bad_names = [], []
-    files, remarks = _files_to_copy(handed_in, ignored)
-    zips = [path for path in files if is_zip(path.name)]
-    sizes = {path: files[path].stat().st_size for path in files if not is_zip(path.name)}
-    for path in sorted(sizes, key=lambda path: writing_order(str(path), sizes[path])):
-        if limits.spend(sizes[path]):
-            with open(str(files[path]), 'rb') as source:
-                is_executable = os.access(str(files[path]), os.X_OK)
-                if not write_file(source, folder / path, is_executable):
-                    bad_names.append(path)
-    remarks += omission_remarks(BAD_NAME, bad_names)
-    if zips and has_node():
-        remarks += omission_remarks('it is a zip file beside the node', zips)
-        zips = []
-    for path in zips:
-        target = folder / path.parent / (path.stem + '.unpacked')
-        while target.exists():        # names may differ only in their endings
-            target = target.with_name(target.name + '_')
-        try:
-            remarks += unpack(files[path], target, limits, ignored)
-        except NotJudged as reason:
-            not_unpacked.append(str(reason))
-    archives = [path for path in submitted_files(folder, IGNORED_PATHS)[0]
-                if path.suffix.lower() in ARCHIVE_ENDINGS]
-    if archives:
-        not_unpacked.append(f'{printable(archives[0].name)} was not unpacked: only zip files are, '
-                            'and none in others.')
-    if limits.exceeded:
-        not_unpacked.append(limits.exceeded)
-    return remarks, not_unpacked
-
-
-def _files_to_copy(handed_in, ignored):
-    """Returns ({path in the copy: file to copy}, remarks on the files that are not copied)."""
-    files, platform_names, remarks = {}, {}, []
-    for handed, own_name in sorted(handed_in.items(), key=lambda item: _upload_order(item[0].name)):
-        sources = {Path(own_name): handed}
-        if handed.is_dir():
-            sources = _files_of_folder(handed, remarks, ignored)
-        for path, source in sources.items():
-            if path in files:
-                remarks.append('{} was handed in again: {} counts, not {}.'.format(
-                    *map(printable, (str(path), handed.name, platform_names[path]))))
-            files[path], platform_names[path] = source, handed.name
-    return files, remarks
-
-
-def _files_of_folder(folder, remarks, ignored):
-    """Returns {path below the folder: file to copy}. The other files get a line in `remarks`."""
-    files, refused = submitted_files(folder, ignored)
-    large = {path for path in files
-             if path.stat().st_size > MAX_COPIED_BYTES and not is_zip(path.name)}
-    for why, paths in (
-            ('each is a link, a device, too deep, or may not be read', refused),
-            (f'each is larger than {MAX_COPIED_BYTES / 1e6:g} MB', large)):
-        remarks += omission_remarks(why, [path.relative_to(folder) for path in paths])
-    return {path.relative_to(folder): path for path in files if path not in large}
+    submissions = []
+    for student, together in sorted(by_student(names).items()):
+        files = {folder / name: names[name].file or name
+                 for name in sorted(together, key=_upload_order)}
+        submissions.append(Submission(student, files, names[together[0]].number,
+                                      any(names[name].late for name in together)))
+    return submissions
 
 
 def _upload_order(name):
@@ -248,3 +159,69 @@ def _upload_order(name):
     canvas, repetition = CANVAS.fullmatch(name), CANVAS_REPETITION.search(name)
     return (int(repetition.group(1)) if repetition else 0,
             int(canvas['upload']) if canvas else 0, name)
+
+
+# -- reading
+
+class ParsedSubmission(NamedTuple):
+    """A submission as it was read. Paths are relative to the folder of the copy."""
+
+    digest: str                     # a hash of all files of the copy
+    remarks: List[str]              # sentences for the student; prepare() adds sentences
+    findings: List[str]             # sentences for the instructor; prepare() adds sentences
+    node: str                       # the node's file
+    package: str                    # the folder of the node's package
+    name: str                       # the name in the package's package.xml; '' if it is not valid
+    packages: Dict[str, str]        # name -> folder; the package nearest to the node is last
+    unused: List[str]               # missing modules that the node imports and does not use
+
+
+def read(submission: Submission, folder: Path, lab: NodeNames, package: str = '',
+         name: str = '') -> ParsedSubmission:
+    """Make `folder`, copy a submission into it, and read the copy. If `package` or `name` is given,
+    the node has that package or name.
+
+    Raises ``NotJudged`` if no file can be the node, if the node uses a missing module, or if a
+    limit ends the process that reads.
+    """
+    files = {str(path): own_name for path, own_name in submission.files.items()}
+    done = subprocess.run(
+        [*LIMIT_READER_COMMAND, sys.executable, '-c', READ_PROGRAM],
+        input=json.dumps([files, str(folder), lab, package, name]),
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True,
+        cwd='/',                    # python -c imports from this folder
+        start_new_session=True)     # Ctrl+C must not end this process
+    if done.returncode != 0:
+        lines = done.stderr.strip().splitlines() or [f'exit status {done.returncode}']
+        raise NotJudged(f'It cannot be read, or its reading takes too much memory or time '
+                        f'({lines[-1]}).')
+    result, refusal = json.loads(done.stdout)
+    if refusal is not None:
+        raise NotJudged(refusal)
+    return ParsedSubmission(*result)
+
+
+def read_in_this_process(files: Dict[str, str], folder: str, lab: Sequence[Any], package: str,
+                         name: str) -> ParsedSubmission:
+    """Read a submission; see `read`. `files` maps a path to the file's name on the student's
+    computer."""
+    copy = Path(folder)
+    remarks = copy_submission({Path(path): own_name for path, own_name in files.items()}, copy)
+    path, why, findings = find_node(copy, NodeNames(*lab), package, name)
+    node = copy / path
+    source = source_of(node, copy)
+    packages = packages_in(copy, node)
+    missing = find_missing(node, source, copy, packages)
+    if missing.used:
+        raise NotJudged(f'{path} needs modules that do not work on the marking machine: '
+                        f"{', '.join(missing.used)}.")
+    remarks += why
+    if missing.stand_ins:
+        remarks.append('Messages and services of the submission and of the skeleton stand in for '
+                       f"these packages, which were not handed in: {', '.join(missing.stand_ins)}.")
+    own_name = package_name(source)
+    if not own_name:
+        remarks.append('Its package has no package.xml with a valid name.')
+    return ParsedSubmission(
+        digest(copy), remarks, findings, path, str(source.relative_to(copy)), own_name,
+        {name: str(place.relative_to(copy)) for name, place in packages.items()}, missing.unused)

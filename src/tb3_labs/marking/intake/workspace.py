@@ -22,19 +22,16 @@ from typing import Any, Dict, List, Mapping, Optional
 import rospkg
 
 from tb3_labs.command_line import printable
-from tb3_labs.marking.intake.mounts import PYTHONPATH
-from tb3_labs.marking.intake.packages import (
-    ACTIONS, MESSAGES, SERVICES, calls_of, interface_files, modules_of)
-from tb3_labs.marking.intake.read_submission import ParsedSubmission
-from tb3_labs.marking.intake.sandbox import Protection
+from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, modules_of
+from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
+from tb3_labs.marking.intake.submissions import ParsedSubmission
 from tb3_labs.marking.names import NAME, is_name
-from tb3_labs.marking.node_start import NODE_PREFIX, OWN_PACKAGE, NodeStart
+from tb3_labs.marking.node_start import (
+    LIMIT_READER_COMMAND, NODE_PREFIX, OWN_PACKAGE, NodeStart)
 from tb3_labs.watch import PROBE, watched
 
 #: If a node's first line begins in this way, the line names the Python that runs the node.
 PYTHON_LINE = re.compile(rb'#! *(?:\S*/env +)?(\S*python[\d.]*)')
-#: If a CMakeLists.txt installs a node by this command, the node starts even without a first line.
-INSTALLS_PROGRAMS = 'catkin_install_python'
 #: The text of an empty module. Each name that a program imports from it is None.
 EMPTY_MODULE = '''def __getattr__(name):
     if name.startswith('__'):
@@ -48,13 +45,10 @@ MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encodin
 MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
 #: The program MAKE_MODULES is stopped after this time [s].
 BUILD_TIME = 30.0
-#: This command runs MAKE_MODULES with limits of memory [bytes] and processor time [s].
-LIMITED_PYTHON = ['prlimit', '--as=1000000000', '--cpu=20', 'python3', '-c']
 #: Errors that may come from the version of Python, or of a module, on this machine.
 VERSION_ERROR = re.compile(
-    r"""^((?:AttributeError: module|ImportError: cannot import name '.*?' from) """
-    r"""'(\w+)(?:\.[\w.]*)?'.*|AttributeError: 'Thread' object .* 'isAlive'|"""
-    r"""ModuleNotFoundError: .*)$""", re.MULTILINE)
+    "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
+    'ModuleNotFoundError: ).*$', re.MULTILINE)
 #: The folder of a workspace with the copy of the submission.
 COPY = 'src'
 
@@ -72,9 +66,7 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
     # a repository's copy of geometry_msgs must not replace the geometry_msgs of this machine
     own = [name for name in reading.packages if name not in system_messages()]
     packages = {name: copy / reading.packages[name] for name in own[-MAX_PACKAGES:]}
-    for name, files in reading.substituted.items():
-        packages[name] = _stand_in(name, files, workspace / 'substituted' / name, remarks)
-    _repair(node, source, remarks, reading.findings)
+    _repair(node, remarks, reading.findings)
     environment = dict(environment)
     environment['ROS_PACKAGE_PATH'] = ':'.join(filter(None, [
         *map(str, dict.fromkeys([source, *packages.values()])),
@@ -98,18 +90,6 @@ def prepare(reading: ParsedSubmission, workspace: Path, environment: Mapping[str
         _shown_name(reading.name, node.name), str(copy))
 
 
-def _stand_in(name, files, folder, remarks):
-    """Make a package with only these types of the course. Returns the package's folder."""
-    own = rospkg.RosPack().get_path(OWN_PACKAGE)
-    for file in files:
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(os.path.join(own, file), str(folder / file))
-        remarks.append('The package {} was not handed in: the {} {} of the skeleton stands in for '
-                       'its own.'.format(name, 'message' if file.endswith(MESSAGES) else 'service',
-                                         Path(file).stem))
-    return folder
-
-
 def _shown_name(package, file):
     """Returns package/file for roslaunch and for the pages. An invalid name becomes submission or
     node.py."""
@@ -119,8 +99,8 @@ def _shown_name(package, file):
     return f'{package}/{file}' if NAME.fullmatch(stem) else package + '/node.py'
 
 
-def _repair(node, package, remarks, findings):
-    """Repair a node's file in the folder `package`."""
+def _repair(node, remarks, findings):
+    """Repair a node's file. Sentences are added to `remarks` and `findings`."""
     code = node.read_bytes()
     repairs = []
     if code.startswith(codecs.BOM_UTF8):
@@ -137,9 +117,8 @@ def _repair(node, package, remarks, findings):
         repairs.append('is not text in UTF-8: save it as UTF-8')
     elif not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
-        if calls_of(INSTALLS_PROGRAMS, package):
-            findings.append(f'{INSTALLS_PROGRAMS} of its CMakeLists.txt may start it without the '
-                            'line #!/usr/bin/env python3.')
+        findings.append('It does not begin with #!/usr/bin/env python3: if its CMakeLists.txt has '
+                        'catkin_install_python, it may run on another machine.')
     elif python and not shutil.which(os.fsdecode(python.group(1))):
         findings.append(f'It begins with {printable(os.fsdecode(first[:80]))}, which this machine '
                         'lacks: on another one it may run.')
@@ -150,12 +129,11 @@ def _repair(node, package, remarks, findings):
     node.chmod(0o755)
 
 
-def version_errors(printed: str, copy: Path) -> List[str]:
+def version_errors(printed: str) -> List[str]:
     """Returns sentences for the instructor on printed errors that a node may not have on another
-    machine. Errors of the submission's own modules, which are in `copy`, are left out."""
+    machine."""
     return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
-            for line, module in dict.fromkeys(VERSION_ERROR.findall(printed))
-            if not any(path.stem == module for path in copy.rglob(module + '*') if module)]
+            for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
 
 
 # -- messages and services
@@ -193,7 +171,7 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
         remarks.append('The messages and services could not be built.')
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
     for package_name, kind, name, text in done['modules']:
-        if not (package_name in packages and kind in (MESSAGES, SERVICES)
+        if not (package_name in packages and kind in INTERFACES
                 and MODULE_FILE.fullmatch(name)):
             raise ValueError(f'a module is called {[package_name, kind, name]!r}')
         module_folder = folder / package_name / kind
@@ -212,12 +190,9 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
 def _definitions(name, package):
     """Returns ([package, 'msg' or 'srv', name, text] of each message and service of a package,
     sentences on the files that are not built)."""
-    files = interface_files(package)
     definitions, problems = [], []
-    if files[ACTIONS]:
-        problems.append(f'{name} has actions: they were not built.')
-    for kind in (MESSAGES, SERVICES):
-        for file in files[kind]:
+    for kind, files in interface_files(package).items():
+        for file in files:
             stem = file[:-len(kind) - 1]
             if is_name(stem):
                 text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
@@ -233,7 +208,8 @@ def _examples_of(definitions, environment, protection):
     # the answer is a file, since the sandbox limits the size of files but not of pipes
     with tempfile.TemporaryFile('w+') as answer:
         subprocess.run(
-            protection.check_command(protection.program_command(LIMITED_PYTHON + [MAKE_MODULES])),
+            protection.check_command(protection.program_command(
+                LIMIT_READER_COMMAND + ['python3', '-c', MAKE_MODULES])),
             input=json.dumps({'search': system_messages(), 'definitions': definitions}),
             stdout=answer, stderr=subprocess.DEVNULL, timeout=BUILD_TIME, check=True, cwd='/',
             env=protection.program_environment(environment), universal_newlines=True)

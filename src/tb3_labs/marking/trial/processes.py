@@ -14,13 +14,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-#: All programs in a sandbox together may use this much.
-MAX_MEMORY = 2 * 10 ** 9       # [bytes]
-MAX_DISK = 300 * 10 ** 6       # size of the files in the sandbox's own folders [bytes]
-MAX_PROCESSES = 100
-#: Master, robot and check together may use this memory [bytes]. The three need about 180 MB, but a
-#: node can fill their memory by its messages.
-MAX_OTHER_MEMORY = 600 * 10 ** 6
+from tb3_labs.marking.node_start import MAX_DISK, MAX_MEMORY, MAX_OTHER_MEMORY, MAX_PROCESSES
+
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
 #: At most this many characters of the output are recorded in each second, or a tenth of this number

@@ -18,7 +18,7 @@ from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.stimuli import (
     EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)
 from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
-from tb3_labs.marking.source_analysis import text_of
+from tb3_labs.marking.trial.source_analysis import text_of
 from tb3_labs.marking.trial.observation import (
     CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.trial.ros_recording import Recorder, Recording

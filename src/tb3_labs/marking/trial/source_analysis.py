@@ -4,8 +4,7 @@
 * a function that assigns an angle to an orientation instead of a quaternion,
 * the lines that assign each variable.
 
-The text comes from a stranger, so a process with limits reads it: :func:`text_of` starts this
-module as a program, and the program prints the result of :func:`analyse`.
+The text comes from a stranger, so a process with limits reads it.
 """
 import ast
 import json
@@ -16,8 +15,14 @@ import subprocess
 import sys
 from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple, Union
 
-#: The limits of a process that reads a stranger's text: memory [bytes], processor time [s].
-PROCESS_LIMITS = ['prlimit', '--as=1000000000', '--cpu=10', '--core=0']
+from tb3_labs.marking.node_start import LIMIT_READER_COMMAND
+
+#: This program prints the result of `analyse` for the files in its arguments.
+ANALYSE_FILES = '''import json, sys
+del sys.path[0]
+from tb3_labs.marking.trial import source_analysis
+print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1:]))))
+'''
 #: A larger file is not read [bytes].
 MAX_TEXT_BYTES = 200000
 #: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
@@ -48,7 +53,7 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
     variable; see the function `assigned`.
     """
     done = subprocess.run(
-        [*PROCESS_LIMITS, sys.executable, '-I', os.path.abspath(__file__), *paths], cwd='/',
+        [*LIMIT_READER_COMMAND, sys.executable, '-c', ANALYSE_FILES, *paths], cwd='/',
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, universal_newlines=True)
     return dict(json.loads(done.stdout)) if done.returncode == 0 else analyse([])
 
@@ -198,7 +203,8 @@ def _sign(factor: Any) -> float:
     return -1.0 if isinstance(getattr(factor, 'op', None), ast.USub) else 1.0
 
 
-def _python_texts(paths: Iterable[str]) -> Iterator[bytes]:
+def python_texts(paths: Iterable[str]) -> Iterator[bytes]:
+    """Yields the text of each program. Each of the `paths` is a program or a folder of programs."""
     for path in paths:
         below = [os.path.join(folder, name) for folder, _, names in os.walk(path)
                  for name in names if name.endswith('.py')]
@@ -206,7 +212,3 @@ def _python_texts(paths: Iterable[str]) -> Iterator[bytes]:
             if os.path.isfile(file) and os.path.getsize(file) <= MAX_TEXT_BYTES:
                 with open(file, 'rb') as opened:
                     yield opened.read()
-
-
-if __name__ == '__main__':
-    print(json.dumps(analyse(_python_texts(sys.argv[1:]))))
