@@ -163,7 +163,7 @@ def _is_available(item, own_modules, packages):
     name = item.package
     if not name:        # the import begins with a dot
         return True
-    if name in packages and any(interface_files(packages[name]).values()):
+    if name in packages and interface_files(packages[name]):
         return True
     if name in own_modules and not item.imports_types:
         return True
@@ -183,13 +183,12 @@ def _has_types(item, program, types):
 def _definitions(node, folder):
     """Returns the files of the messages and services of this package, and then of the submission,
     the nearest to the node last."""
-    course = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
+    course = interface_files(Path(rospkg.RosPack().get_path(OWN_PACKAGE)))
     own = [path for path in definitions_in(folder)
            if is_name(path.stem) and path.stat().st_size <= MAX_MANIFEST_BYTES
            and not is_aside(str(path.relative_to(folder)))]
     own.sort(key=lambda path: distance(path, node, folder), reverse=True)
-    return [course / kind / name for kind, names in interface_files(course).items()
-            for name in names] + own
+    return course + own
 
 
 def _stand_in(package, definitions):

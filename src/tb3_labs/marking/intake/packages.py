@@ -92,10 +92,12 @@ def definitions_in(folder: Path) -> List[Path]:
     return [path for path in files_in(folder) if path.suffix[1:] in INTERFACES]
 
 
-def interface_files(package: Path) -> Dict[str, List[str]]:
-    """Returns kind -> names of a package's files. The names may be invalid."""
-    return {kind: sorted(path.name for path in (package / kind).glob('*.' + kind) if path.is_file())
-            for kind in INTERFACES}
+def interface_files(package: Path) -> List[Path]:
+    """Returns the files of a package's messages and services. Their names may be invalid."""
+    found = []
+    for kind in INTERFACES:
+        found += sorted(path for path in (package / kind).glob('*.' + kind) if path.is_file())
+    return found
 
 
 def modules_of(package: Path, name: str) -> List[Path]:

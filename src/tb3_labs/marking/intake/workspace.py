@@ -156,51 +156,42 @@ def build(packages: Dict[str, Path], node: Path, folder: Path, environment: Dict
     folder.mkdir()
     for name, own in own_modules.items():
         (folder / name).symlink_to(own)
-    text = node.read_text(encoding='utf-8', errors='replace')
-    files: List[List[str]] = []
-    for name, package in packages.items():
-        definitions, problems = _definitions(name, package)
-        files += definitions
-        if name in text:
-            remarks += problems
-    if not files:
+    definitions = _definitions(packages)
+    if not definitions:
         return None
     try:
-        done = _examples_of(files, environment, protection)
+        done = _examples_of(definitions, environment, protection)
     except (subprocess.SubprocessError, ValueError):
         remarks.append('The messages and services could not be built.')
         done = {'modules': [], 'problems': {}, 'msg': {}, 'srv': {}}
     for package_name, kind, name, text in done['modules']:
-        if not (package_name in packages and kind in INTERFACES
-                and MODULE_FILE.fullmatch(name)):
+        is_expected = package_name in packages and kind in INTERFACES
+        if not is_expected or not MODULE_FILE.fullmatch(name):
             raise ValueError(f'a module is called {[package_name, kind, name]!r}')
         module_folder = folder / package_name / kind
         module_folder.mkdir(parents=True, exist_ok=True)
         (module_folder / name).write_text(text, encoding='utf-8')
         (folder / package_name / '__init__.py').touch()
+    node_text = node.read_text(encoding='utf-8', errors='replace')
     for path, problem in sorted(done['problems'].items()):
         package_name, _, file = path.split(os.sep)
         # the end of genmsg's text, which names folders of the marking machine, is cut off
         why = re.split(' on search path | with paths ', ' '.join(problem.split()))[0]
-        if package_name in text:
+        if package_name in node_text:
             remarks.append(f"{package_name}/{file} cannot be built: {why.rstrip('.')}.")
     return done
 
 
-def _definitions(name, package):
-    """Returns ([package, 'msg' or 'srv', name, text] of each message and service of a package,
-    sentences on the files that are not built)."""
-    definitions, problems = [], []
-    for kind, files in interface_files(package).items():
-        for file in files:
-            stem = file[:-len(kind) - 1]
-            if is_name(stem):
-                text = (package / kind / file).read_text(encoding='utf-8', errors='replace')
-                definitions.append([name, kind, stem, text])
-            else:
-                problems.append(f'{name}/{printable(file)} was not built: ROS allows letters, '
-                                'digits and _ in the name of a type.')
-    return definitions, problems
+def _definitions(packages):
+    """Returns [package, 'msg' or 'srv', name, text] of each message and service. Files whose names
+    are invalid are left out."""
+    definitions = []
+    for package_name, package in packages.items():
+        for path in interface_files(package):
+            if is_name(path.stem):
+                text = path.read_text(encoding='utf-8', errors='replace')
+                definitions.append([package_name, path.suffix[1:], path.stem, text])
+    return definitions
 
 
 def _examples_of(definitions, environment, protection):
