@@ -11,7 +11,7 @@ from test_marking import observation, recording, stimulus
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.marking.labs import gamepad, stimuli
 from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, verdicts_of
-from tb3_labs.marking.trial.remarks import remarks_on
+from tb3_labs.marking.trial.remarks import remarks_on, version_errors
 from tb3_labs.marking.marks import LABS
 from tb3_labs.marking.trial.observation import NodeProcess, Observation, Stimulus
 from tb3_labs.marking.labs.ros_turn import mouse_fields
@@ -534,3 +534,15 @@ def test_nothing_is_said_that_the_truth_contradicts():
     assert 'after l it turned 424.0 degrees to the left: 1 of its commands' in missed_of('turn', 'left', seen)
     assert remarks_on(seen) == [
         '1 commands that are not finite numbers came on cmd_vel: they are not recorded, and not judged.']
+
+
+@pytest.mark.parametrize('line, told', [
+    ("AttributeError: module 'numpy' has no attribute 'float'.", True),
+    ("ImportError: cannot import name 'quat2euler' from 'squaternion' (/usr/x.py)", True),
+    ("AttributeError: 'Thread' object has no attribute 'isAlive'", True),
+    ("ModuleNotFoundError: No module named 'beside'", True),
+    ("AttributeError: 'Controller' object has no attribute 'x'", False), ('[INFO] AttributeError', False)])
+def test_an_error_that_another_machine_may_not_have_is_told_to_the_instructor(line, told):
+    seen = observation()
+    seen.processes[0].printed = 'Traceback:\n  x\n{}\n'.format(line)
+    assert [line in said for said in version_errors(seen)] == [True] * told

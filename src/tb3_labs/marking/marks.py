@@ -21,7 +21,8 @@ from tb3_labs.command_line import failure_text, printable
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.remarks import remarks_on, tracebacks_before_the_end
+from tb3_labs.marking.trial.remarks import (
+    remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.marking.trial.observation import LONGEST, MAX_FAIR_GAP, NO_RECORDING, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
@@ -194,7 +195,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
     except Exception as problem:        # a node's variables may have any value
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')
-    marks.findings += observation.findings
+    marks.findings += observation.findings + version_errors(observation)
     if marks.delay_sentence:
         marks.remarks.append(marks.delay_sentence)
         marks.findings.append(f'{marks.delay_sentence} Type the same command again.')

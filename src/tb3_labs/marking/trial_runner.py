@@ -23,13 +23,12 @@ from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     CMAKE_PREFIX_PATH, PYTHONPATH, OtherUser, Protection, Sandbox)
 from tb3_labs.marking.intake.submissions import ParsedSubmission, Submission, read
-from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
+from tb3_labs.marking.intake.workspace import COPY, prepare
 from tb3_labs.marking.labs.gamepad import pad_text
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import GAMEPAD, LAB_NODES
 from tb3_labs.marking.node_start import IDENTITY, OWN_PACKAGE
-from tb3_labs.marking.trial.from_bag import read_trial
 
 #: The marking takes over the environment variables with these names from the caller's terminal.
 INHERITED_VARIABLES = re.compile(
@@ -117,12 +116,6 @@ class TrialRunner:
         if not bag.exists():
             raise NotJudged(f'The check left no record; see {log}.')
         write_output(self.folder.bag(marks.student), bag.read_bytes())
-        try:
-            processes = read_trial(bag).processes
-        except ValueError as problem:
-            raise NotJudged(f'Its trial cannot be judged: {problem}.') from None
-        printed = '\n'.join(process.printed for process in processes)
-        marks.findings += version_errors(printed)
 
     def _rostest(self, node, work):
         """Returns the command that tries `node`, package/file, and records the bag."""

@@ -27,6 +27,10 @@ SYNTAX_ERROR = re.compile(
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
 CLOSED_TOPIC = 'publish() to a closed topic'
 CLOSED_TOPIC_TEXTS = CLOSED_TOPIC, 'topic was closed during publish()'
+#: Errors that may come from the version of Python, or of a module, on this machine.
+VERSION_ERROR = re.compile(
+    "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
+    'ModuleNotFoundError: ).*$', re.MULTILINE)
 #: A quoted exception, or a quoted line, has at most this many characters.
 MAX_ERROR_LENGTH, MAX_LINE_LENGTH = 160, 160
 
@@ -53,6 +57,14 @@ def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') 
                 first_stimulus.setdefault(repr(error), stimulus.name)
     return [f'A traceback was printed during "{name}": {quoted}. The clean exit is about Ctrl+C '
             'alone.' for quoted, name in first_stimulus.items() if quoted not in verdict_text]
+
+
+def version_errors(observation: Observation) -> List[str]:
+    """Returns sentences for the instructor on printed errors that a node may not have on another
+    machine."""
+    printed = '\n'.join(process.printed for process in observation.processes)
+    return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
+            for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
 
 
 def errors_in(observation: Observation, process: NodeProcess) -> List[str]:
