@@ -92,13 +92,13 @@ def mark_class(arguments, work):
     os.environ.clear()
     os.environ.update(environment)
     parts = LABS[arguments.lab].read_parts(arguments.parts)
-    worth = points_of(arguments.lab, read_points(arguments.points))
+    criterion_points = points_of(arguments.lab, read_points(arguments.points))
     pad_called(arguments.pad)       # ValueError for a pad that is not known
     submissions = _submissions(arguments)
     is_sandbox = _choose_protection(arguments, work)
     options = Options(arguments.package, arguments.type, arguments.pad, is_sandbox)
     with locked(arguments.folder):
-        folder = MarksFolder(arguments.folder, arguments.lab, parts, worth, options)
+        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
         folder.judge_kept_trials()
         failed = MarkedClass(TrialRunner(folder, INTERRUPTED), bool(arguments.only)).mark_all(
             submissions, arguments.jobs)

@@ -56,7 +56,7 @@ def marks_of_node():
     parts = lab.read_parts(parts)
     for hidden in ('lab', 'points', 'parts', 'record'):      # so that no node can read these
         rospy.delete_param('~' + hidden)
-    worth = points_of(name, read_points(points))
+    criterion_points = points_of(name, read_points(points))
     pad = pad_called(rospy.get_param('~pad', HANDOUT_PAD))
     if name == GAMEPAD:
         rospy.set_param('/' + GAMEPAD, pad)     # the finished node of this package reads these
@@ -71,7 +71,7 @@ def marks_of_node():
         record_trial(name, package, executable, parts, path, pad, print_line)
         if marked_program:
             return None
-        return marks_after_trial(Marks(''), read_trial(path), name, worth, parts)
+        return marks_after_trial(Marks(''), read_trial(path), name, criterion_points, parts)
 
 
 def print_line(line):

@@ -356,9 +356,9 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
     assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10))
-    assert '{:g} of {:g} points'.format(marks.points + 10, marks.worth + 10) in page.read_text()
+    assert '{:g} of {:g} points'.format(marks.points + 10, marks.full_points + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
-    assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.worth + 10)
+    assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.full_points + 10)
     turn = marks_folder.LABS['turn']
     stricter = [criteria.Criterion(
         each.name, each.part, 'turns <quite> well', each.place, lambda seen: 'it is too slow')

@@ -9,7 +9,6 @@ section `extra` has the points of the criteria beyond the handout:
 
 Marks follow from the submission, the recorded trial, the points, and a person's decision.
 """
-import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -147,7 +146,7 @@ class Marks:
     @property
     def points_text(self) -> str:
         """The points in words, or that the submission was not judged."""
-        return f'{self.points:g} of {self.worth:g} points' if self.is_known else NOT_JUDGED
+        return f'{self.points:g} of {self.full_points:g} points' if self.is_known else NOT_JUDGED
 
     @property
     def earned(self) -> float:
@@ -155,7 +154,7 @@ class Marks:
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
-    def worth(self) -> float:
+    def full_points(self) -> float:
         """Full marks: the sum of the points for the handout's criteria."""
         return sum(verdict.worth for verdict in self.graded)
 
@@ -171,18 +170,18 @@ class Marks:
 
 
 def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab: str,
-                      worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
+                      criterion_points: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
     """Returns the Marks of a submission with verdicts and points.
 
-    `observation` is None without a trial. `worth` has the points of each criterion. `parts` are the
-    tried parts of the lab. [] means all parts.
+    `observation` is None without a trial. `criterion_points` has name of a criterion -> points.
+    `parts` are the tried parts of the lab. [] means all parts.
     """
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
-    marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
+    marks.verdicts = verdicts_of(LABS[lab].criteria, observation, criterion_points, parts)
     verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
                      *LABS[lab].remarks(observation, parts)]
@@ -221,14 +220,13 @@ def _broken_link(observation: Observation,
               if verdict.outcome is not Outcome.MET}
     parts_of_handout = {part for verdict in verdicts
                         for part in (verdict.criterion.part, verdict.criterion.second_part)}
-    recording = observation.recording
-    ends = [begin for _, begin in observation.parts[1:]] + [math.inf]
-    for (part, begin), end in zip(observation.parts, ends):
+    variables = observation.recording.variables
+    for part, begin, end in observation.part_intervals():
         if part not in parts_of_handout:
-            time = recording.variables.arrival
-            variables = recording.variables.take((time < begin) | (time >= end))
-            recording = replace(recording, variables=variables)
-    return first_broken(NodeRun(recording), chains.CHAINS.get(observation.lab, ()), missed)
+            is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
+            variables = variables.take(~is_in_part)
+    run = NodeRun(replace(observation.recording, variables=variables))
+    return first_broken(run, chains.CHAINS.get(observation.lab, ()), missed)
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
@@ -248,7 +246,7 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     extra = graded.pop(EXTRA, {})
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA}" is a section of its own')
-    worth: Dict[str, float] = {}
+    criterion_points: Dict[str, float] = {}
     for section, is_extra in ((graded, False), (extra, True)):
         names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
         for name in [*section, *names]:
@@ -260,8 +258,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
             if not (is_number and 0 <= points <= MAX_POINTS):
                 raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '
                                  f'to {MAX_POINTS}')
-            worth[name] = points
-    return worth
+            criterion_points[name] = points
+    return criterion_points
 
 
 def read_points(path: Optional[Path]) -> Any:

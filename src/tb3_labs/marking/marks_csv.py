@@ -101,7 +101,7 @@ class MarksTable:
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the marker's cells in the row of a student: column -> text."""
     points = f'{marks.points:g}' if marks.is_known else ''
-    cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.worth:g}'}
+    cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.full_points:g}'}
     for verdict in marks.graded + marks.extra:
         text = f'{verdict.points:g}'
         if marks.unjudged:
@@ -163,7 +163,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     for marks in all_marks:
         rows.append([
             Markup(f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>'),
-            f'{marks.points:g} / {marks.worth:g}' if marks.is_known else NOT_JUDGED,
+            f'{marks.points:g} / {marks.full_points:g}' if marks.is_known else NOT_JUDGED,
             marks.why_no_points,
             *('' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra),
             _folded(marks.decision_sentences + marks.remarks)])
@@ -176,7 +176,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     if len(totals) < len(all_marks):
         summary += f', {len(all_marks) - len(totals)} {NOT_JUDGED}'
     if totals:
-        summary += f'. Median {totals[len(totals) // 2]:g} of {some.worth:g} points'
+        summary += f'. Median {totals[len(totals) // 2]:g} of {some.full_points:g} points'
     summary += f'. The last {len(some.extra)} criteria are beyond the handout.'
     return document(f'{lab}: overview', own + [
         f'<p>{summary}</p>', table(heads, rows, texts=(WHY_NO_POINTS, REMARKS))], LANDSCAPE_STYLE)

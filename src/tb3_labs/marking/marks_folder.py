@@ -63,14 +63,15 @@ class Options(NamedTuple):
 class MarksFolder:
     """The folder with the marks of a class in a lab, or in some parts of the lab."""
 
-    def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
-                 options: Options = Options()) -> None:
-        """Make the folder `path` if it is missing. `worth` has the points of each criterion. Raises
-        ``ValueError`` if the folder has marks of another lab or of other parts, or a table that
-        cannot be read."""
+    def __init__(self, path: Path, lab: str, parts: Sequence[str],
+                 criterion_points: Mapping[str, float], options: Options = Options()) -> None:
+        """Make the folder `path` if it is missing. `criterion_points` has name of a criterion ->
+        points. Raises ``ValueError`` if the folder has marks of another lab or of other parts, or a
+        table that cannot be read."""
         self._path = output_folder(path)
         self.logs = output_folder(self._path / 'logs')
-        self.lab, self.parts, self.worth, self.options = lab, parts, worth, options
+        self.lab, self.parts, self.options = lab, parts, options
+        self._criterion_points = criterion_points
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
                      'version': trial_key(lab)}
         #: student -> the content of STUDENT.marks.json
@@ -208,7 +209,8 @@ class MarksFolder:
         return marks
 
     def _marks_and_page(self, handed_in, observation):
-        marks = marks_after_trial(handed_in, observation, self.lab, self.worth, self.parts)
+        marks = marks_after_trial(
+            handed_in, observation, self.lab, self._criterion_points, self.parts)
         marks.decided_points, marks.decision_reason = self._decisions.get(
             safe(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
