@@ -271,6 +271,6 @@ def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
     monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
     seen = turned(45.0)
     given = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
-    assert given.link is None and given.verdicts and [
+    assert given.first_broken_link is None and given.verdicts and [
         finding for finding in given.findings if 'inside' in finding] == [
             'The marker could not look inside the node (IndexError: list index out of range).']

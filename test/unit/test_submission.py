@@ -25,6 +25,7 @@ from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking import trial_runner
+from tb3_labs.marking.trial.observation import NodeProcess
 from tb3_labs.marking.intake.sandbox import Protection
 from tb3_labs.marking.intake.workspace import COPY, prepare
 from tb3_labs.msg import MouseController
@@ -470,6 +471,17 @@ def test_threads_that_look_up_the_packages_at_the_same_time_get_all_of_them(tmp_
     with ThreadPoolExecutor(2) as pool:
         found = [pool.submit(workspace.system_messages) for _ in range(2)]
     assert [sorted(each.result()) for each in found] == [['one', 'two']] * 2
+
+
+@pytest.mark.parametrize('printed, ready, told', [
+    ("Traceback:\n  x\nModuleNotFoundError: No module named 'beside'\n", None, True),
+    ("ImportError: cannot import name 'x' from 'squaternion' (/usr/x.py)", None, True),
+    ("ModuleNotFoundError: No module named 'beside'\nthat is all\n", None, False),
+    ("ModuleNotFoundError: No module named 'beside'", 3.0, False), ('', None, False)])
+def test_a_node_that_a_failed_import_ends_at_once_is_not_judged(printed, ready, told):
+    ended, later = NodeProcess(0.0, ready=ready, printed=printed), NodeProcess(9.0)
+    assert bool(trial_runner.import_error([ended, later])) is told
+    assert trial_runner.import_error([]) == ''
 
 
 # -- the instructor's own workspaces

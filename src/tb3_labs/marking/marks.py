@@ -84,7 +84,7 @@ class Marks:
     observation: Optional[Observation] = None       # None without a trial
     decided_points: Optional[float] = None      # the points that a person gave, if any
     decision_reason: str = ''                   # a person's reason for these points
-    link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken link, if points are lost
+    first_broken_link: Optional[Tuple[Link, BrokenLink]] = None     # None if no points are lost
 
     @property
     def is_known(self) -> bool:
@@ -110,14 +110,18 @@ class Marks:
     @property
     def mistake(self) -> str:
         """A sentence on the first broken link, with line numbers; '' without a link."""
-        if not (self.link and self.observation):
+        if not (self.first_broken_link and self.observation):
             return ''
-        return sentence(self.link[1], self.observation.assigned)
+        _, broken_link = self.first_broken_link
+        return sentence(broken_link, self.observation.assigned)
 
     @property
     def hint(self) -> str:
         """The mistake, and the place in a lab sheet that explains it; '' without a mistake."""
-        return f'{self.mistake} See {self.link[0].place}.' if self.link else ''
+        if not self.first_broken_link:
+            return ''
+        link, _ = self.first_broken_link
+        return f'{self.mistake} See {link.place}.'
 
     @property
     def sentences(self) -> List[str]:
@@ -190,7 +194,7 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
         if marks.is_full:
             marks.remarks += chains.remarks(observation.recording, lab)
         else:
-            marks.link = _broken_link(observation, marks.graded)
+            marks.first_broken_link = _broken_link(observation, marks.graded)
     except Exception as problem:        # a node's variables may have any value
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')

@@ -107,7 +107,7 @@ class MarksFolder:
         """Write a page. Returns the Marks with the names of the criteria in place of the criteria,
         because no process can send a criterion's functions to another process."""
         marks = self._write_page(record)
-        return replace(marks, observation=None, link=None, verdicts=[
+        return replace(marks, observation=None, first_broken_link=None, verdicts=[
             replace(verdict, criterion=verdict.criterion.name) for verdict in marks.verdicts])
 
     def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:

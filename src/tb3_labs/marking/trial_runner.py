@@ -14,11 +14,11 @@ import time
 import uuid
 from contextlib import suppress
 from pathlib import Path
-from typing import Dict, Mapping, Set
+from typing import Dict, Mapping, Sequence, Set
 
 import rospkg
 
-from tb3_labs.command_line import write_output
+from tb3_labs.command_line import printable, write_output
 from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     CMAKE_PREFIX_PATH, PYTHONPATH, OtherUser, Protection, Sandbox)
@@ -29,6 +29,8 @@ from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_folder import MarksFolder
 from tb3_labs.marking.names import GAMEPAD, LAB_NODES
 from tb3_labs.marking.node_start import IDENTITY, OWN_PACKAGE
+from tb3_labs.marking.trial.from_bag import read_trial
+from tb3_labs.marking.trial.observation import NodeProcess
 
 #: The marking takes over the environment variables with these names from the caller's terminal.
 INHERITED_VARIABLES = re.compile(
@@ -116,6 +118,13 @@ class TrialRunner:
         if not bag.exists():
             raise NotJudged(f'The check left no record; see {log}.')
         write_output(self.folder.bag(marks.student), bag.read_bytes())
+        try:
+            processes = read_trial(bag).processes
+        except ValueError as problem:
+            raise NotJudged(f'Its trial cannot be judged: {problem}.') from None
+        failed_import = import_error(processes)
+        if failed_import:
+            raise NotJudged(f'{marks.node} ended at once: {failed_import}.')
 
     def _rostest(self, node, work):
         """Returns the command that tries `node`, package/file, and records the bag."""
@@ -141,6 +150,16 @@ class TrialRunner:
         kill_processes(environment[IDENTITY])
         check.wait()
         return in_time
+
+
+def import_error(processes: Sequence[NodeProcess]) -> str:
+    """Returns the last line of the node's first process if a failed import ended the process before
+    it was ready, else ''. The student's machine may have the module."""
+    if not processes or processes[0].ready is not None:
+        return ''
+    last_line = processes[0].printed.rstrip().split('\n')[-1]
+    is_import_error = last_line.startswith(('ModuleNotFoundError: ', 'ImportError: '))
+    return printable(last_line) if is_import_error else ''
 
 
 def new_marks(submission: Submission, unjudged: str = '') -> Marks:

@@ -45,7 +45,7 @@ class _Candidate(NamedTuple):
     package_rank: int       # 0 for the usual package; see _package_rank
     missing_signs: int      # how many signs of the node are missing? See _signs
     name_rank: int          # index in the usual names; len(names) for another name
-    is_unpacked: bool       # was the file in a zip file?
+    is_beside_zip: bool     # was the file in no zip file? Its modules may be in the zip file
     folder_rank: int        # index in FOLDERS; len(FOLDERS) for another folder
     depth: int
     path: str
@@ -132,8 +132,8 @@ def _is_doubtful(best, other, names):
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
     has_usual_name = other.name_rank < len(names) == best.name_rank and other[:2] == best[:2]
     has_usual_package = other.package_rank < 2 <= best.package_rank
-    is_beside_zip = best.is_unpacked and not other.is_unpacked
-    return is_alike or has_usual_name or has_usual_package or is_beside_zip
+    is_elsewhere = other.is_beside_zip != best.is_beside_zip
+    return is_alike or has_usual_name or has_usual_package or is_elsewhere
 
 
 def _is_program(path):
@@ -165,7 +165,7 @@ def _candidate(lab, path, package, text, packages, names):
         is_aside(path),
         min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
         found_signs.count(False), _rank(name, [usual.lower() for usual in names]),
-        UNPACKED + '/' in path, _rank(''.join(folders[-1:]), FOLDERS), len(folders), path,
+        UNPACKED + '/' not in path, _rank(''.join(folders[-1:]), FOLDERS), len(folders), path,
         found_signs, text)
 
 

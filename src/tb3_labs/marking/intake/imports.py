@@ -139,22 +139,23 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
                    for name in (path.stem, path.parent.name)}
     definitions = _definitions(node, folder)
     types = {path.stem + end for path in definitions for end in ('', 'Request', 'Response')}
-    stand_ins, missing = set(), []
+    stand_ins: Set[str] = set()
+    missing: List[Import] = []
     for program in programs:
         for item in program.imports:
             if item.may_fail or _is_available(item, own_modules, packages):
                 continue
-            if item.imports_types and is_name(item.package) and _has_types(item, program, types):
+            if _can_stand_in(item, program, types):
                 stand_ins.add(item.package)
             else:
                 missing.append(item)
     for name in sorted(stand_ins):
-        _stand_in(packages.setdefault(name, folder / STAND_INS / name), definitions)
+        _copy_definitions(definitions, packages.setdefault(name, folder / STAND_INS / name))
+    missing = [item for item in missing if item.package not in stand_ins]
     used_names = {'*'}.union(*(program.used for program in programs))
-    left = [item for item in missing if item.package not in stand_ins]
-    used = {item.module for item in left if used_names.intersection(item.bound)}
+    used = {item.module for item in missing if used_names.intersection(item.bound)}
     used_packages = {module.split('.')[0] for module in used}
-    unused = {item.module for item in left if item.package not in used_packages}
+    unused = {item.module for item in missing if item.package not in used_packages}
     return MissingModules(sorted(stand_ins), sorted(unused), sorted(used))
 
 
@@ -171,9 +172,11 @@ def _is_available(item, own_modules, packages):
     return is_installed and name not in NEED_SCREEN
 
 
-def _has_types(item, program, types):
-    """Are the types that a program imports among `types`? If the import does not name its types, a
-    word of the program must be one of `types`."""
+def _can_stand_in(item, program, types):
+    """Does a program import some of `types` from a package? If the import does not name its types,
+    a word of the program must be one of `types`."""
+    if not (item.imports_types and is_name(item.package)):
+        return False
     names = set(item.names) - {*INTERFACES, '*'}
     if names:
         return names <= types
@@ -191,7 +194,7 @@ def _definitions(node, folder):
     return course + own
 
 
-def _stand_in(package, definitions):
+def _copy_definitions(definitions, package):
     """Copy definitions into a package. A file replaces an earlier file with the same name."""
     for path in definitions:
         place = package / path.suffix[1:]

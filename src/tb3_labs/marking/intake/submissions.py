@@ -13,7 +13,6 @@ marking goes on.
 import difflib
 import json
 import re
-import stat
 import subprocess
 import sys
 from collections import Counter
@@ -131,18 +130,11 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
     for path in sorted(folder.iterdir()):
         if path.name.startswith('.') or IGNORED_PATHS.search(path.name):
             continue
-        mode = path.lstat().st_mode
-        parts = read_name(path.name, stat.S_ISDIR(mode))
-        is_wanted_file = stat.S_ISREG(mode) and bool(parts.number or is_zip(path.name))
-        if stat.S_ISDIR(mode) or is_wanted_file:
-            names[path.name] = parts
-            continue
-        kind = 'neither a folder nor a file'
-        if stat.S_ISREG(mode):
-            kind = 'neither a folder nor a zip file'
-        elif stat.S_ISLNK(mode):        # a link may lead to another student's work
-            kind = 'a link'
-        print_line(f'left out, because it is {kind}: {path}')
+        refusal = _refusal(path)
+        if refusal:
+            print_line(f'left out, because it is {refusal}: {path}')
+        else:
+            names[path.name] = read_name(path.name, path.is_dir())
     if not names:
         raise ValueError(f'there is no folder and no zip file in {folder}')
     submissions = []
@@ -152,6 +144,18 @@ def submissions_in(folder: Path, print_line: Callable[[str], None]) -> List[Subm
         submissions.append(Submission(student, files, names[together[0]].number,
                                       any(names[name].late for name in together)))
     return submissions
+
+
+def _refusal(path):
+    """Returns the reason why `path` is not a submission, or ''."""
+    if path.is_symlink():       # a link may lead to another student's work
+        return 'a link'
+    if path.is_dir():
+        return ''
+    if not path.is_file():
+        return 'neither a folder nor a file'
+    is_platform_file = bool(read_name(path.name, is_folder=False).number)
+    return '' if is_platform_file or is_zip(path.name) else 'neither a folder nor a zip file'
 
 
 def _upload_order(name):

@@ -13,7 +13,7 @@ import os
 import re
 import subprocess
 import sys
-from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple, Union
+from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple
 
 from tb3_labs.marking.node_start import LIMIT_READER_COMMAND
 
@@ -29,6 +29,8 @@ MAX_TEXT_BYTES = 200000
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
 #: The result has at most MAX_NAMES variables, and at most MAX_LINES lines for each variable.
 MAX_NAMES, MAX_LINES = 200, 6
+#: The text of a mouse client has such a call.
+PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
 #: The name of a variable that holds y.
 Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
 #: A variable or a function with such a name has a position in pixels, where y points down.
@@ -63,8 +65,9 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     signs: Set[int] = set()
     remarks: List[str] = []
     lines: Dict[str, List[int]] = {}
-    for nodes in map(nodes_of, texts):
-        if _publishes_mouse(nodes):
+    for text in texts:
+        nodes = nodes_of(text)
+        if PUBLISHES_MOUSE.search(text):
             signs |= {1 if slope > 0.0 else -1 for slope in _slopes_sent(nodes)}
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
@@ -73,7 +76,7 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     return {'up': up, 'remarks': remarks, 'assigned': lines}
 
 
-def nodes_of(text: Union[str, bytes]) -> List[Any]:
+def nodes_of(text: bytes) -> List[Any]:
     """Returns the nodes of a program's syntax tree, first the module; [] if `text` is not valid
     Python, or nested too deeply."""
     try:
@@ -121,16 +124,6 @@ def _last_name(node: Any) -> str:
 
 
 # -- the sign of y in a mouse client
-
-def _publishes_mouse(nodes: List[Any]) -> bool:
-    calls = [node for node in nodes
-             if isinstance(node, ast.Call) and _last_name(node.func) == 'Publisher']
-    arguments = []
-    for call in calls:
-        arguments += [*call.args, *(keyword.value for keyword in call.keywords)]
-    return any(isinstance(argument, ast.Constant)
-               and argument.value in ('mouse_info', '/mouse_info') for argument in arguments)
-
 
 def _slopes_sent(nodes: List[Any]) -> List[float]:
     """Returns the known slopes of the values that a mouse client assigns to y in a message."""
