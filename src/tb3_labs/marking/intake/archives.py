@@ -90,8 +90,8 @@ def _files_to_copy(handed_in):
                                         [path.relative_to(handed) for path in refused])
         for path, source in sources.items():
             if path in files:
-                remarks.append('{} was handed in again: {} counts.'.format(
-                    *map(printable, (str(path), handed.name))))
+                remarks.append(f'{printable(str(path))} was handed in again: '
+                               f'{printable(handed.name)} counts.')
             files[path] = source
     return files, remarks
 
@@ -111,8 +111,10 @@ def submitted_files(folder: Path) -> Tuple[List[Path], List[Path]]:
         for name in sorted(names):
             if not IGNORED_PATHS.search(name):
                 status = (here / name).lstat()
-                is_own_file = stat.S_ISREG(status.st_mode) and status.st_nlink <= 1
-                (files if is_own_file else refused).append(here / name)
+                if stat.S_ISREG(status.st_mode) and status.st_nlink <= 1:
+                    files.append(here / name)
+                else:
+                    refused.append(here / name)
     return files, refused
 
 
@@ -161,9 +163,10 @@ class SubmissionCopy:
                 for entry in archive.infolist():
                     self._add_entry(archive, entry, folder)
         except ZIP_ERRORS as problem:
+            # strerror lacks the path, which is a path of the marking machine
             why = getattr(problem, 'strerror', None) or str(problem) or type(problem).__name__
-            raise NotJudged('The zip file {} cannot be unpacked: {}.'.format(
-                printable(file.name), why.rstrip('.'))) from None
+            raise NotJudged(f'The zip file {printable(file.name)} cannot be unpacked: '
+                            f"{why.rstrip('.')}.") from None
 
     def _add_entry(self, archive, entry, folder):
         entry.filename = entry.filename.replace('\\', '/')     # Windows may write backslashes

@@ -45,7 +45,7 @@ class _Candidate(NamedTuple):
     package_rank: int       # 0 for the usual package; see _package_rank
     missing_signs: int      # how many signs of the node are missing? See _signs
     name_rank: int          # index in the usual names; len(names) for another name
-    is_beside_zip: bool     # was the file in no zip file? Its modules may be in the zip file
+    is_outside_zip: bool    # was the file in no zip file? Its modules may be in the zip file
     folder_rank: int        # index in FOLDERS; len(FOLDERS) for another folder
     depth: int
     path: str
@@ -132,7 +132,7 @@ def _is_doubtful(best, other, names):
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
     has_usual_name = other.name_rank < len(names) == best.name_rank and other[:2] == best[:2]
     has_usual_package = other.package_rank < 2 <= best.package_rank
-    is_elsewhere = other.is_beside_zip != best.is_beside_zip
+    is_elsewhere = other.is_outside_zip != best.is_outside_zip
     return is_alike or has_usual_name or has_usual_package or is_elsewhere
 
 

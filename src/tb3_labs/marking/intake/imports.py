@@ -152,6 +152,7 @@ def find_missing(node: Path, package: Path, folder: Path, packages: Dict[str, Pa
     for name in sorted(stand_ins):
         _copy_definitions(definitions, packages.setdefault(name, folder / STAND_INS / name))
     missing = [item for item in missing if item.package not in stand_ins]
+    # `from module import *` may give a name to anything
     used_names = {'*'}.union(*(program.used for program in programs))
     used = {item.module for item in missing if used_names.intersection(item.bound)}
     used_packages = {module.split('.')[0] for module in used}

@@ -193,10 +193,12 @@ def _counts_processes():
 
 
 # -- the files and folders that a program sees
-# A mount is the words of an option of bubblewrap. The last word is the path in the sandbox.
 
 def _mount_options(readable):
-    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders."""
+    """Returns bubblewrap's options for a sandbox whose program may read the `readable` folders.
+
+    Below, a mount is the words of one option. The last word is the path in the sandbox.
+    """
     hidden, shared = _own_package()
     mounts = _system() + _ros() + [(EMPTY, folder) for folder in hidden] + shared
     mounts += [(READ_ONLY_TRY, folder, folder) for folder in readable]
