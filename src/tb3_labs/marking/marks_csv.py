@@ -25,8 +25,6 @@ from tb3_labs.report.page.document import Markup, document, safe, table
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
-#: The key of the cells that stand to the right of all headings.
-EXCESS = 'excess'
 #: A spreadsheet's cell has at most this many characters.
 MAX_CELL_LENGTH = 32767
 csv.field_size_limit(2 ** 31 - 1)
@@ -41,8 +39,7 @@ class MarksTable:
         text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
-        reader = csv.DictReader(io.StringIO(text, newline=''), restkey=EXCESS, restval='',
-                                delimiter=delimiter)
+        reader = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=delimiter)
         try:
             self._rows = list(reader)
         except csv.Error as problem:
@@ -50,7 +47,8 @@ class MarksTable:
         self._heads = list(reader.fieldnames or ())
         if not set(FIRST_COLUMNS) <= set(self._heads):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
-        if len(set(self._heads)) < len(self._heads) or any(EXCESS in row for row in self._rows):
+        are_headings_unique = len(set(self._heads)) == len(self._heads)
+        if not are_headings_unique or any(None in row for row in self._rows):   # None: more cells
             raise ValueError('each column needs a heading of its own in the first row')
 
     def decisions(self) -> Dict[str, Tuple[Optional[float], str]]:
