@@ -58,7 +58,6 @@ All nodes still run. Drive the robot on the page of the panel, or in a second te
 source scripts/setup.sh:
   rosservice call /reset_pose -- 0 0 0        the robot is at the origin, and drives again
   rosrun tb3_labs send_goal.py 1 1 90         another goal
-  rostopic echo /local_pose/pose              the pose that the robot believes
 Ctrl+C here ends all nodes."""
 
 
@@ -115,21 +114,22 @@ class Demo:
         except ControlTaken:
             drives, problem = [], 'Control was taken from the demonstration: it drives no more'
         good = drives and all(drive.is_good for drive in drives)
-        if good and 'TB3_LABS_DEMO' in os.environ:
-            Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
+        if good:
+            problem = ''
+            if 'TB3_LABS_DEMO' in os.environ:
+                Path(os.environ['TB3_LABS_DEMO'], 'good').touch()
         if not self._config.stay:
-            begin_shutdown('' if good else problem)
+            begin_shutdown(problem)
             return
-        if not good:
+        if problem:
             rospy.logwarn(problem)
         print(WHAT_NEXT)
 
     def _drive(self, after_reset):
-        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. On a
-        busy computer late sensors may end a drive before the robot moves. Then the drive begins
-        again."""
-        after_reset = after_reset or self._await('has_control')[1]
-        _, world_T_local = self._await('ground_truth', rospy.get_time())
+        """Let the robot drive once, from a new origin if `after_reset`. Returns the DemoDrive. If
+        late sensors end a drive before the robot moves, the drive begins again."""
+        after_reset = after_reset or self._value('has_control')
+        world_T_local = self._value('ground_truth', rospy.get_time())
         for attempt in range(MAX_ATTEMPTS):
             self._received['goal_state'].clear()
             if after_reset or attempt:
@@ -140,21 +140,25 @@ class Demo:
             if not is_over(state):
                 break
         ended, state = self._await('goal_state', matches=is_over)
-        _, reached = self._await('ground_truth', ended + REST_TIME)
-        return DemoDrive(state, self._await('current_goal')[1], self._await('local_pose', ended)[1],
+        reached = self._value('ground_truth', ended + REST_TIME)
+        return DemoDrive(state, self._value('current_goal'), self._value('local_pose', ended),
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
         """Publish permissions until move_to_goal has control. A node that has just started ignores
         a permission that may be old. After a person's stop no permission is published."""
         def try_to_give():
-            has_control = self._control_taken or self._await('has_control')[1]
-            if not has_control:
-                self._control.publish(False)
-                self._control.publish(True)
-            return has_control or wait_until(lambda: self._await('has_control')[1], GRANT_PERIOD)
+            if self._control_taken or self._value('has_control'):
+                return True
+            self._control.publish(False)
+            self._control.publish(True)
+            return wait_until(lambda: self._value('has_control'), GRANT_PERIOD)
         self._wait_for('move_to_goal to take control', try_to_give)
         self._granted = True
+
+    def _value(self, topic, since=0.0):
+        _, value = self._await(topic, since)
+        return value
 
     def _await(self, topic, since=0.0, matches=lambda value: True):
         """Wait for the first value of `topic` that arrived at `since` [s] or later, and for which

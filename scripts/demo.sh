@@ -3,7 +3,7 @@
 #
 #     ./scripts/demo.sh                 both drives, then the table
 #     ./scripts/demo.sh stay:=true      leaves everything running afterwards; Ctrl+C ends it
-#     ./scripts/demo.sh rviz:=false     without RViz, which opens if it is installed and there is a screen
+#     ./scripts/demo.sh rviz:=true      with RViz, if it is installed
 #     ./scripts/demo.sh ARG:=VALUE ...  any argument of demo.launch (roslaunch --ros-args tb3_labs demo.launch lists them)
 set -euo pipefail
 case ${1:-} in -h | --help) sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; exit 0 ;; esac
@@ -51,11 +51,6 @@ if ! flock -n 9 || timeout 2 bash -c ": <>/dev/tcp/${address%:*}/${address##*:}"
   echo "tb3_labs: a ROS master is running at $ROS_MASTER_URI already; end it first, or set ROS_MASTER_URI=http://localhost:11312" >&2
   exit 1
 fi
-
-# A window cannot be opened if DISPLAY is left over from another user or session.
-if [[ " $*" != *' rviz:='* && -n ${DISPLAY:-} ]] && rospack find rviz >/dev/null 2>&1 && timeout 5 python3 2>/dev/null -Ic '
-import ctypes
-raise SystemExit(not ctypes.CDLL("libX11.so.6").XOpenDisplay(None))'; then set -- rviz:=true "$@"; fi
 
 # The nodes write into a pipe. Without PYTHONUNBUFFERED their lines would come late, and in another order.
 export PYTHONUNBUFFERED=1 ROSCONSOLE_FORMAT=${ROSCONSOLE_FORMAT:-'[${severity}] ${message}'}

@@ -11,18 +11,11 @@ namespace, as a node that publishes nothing.
 import argparse
 import os
 import re
-import sys
 
-try:
-    import tb3_labs.doctor    # noqa: F401 (found only in a terminal that was set up)
-except ImportError:
-    # The doctor must also start in a terminal that was not set up, since this is a common fault.
-    sys.path.append(os.path.join(os.path.dirname(os.path.realpath(__file__)), os.pardir, 'src'))
-
-from tb3_labs.command_line import Parser    # noqa: E402
-from tb3_labs.doctor.checks import examine    # noqa: E402
-from tb3_labs.doctor import as_text, summary    # noqa: E402
-from tb3_labs.terminal import run_tool    # noqa: E402
+from tb3_labs.command_line import Parser
+from tb3_labs.doctor.checks import examine
+from tb3_labs.doctor import as_text, summary
+from tb3_labs.terminal import run_tool
 
 
 def namespace(word):
@@ -33,21 +26,21 @@ def namespace(word):
 
 
 def main(argv):
-    """Print the lines. Returns the exit status."""
+    """Print the findings. Returns the exit status."""
     parser = Parser(prog='doctor.py', description=__doc__)
     parser.add_argument('robot', nargs='?', type=namespace,
                         default=os.environ.get('ROS_NAMESPACE', ''),
                         help="the robot's namespace; default: ROS_NAMESPACE, or none")
     robot = parser.parse_args(argv).robot
-    lines = []
+    findings = []
     try:
-        for line in examine(robot):
-            lines.append(line)
-            print(as_text(line), flush=True)
+        for finding in examine(robot):
+            findings.append(finding)
+            print(as_text(finding), flush=True)
     except KeyboardInterrupt:
         return 130
-    print(summary(lines))
-    return int(any(line.severity == 'FAULT' for line in lines))
+    print(summary(findings))
+    return int(any(finding.severity == 'FAULT' for finding in findings))
 
 
 if __name__ == '__main__':

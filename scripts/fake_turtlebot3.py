@@ -21,8 +21,8 @@ Parameters
     ~host         default, laptop, pi: a set of rates, lags and stamps for the computer to which the
                   robot's board is connected, see simulation/simulator_config.py (default)
     ~mystery      1 to 9999: the number of one hidden fault, see simulation/mystery_robot.py. Then
-                  there is no ground_truth and no /tf_static, and no setting may change.
-                  0: no hidden fault (0)
+                  there is no ground_truth and no /tf_static, no setting may change, and
+                  ~network and ~host have no effect. 0: no hidden fault (0)
     ~model        burger, waffle, waffle_pi (TURTLEBOT3_MODEL in the environment, else burger)
     all others    fields of SimulatorConfig (simulation/simulator_config.py), with unit, bounds and
                   default. While the robot runs, all but the FIXED_FIELDS may change:
@@ -65,7 +65,7 @@ class FakeTurtlebot3:
         settings, surroundings = read_config(SimulatorConfig, FakeTurtlebot3Config)
         settings = replace(settings, model=read_model().name)
         if surroundings.mystery:
-            robot = FakeRobot(settings, HiddenFault(surroundings.mystery, settings, surroundings))
+            robot = FakeRobot(settings, HiddenFault(surroundings.mystery, settings))
             rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no '
                           'setting can be changed while it runs.', surroundings.mystery)
         else:

@@ -49,7 +49,10 @@ class MouseNode:
     def _on_scroll(self, up):
         if self._active is up:
             self._active = not up
-            rospy.loginfo('Mouse %s', 'deactivated' if up else 'activated: scroll up to stop')
+            if self._active:
+                rospy.loginfo('Mouse activated: scroll up to stop')
+            else:
+                rospy.loginfo('Mouse deactivated')
         self._send_now.set()
 
     def _on_move(self):
@@ -111,18 +114,12 @@ class Pointer:
         self._listener = mouse.Listener(
             on_move=lambda x, y: on_move(),
             on_scroll=lambda x, y, dx, dy: dy and on_scroll(dy > 0))
-        # if the display ends, the listener prints no traceback, since position() reports the end
-        print_traceback = threading.excepthook
-        threading.excepthook = lambda died: (
-            died.thread is self._listener or print_traceback(died))
         self._listener.start()
         self._listener.wait()
 
     def position(self):
         """Returns (x, y) on the screen, each from -1 to 1, x to the right, y up."""
         try:
-            if not self._listener.is_alive():
-                raise EOFError('the listener has ended')
             screen = self._root.get_geometry()
             return screen_position(*self._mouse.position, screen.width, screen.height)
         except Exception as problem:    # some classes of Xlib's exceptions are private

@@ -34,8 +34,8 @@ HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with 
     'them, such as: 1 1 90'
 #: Longest wait for an answer of move_to_goal [s].
 SERVER_TIMEOUT = 2.0
-#: Time between two checks whether move_to_goal still runs [s].
-SERVER_PERIOD = 2.0
+#: Time between two checks whether this program ends [s].
+END_PERIOD = 2.0
 
 
 class StatePrinter:
@@ -77,12 +77,8 @@ def drive(goal):
         StatePrinter()
         while not ended.is_set():
             pause(0.0)    # raises Interrupted again if rospy caught the first one
-            has_ended = ended.wait(SERVER_PERIOD)
+            ended.wait(END_PERIOD)
             if rospy.is_shutdown():
-                return 1
-            if not has_ended and not client.status_sub.get_num_connections():
-                print('send_goal: move_to_goal is gone, and the goal with it: start it, give it '
-                      'control, and send the goal again', file=sys.stderr)
                 return 1
     except Interrupted:
         sent.cancel()

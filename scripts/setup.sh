@@ -198,7 +198,7 @@ XML
     fail_log 'the build failed'
   fi
   mkdir -p "$ws/devel/etc/catkin/profile.d" "$ws/devel/lib/python3/dist-packages"
-  printf '#!/bin/sh\nexec "%s" "%s" dynparam "$@"\n' "$ws/venv/bin/python3" "$repo/launch/run.py" | install /dev/stdin "$ws/venv/bin/dynparam"
+  ln -sfn "${ros:-/usr}/lib/dynamic_reconfigure/dynparam" "$ws/venv/bin/dynparam"    # the program of dynamic_reconfigure
   # A workspace that was built without this one sets ROS_ETC_DIR to the system's folder again when it is sourced.
   for name in roscore roslaunch; do
     printf '#!/bin/sh\ncase $ROS_HOSTNAME:${ROS_ETC_DIR:-} in localhost:*/etc/ros) export ROS_ETC_DIR="%s" ;; esac\nexec "%s" "$@"\n' \

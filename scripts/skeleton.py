@@ -10,8 +10,6 @@ from tb3_labs.skeletons import FOLDER, checked_target, package_files, write_pack
 from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.terminal import run_tool
 
-OWN_PACKAGE = 'tb3_labs'
-
 
 def parse(argv):
     """Returns the command line's arguments."""
@@ -23,27 +21,24 @@ def parse(argv):
     parser.add_argument('lab', metavar='LAB', choices=list(LAB_NODES), help=', '.join(LAB_NODES))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')
-    parser.add_argument('--name', metavar='PACKAGE', help="the package's name; default: the lab's")
     return parser.parse_args(argv)
 
 
 def main(argv):
     """Write the package, and print the next steps. Returns the exit status."""
     options = parse(argv)
-    lab = LAB_NODES[options.lab]
-    package = options.name if options.name else lab.packages[0]
-    node = lab.files[0]
-    templates = Path(rospkg.RosPack().get_path(OWN_PACKAGE)) / FOLDER / options.lab
+    package = LAB_NODES[options.lab].packages[0]
+    node = LAB_NODES[options.lab].files[0]
+    templates = Path(rospkg.RosPack().get_path('tb3_labs')) / FOLDER / options.lab
     try:
-        target = checked_target(options.folder.expanduser().resolve(), package, OWN_PACKAGE,
-                                Path(node).stem)
+        target = checked_target(options.folder.expanduser().resolve(), package)
         write_package(package_files(templates, package), target)
+    except FileExistsError as problem:
+        print(f'skeleton.py: {problem.filename} is already there, and stays as it is',
+              file=sys.stderr)
+        return 2
     except (OSError, RuntimeError, ValueError) as problem:      # RuntimeError: ~nobody has no home
-        why = failure_text(problem)
-        if isinstance(problem, FileExistsError):
-            why = (f'{problem.filename} is already there, and stays as it is; --name gives another '
-                   'name, or give another folder')
-        print(f'skeleton.py: {why}', file=sys.stderr)
+        print(f'skeleton.py: {failure_text(problem)}', file=sys.stderr)
         return 2
     print(f'{target} is written. The TODOs are in src/{node}. Next: cd {target.parent.parent}; '
           f'catkin_make; source devel/setup.bash; roslaunch {package} {options.lab}.launch '

@@ -44,33 +44,14 @@ PYTHON
 }
 
 # For a person's bash: roscd, and completion by the Tab key. Noetic's own hook brings rosbash; Debian's lies where only
-# bash-completion looks, if that is installed, and for no command of these names.
-_tb3_labs_completion() {
-  local rosbash
-  for rosbash in /usr/share/bash-completion/completions/rosbash /etc/bash_completion.d/rosbash; do    # the latter on Debian 11
+# bash-completion looks, if that is installed, and for no command of these names. The second place is Debian 11's.
+if [[ $- == *i* ]]; then
+  for _tb3_labs_rosbash in /usr/share/bash-completion/completions/rosbash /etc/bash_completion.d/rosbash; do
     # shellcheck disable=SC1090
-    if ! declare -F roscd >/dev/null && [ -r "$rosbash" ]; then source "$rosbash"; fi
+    if ! declare -F roscd >/dev/null && [ -r "$_tb3_labs_rosbash" ]; then source "$_tb3_labs_rosbash"; fi
   done
-  # rosbash looks into no hidden folder, and this package's workspace is in one. This needs the
-  # function's name (1.15.8) and its last arguments: the package, the word so far. Without that
-  # function nothing is changed. Noetic's hook brings its function back with each source.
-  if [[ $(declare -f _roscomplete_find) == *_tb3_labs_* ]] || ! declare -F _roscomplete_find >/dev/null; then return 0; fi
-  eval "_tb3_labs$(declare -f _roscomplete_find)"
-  _roscomplete_find() {
-    local folder names=()
-    folder=$(rospack find "$2" 2>/dev/null)
-    case $folder:${COMP_WORDS[0]} in
-      */.ws/src/tb3_labs:roslaunch) names=("$folder"/launch/*.launch) ;;
-      */.ws/src/tb3_labs:rostest) names=("$folder"/launch/checks/*.test "$folder"/test/ros/*.test) ;;
-      */.ws/src/tb3_labs:rosrun) names=("$folder"/scripts/*.py) ;;    # the workspace has the tests' programs, too
-      *) _tb3_labs_roscomplete_find "$@"; return ;;
-    esac
-    mapfile -t COMPREPLY < <(compgen -W "${names[*]##*/}" -- "$3")
-  }
-}
-
-if [[ $- == *i* ]]; then _tb3_labs_completion; fi
-unset -f _tb3_labs_completion
+  unset _tb3_labs_rosbash
+fi
 
 _tb3_labs_terminal || true    # catkin's files do not ask; whoever sources this may have `set -e`
 unset -f _tb3_labs_terminal

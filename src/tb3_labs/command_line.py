@@ -35,7 +35,7 @@ def whole_number(most: int) -> Callable[[str], int]:
     def read(word: str) -> int:
         # int() raises an exception for thousands of digits
         is_number = word.isdecimal() and len(word) < 10
-        if not is_number or not 1 <= int(word) <= most:
+        if not is_number or int(word) < 1 or int(word) > most:
             raise argparse.ArgumentTypeError(
                 f'{word!r:.40} is not valid: a whole number from 1 to {most}')
         return int(word)

@@ -4,10 +4,6 @@ The folder doc/skeletons/LAB has the package's files as templates. In a template
 stands for the package's name. The name of a template may end in `.in`, so that ROS's tools do not
 use the template as a package or a launch file. The file in the package has its name without `.in`.
 """
-import keyword
-import re
-import sys
-from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Dict
 
@@ -15,8 +11,6 @@ from typing import Dict
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
-#: A name that catkin accepts for a package.
-PACKAGE_NAME = re.compile(r'[a-z][a-z0-9_]*')
 
 
 def package_files(templates: Path, package: str) -> Dict[str, str]:
@@ -34,20 +28,9 @@ def package_files(templates: Path, package: str) -> Dict[str, str]:
     return files
 
 
-def checked_target(folder: Path, package: str, *other_modules: str) -> Path:
+def checked_target(folder: Path, package: str) -> Path:
     """Returns the folder of a new `package` in `folder`, the folder src of a workspace.
-    ``ValueError`` if catkin would not find the package there, or would not accept its name, or if
-    the package would hide a module of Python or one of `other_modules`.
-    """
-    if not PACKAGE_NAME.fullmatch(package):
-        raise ValueError(f'{package!r} is not a name for a package: it takes lower-case letters, '
-                         'digits and underscores, a letter first, such as lab2')
-    # the folders of Python and of installed packages, but not of workspaces
-    places = [path for path in sys.path if path.startswith((sys.prefix, sys.base_prefix))]
-    taken = [*other_modules, *sys.builtin_module_names, *keyword.kwlist]
-    if package in taken or PathFinder.find_spec(package, places):
-        raise ValueError(f'the package cannot be called {package}: Python would import something '
-                         'else by that name')
+    ``ValueError`` if catkin would not find the package there."""
     if not folder.is_dir():
         raise ValueError(f'there is no folder {folder}: make it first, such as mkdir -p '
                          '~/catkin_ws/src')
@@ -66,5 +49,4 @@ def write_package(files: Dict[str, str], target: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding='utf-8')
         if text.startswith('#!'):
-            mode = path.stat().st_mode
-            path.chmod(mode | ((mode & 0o444) >> 2))    # readers of the file may execute it
+            path.chmod(path.stat().st_mode | 0o111)

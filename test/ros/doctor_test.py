@@ -39,16 +39,12 @@ mount --bind {0}/version /proc/version; exec "$@"
 #: (patient, subject of the line, verdict, words in the line)
 FOUND = (
     ('no master', 'Master', 'FAULT', 'refuses.*start roscore'),
-    ('no master', 'Python', 'FAULT', 'cannot import .*source scripts/setup.sh'),
     ('robot9', 'Robot', 'FAULT', 'nobody publishes /robot9/imu .*/robot1/'),
     ('robot2', 'Robot', 'FAULT', '2 robots answer: /doctor, /robot2/turtlebot3 all'),
     ('robot3', 'Drivers', 'FAULT', '/doctor .* and /rival_of_robot3 .* at the same time'),
     ('robot3', 'Gyro', 'FAULT',
      'the gyro contradicts the wheels.*rostopic pub -1 /robot3/reset std_msgs/Empty'),
-    ('robot2', 'Commands', 'FAULT', '/rival_of_robot2 publishes geometry_msgs/TwistStamped on '
-     '/robot2/cmd_vel, but /robot2/turtlebot3 hears geometry_msgs/Twist'),
     ('ahead', 'Clock', 'FAULT', r'3\.[01] s ahead'),
-    ('ahead', 'imu', 'FAULT', 'every node refuses [0-9]+ of [0-9]+ messages: .* norm 0, not 1'),
     ('ahead', 'joint_states', 'FAULT', 'nobody publishes /ahead/joint_states'),
     ('ahead', 'Gyro', 'warning', 'cannot be compared'),
     ('ahead', 'Hearers', 'warning',
@@ -58,14 +54,14 @@ FOUND = (
 FOUND_ON_HOSTS = (
     ('laptop', 'imu', '(warning|FAULT)', 'silent for [0-9.]+ s: .*rostopic delay /robot1/imu'),
     ('laptop', 'Way back', 'ok', 'is connected to /driver_of_robot1'),
-    ('laptop', 'Address', 'ok', 'it goes before ROS_IP=10.77.2.2. is an address'),
+    ('laptop', 'Address', 'ok', "it goes before ROS_IP='10.77.2.2'. is an address"),
     ('bad laptop', 'Way back', 'FAULT',
      'cannot reach /driver_of_robot2 at http://ann.invalid:.*ROS_IP=10.77.2.2'),
-    ('bad laptop', 'Address', 'FAULT', '10.77.9.9 is not an address .*10.77.2.2'),
-    ('cut', 'Master', 'FAULT', '10.77.2.2:11311 (does not answer|cannot be reached)'),
+    ('bad laptop', 'Address', 'FAULT', "10.77.9.9' is not an address .*10.77.2.2"),
+    ('cut', 'Master', 'FAULT', "10.77.2.2:11311' (does not answer|cannot be reached)"),
     ('bad computer', 'NAT', 'FAULT', 'WSL behind NAT: no robot can reach 172.20.0.5.*wslconfig'),
-    ('bad computer', 'Address', 'FAULT', 'ROS_HOSTNAME=localhost: on the robot this address is the robot'),
-    ('bad computer', 'Master', 'FAULT', '10.1.1.1:11311 (does not answer|cannot be reached)'))
+    ('bad computer', 'Address', 'FAULT', "ROS_HOSTNAME='localhost': on the robot this address is the robot"),
+    ('bad computer', 'Master', 'FAULT', "10.1.1.1:11311' (does not answer|cannot be reached)"))
 
 
 class Doctors:
@@ -127,9 +123,8 @@ class DoctorTest(NodeCase):
         for namespace in '/robot1', '/robot2':
             cls.keep(NodeProgram(*ROBOT, '__ns:=' + namespace))
         cls.keep(NodeProgram(*ROBOT, '_gyro_bias_deg:=-28', '__name:=robot', '__ns:=/robot3'))
-        for name, kind in ('/robot3', 'Twist'), ('/robot2', 'TwistStamped'):
-            cls.keep(TestProgram(['rostopic', 'pub', '-r', '10', '__name:=rival_of_' + name[1:],
-                                  name + '/cmd_vel', 'geometry_msgs/' + kind, '{}']))
+        cls.keep(TestProgram(['rostopic', 'pub', '-r', '10', '__name:=rival_of_robot3',
+                              '/robot3/cmd_vel', 'geometry_msgs/Twist', '{}']))
         cls.publishers = [rospy.Publisher(name, kind, queue_size=1) for name, kind in (
             ('/ahead/imu', Imu), ('/ahead/odom', Odometry), ('/robot3/cmd_vel', Twist),
             ('/robot2/imu', Imu))]
@@ -138,7 +133,7 @@ class DoctorTest(NodeCase):
                              'cmd_vel:=turtle1/cmd_vel', '__name:=lab1', '__ns:=/ahead'))
         cls.timer = rospy.Timer(rospy.Duration(0.05), lambda event: cls._publish())
         cls.wait_for_publisher('/robot1/odom', '/robot3/odom', '/robot3/cmd_vel',
-                               '/robot2/odom', '/robot2/cmd_vel', '/ahead/turtle1/cmd_vel')
+                               '/robot2/odom', '/ahead/turtle1/cmd_vel')
         time.sleep(1.0)    # robots connect to their drivers
 
     @classmethod
@@ -201,9 +196,8 @@ class DoctorTest(NodeCase):
         interrupted.send(signal.SIGINT)
         cls.doctors.wait()
         cls.after = cls.state()
-        # the time of these doctors is limited; the first runs in a terminal that was not set up
-        call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1',
-                                       'PYTHONPATH': '/nowhere'})
+        # the time of these doctors is limited
+        call('no master', environment={'ROS_MASTER_URI': 'http://localhost:1'})
         if cls.hosts:
             call('bad computer', prefix=['unshare', '-n', '-m', 'sh', '-c', BAD_COMPUTER.format(
                 cls.folder.name), 'sh'], environment={
@@ -243,7 +237,7 @@ class DoctorTest(NodeCase):
         lines, status, seconds = self.read('healthy')
         self.assertEqual(status, 0)
         self.assertEqual(list(lines), [
-            'Python', 'Address', 'NAT', 'Master', 'Robot', 'Nodes', 'Way',
+            'Address', 'NAT', 'Master', 'Robot', 'Nodes', 'Way',
             'Drivers', 'imu', 'odom', 'joint_states', 'Clock', 'Gyro', 'Drift', 'Way back'])
         self.assertIn('agrees with the wheels', lines['Gyro'])
         # a busy computer delays messages

@@ -1,22 +1,21 @@
 """Parameters of running nodes: by a file, by set:=, by dynparam and by ROS's own client. A change has
 an effect at once."""
-import pathlib
-import sys
+import re
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from dynamic_reconfigure import DynamicReconfigureCallbackException
 from dynamic_reconfigure.client import Client
+from dynamic_reconfigure.srv import Reconfigure
 from std_msgs.msg import Bool, Float32, Float64
 
 from node_case import STARTING, ZERO, NodeCase, TestProgram
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.robot.turtlebot3 import MODELS
-from tb3_labs.ros import dynparam
+from tb3_labs.ros.live_settings import encode
 
 MOVER = '/move_to_goal'
 WAFFLE = MODELS['waffle']
-RUN = pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'run.py'
 
 
 def values_of(status):
@@ -60,32 +59,23 @@ class LiveTest(NodeCase):
         controller = values_of(self.diagnosis('controller', lambda values: float(values['imu age [s]']) < 0.1))
         self.assertEqual((controller['driver'], controller['mouse']), ('nobody', 'not active'))
 
-    def test_dynparam_refuses_with_a_reason(self):
-        for (name, value), reason in (
-                (('max_linear', '9'), 'max_linear = 9.0 is not valid: a number from'),
-                (('max_linear', '1' + 400 * '0'), 'max_linear = inf is not valid: a number from'),
-                (('allow_reverse', 'maybe'), "allow_reverse = 'maybe' is not valid: true or false"),
-                (('max_linear', 'fast'), "'fast' is not valid: a number from 0.02 to 1"),
-                (('max_liner', '0.1'), 'is max_linear meant?')):
-            with self.assertRaises(ValueError) as refused:
-                dynparam.change(MOVER, name, value)
-            self.assertIn(reason, str(refused.exception))
-        done = self.dynparam('set', '/move_to_gaol', 'max_linear', '0.1')
-        self.assertEqual((done.wait(STARTING), len(done.lines)), (1, 1), done.text)
-        self.assertIn('is {} meant?'.format(MOVER), done.text)
-
-    def dynparam(self, *words):
-        program = TestProgram([sys.executable, str(RUN), 'dynparam', *words])
-        self.addCleanup(program.kill)
-        return program
+    def test_a_refusal_has_a_reason(self):
+        changes = rospy.ServiceProxy(MOVER + '/set_parameters', Reconfigure)
+        for values, reason in (
+                ({'max_linear': 9.0}, 'max_linear = 9.0 is not valid: a number from'),
+                ({'allow_reverse': 'maybe'}, "allow_reverse = 'maybe' is not valid: true or false"),
+                ({'max_liner': 0.1}, 'is max_linear meant?')):
+            with self.assertRaisesRegex(rospy.ServiceException, re.escape(reason)):
+                changes(encode(values))
 
     def test_move_to_goal_in_the_middle_of_a_drive(self):
         client = Client('move_to_goal', timeout=10.0)
         for word in (False, True):    # a True alone may be older than the node
             self.control.publish(word)
         self.observer.wait_for('cmd_vel', lambda command: 0.15 < command[0] <= 0.2)
-        done = self.dynparam('set', MOVER, 'max_linear', '0.1')
-        self.assertEqual((done.wait(STARTING), done.text), (0, 'max_linear is 0.1 now\n'))
+        done = TestProgram(['rosrun', 'dynamic_reconfigure', 'dynparam', 'set', MOVER, 'max_linear', '0.1'])
+        self.addCleanup(done.kill)
+        self.assertEqual(done.wait(STARTING), 0, done.text)
         self.observer.wait_for('cmd_vel', lambda command: 0.0 < command[0] <= 0.1)
         changed = rospy.get_time()
         self.let_pass(0.5)

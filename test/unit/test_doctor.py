@@ -17,15 +17,15 @@ from std_msgs.msg import Header
 
 from tb3_labs.doctor import checks, computer
 from tb3_labs.doctor.computer import (
-    Address, judge_address, judge_nat, judge_python, outgoing_address, own_addresses)
+    Address, judge_address, judge_nat, outgoing_address, own_addresses)
 from tb3_labs.doctor.checks import examine
 from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
-    judge_robot, judge_types)
+    judge_robot)
 from tb3_labs.doctor import as_text, fault, ok, summary, warning
 from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
-    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused, judge_stream)
+    drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.supervision.timeouts import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
@@ -90,57 +90,50 @@ def stream(*silences, period=0.005):
 
 
 JUDGEMENTS = [
-    (judge_python('3.8.10', '/usr/bin/python3', {}), OK, '3.8.10'),
-    (judge_python('3.9.1', '/opt/conda/bin/python3', {'rospy': 'why', 'numpy': '', 'yaml': ''}),
-     FAULT, '/opt/conda', 'import rospy (why), nor numpy, yaml. Do:', 'source scripts/setup.sh'),
     # the network; the advice is the address towards the robot
     (address(ros_hostname='localhost', resolved='127.0.0.1'), OK, 'this computer alone'),
     (address(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
-    (judge_address(GOOD), OK, 'ROS_IP=192.168.0.5'),
-    (judge_address(NAMED), OK, 'ROS_HOSTNAME=ann (192.168.0.5)'),
+    (judge_address(GOOD), OK, "ROS_IP='192.168.0.5'"),
+    (judge_address(NAMED), OK, "ROS_HOSTNAME='ann' (192.168.0.5)"),
     (address(**dict(LAN, master_here=True), ros_ip='192.168.0.5', resolved='192.168.0.5'), OK,
      'ROS_IP'),
     (address(**LAN, hostname='ann', resolved='127.0.1.1'), WARNING, 'the name ann'),
     (address(**LAN, ros_ip='192.168.0.77', resolved='192.168.0.77'), FAULT,
      'not an address of this computer (it has 192.168.0.5, 10.8.0.2)',
      'Do: export ROS_IP=192.168.0.5,'),
-    (address(**LAN, ros_hostname='nn', resolved=''), FAULT, 'ROS_HOSTNAME=nn does not resolve'),
+    (address(**LAN, ros_hostname='nn', resolved=''), FAULT, "ROS_HOSTNAME='nn' does not resolve"),
     (address(ros_hostname='nn', own=('10.8.0.2',), outgoing_address='127.0.0.1'), FAULT,
      'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
     (judge_address(WRONG), FAULT, 'the robot itself'),
     (address(**LAN, ros_ip='192.168.0.5 '), FAULT, "ROS_IP='192.168.0.5 ' does not resolve"),
     # rospy tells others ROS_HOSTNAME if both are set
     (address(**LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
-     'ROS_HOSTNAME=nn (it goes before ROS_IP=192.168.0.5) does not'),
-    *[(judge_nat(kind, way, elsewhere), verdict, kind) for kind, way, elsewhere, verdict in (
-        ('', '172.20.0.5', True, OK), ('WSL', '192.168.0.5', True, OK), ('WSL', '', True, OK),
-        ('WSL', '172.20.0.5', False, OK), ('WSL', '172.20.0.5', True, FAULT),
-        ('WSL', '172.32.0.1', True, OK), ('a container', '172.17.0.2', True, FAULT))],
-    (judge_master(Peer('http://robot3:11311', '', '192.168.0.9', 0.004)), OK,
-     'robot3:11311 (192.168.0.9) answers in 4 ms'),
+     "ROS_HOSTNAME='nn' (it goes before ROS_IP='192.168.0.5') does not"),
+    *[(judge_nat(is_wsl, way, elsewhere), verdict, 'NAT') for is_wsl, way, elsewhere, verdict in (
+        (False, '172.20.0.5', True, OK), (True, '192.168.0.5', True, OK), (True, '', True, OK),
+        (True, '172.20.0.5', False, OK), (True, '172.20.0.5', True, FAULT),
+        (True, '172.32.0.1', True, OK))],
+    (judge_master(Peer('http://robot3:11311', '', '192.168.0.9')), OK,
+     "robot3:11311' (192.168.0.9) answers"),
     *[(judge_master(Peer('http://robot3:11311', problem, '192.168.0.9')), FAULT, 'robot3',
        PROBLEMS[problem]) for problem in PROBLEMS],
     (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
-    (judge_master(Peer('', 'malformed')), FAULT, '(empty)'),
+    (judge_master(Peer('', 'malformed')), FAULT, "ROS_MASTER_URI '' is"),
     (judge_master(Peer('localhost:12311', 'malformed')), FAULT,
-     'localhost:12311 is not an address', 'Do: export ROS_MASTER_URI=http://localhost:12311'),
+     "'localhost:12311' is not an address", 'Do: export ROS_MASTER_URI=http://ADDRESS:11311'),
     (judge_master(Peer('http://localhost:11311 ', 'malformed')), FAULT, "'http://localhost:11311 '"),
-    (judge_types('/cmd_vel', CORE, 'geometry_msgs/Twist', {'/pad': 'geometry_msgs/TwistStamped'}),
-     FAULT, '/pad publishes geometry_msgs/TwistStamped on /cmd_vel, but ' + CORE + ' hears '
-     'geometry_msgs/Twist', 'Do: publish geometry_msgs/Twist there'),
     # the robot
     (robot_of(listeners=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
-    (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py robot3'),
-    (robot_of('/robot9/', others=['/']), FAULT, 'bringup'),
+    (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py /robot3/'),
     (robot_of(odom=[CORE]), FAULT, 'nobody publishes /imu'),
     (robot_of(imu=[CORE]), FAULT, 'nobody publishes /odom'),
     (robot_of(listeners=(), imu=[CORE], odom=[CORE]), FAULT, 'cannot be driven'),
     (node_at(HERE, 'refused', '127.0.0.1'), FAULT, 'others cannot reach that', 'rosnode cleanup',
      'on the robot'),
-    (node_at(AFAR, 'refused', '192.168.0.8'), FAULT, 'refuses', 'is robot3 really 192.168.0.8?'),
+    (node_at(AFAR, 'refused', '192.168.0.8'), FAULT, 'refuses', 'ping robot3', 'rosnode cleanup'),
     (node_at(AFAR, 'unresolved'), FAULT, 'cannot resolve',
-     'add "ITS_ADDRESS robot3" to /etc/hosts'),
-    (node_at(AFAR, 'silent', '192.168.0.8'), FAULT, 'does not answer', 'ping 192.168.0.8'),
+     'on the robot: export ROS_IP'),
+    (node_at(AFAR, 'silent', '192.168.0.8'), FAULT, 'does not answer', 'ping robot3'),
     # the way back
     (judge_return_path(NEXT_DRIVER, {'http://ann:40002'}, CORE, NAMED, True), FAULT, CORE,
      '/pad at http://ann:40003:', 'commands do not arrive', 'ROS_IP=192.168.0.5'),
@@ -161,10 +154,6 @@ JUDGEMENTS = [
     (stream((-1.0, 1.3)), OK, '200/s'),                   # it was connected late
     (stream((1.0, 3.5)), FAULT, 'silent for 2.5 s: a drive is given up'),
     (stream((-1.0, 9.9)), FAULT, 'nothing came on /imu for 5.0 s'),
-    (judge_refused(ok('imu', '200/s'), ['quaternion has norm 0, not 1'] * 30, 500), FAULT,
-     'imu', 'every node refuses 30 of 500 messages: quaternion has norm 0, not 1'),
-    (judge_refused(ok('imu', '200/s'), ['norm'], 500), WARNING, '1 of 500'),
-    (judge_refused(ok('imu', '200/s'), [], 500), OK, '200/s'),
     (judge_stream('/robot3/joint_states'), FAULT, 'joint_states nobody publishes /robot3/joint'),
     # the clock
     (judge_clock(0.09), OK, 'right within 0.1 s'), (judge_clock(-0.09), OK, 'right within 0.1 s'),
@@ -200,56 +189,42 @@ def test_the_drift_of_a_standing_robot_is_the_slope_of_its_yaw(start):
     assert abs(drift_of(noisy[:20], still)) < 1.0    # 0.2 s are too short
 
 
-@pytest.mark.parametrize('kernel, interfaces, files, kind', [
-    ('5.15 microsoft-standard-WSL2', ['lo', 'eth0'], ['/sys/class/net/eth0/device'], 'WSL'),
-    ('5.15 microsoft-standard-WSL2', ['lo', 'loopback0', 'eth1'], [], ''),    # mirrored
-    ('6.1', ['lo', 'eth0'], ['/.dockerenv'], 'a container'),
-    ('6.1', ['lo', 'wlan0'], ['/.dockerenv', '/sys/class/net/wlan0/device'], ''),  # --network=host
-    ('6.1', ['lo', 'br0'], [], '')])
-def test_a_network_behind_nat_is_known(monkeypatch, kernel, interfaces, files, kind):
+@pytest.mark.parametrize('kernel, interfaces, has_nat', [
+    ('5.15 microsoft-standard-WSL2', ['lo', 'eth0'], True),
+    ('5.15 microsoft-standard-WSL2', ['lo', 'loopback0', 'eth1'], False),    # mirrored
+    ('6.1', ['lo', 'wlan0'], False)])
+def test_a_wsl_behind_nat_is_known(monkeypatch, kernel, interfaces, has_nat):
     monkeypatch.setattr(computer, 'open', lambda path: io.StringIO(
         {'/proc/version': 'Linux version ' + kernel}[path]), raising=False)
     monkeypatch.setattr(computer.socket, 'if_nameindex', lambda: list(enumerate(interfaces)))
-    monkeypatch.setattr(computer.os.path, 'exists', files.__contains__)
-    assert computer.nat_kind() == kind
+    assert computer.is_wsl_with_nat() == has_nat
 
 
-#: {topic of a lab: type}
-TYPES = {'imu': 'sensor_msgs/Imu', 'odom': 'nav_msgs/Odometry', 'cmd_vel': 'geometry_msgs/Twist', 'joy': '*',
-         'turn': 'std_msgs/Float32', 'mouse_info': 'tb3_labs/MouseController', 'ctrl_relinq': 'std_msgs/Bool',
-         'heading': 'std_msgs/Float32'}
+HEARD = 'cmd_vel', 'joy', 'turn', 'mouse_info', 'ctrl_relinq', 'heading'
 LISTENS = '/lab1 listens to {}, which nobody publishes; {} is published by {}'
 PUBLISHES = '/lab1 publishes {}, which nobody hears; {} is heard by {}'
 
 
 @pytest.mark.parametrize('form, namespace, topics, right', [
     (LISTENS, '/', '/imu_data /imu/data /IMU /imus /Imu /lab1/imu /robot3/imu /turtle1/imu /imu_raw /raw_imu '
-     '/imu9250', 'imu'),
-    (LISTENS, '/robot3/', '/imu /IMU /robot3/IMU /robot3/lab1/imu /lab1/imu /turtle1/imu /robot3/imu/imu', 'imu'),
+     '/imu9250 /imu/data_raw', 'imu'),
+    (LISTENS, '/robot3/', '/imu /IMU /robot3/IMU /robot3/lab1/imu /robot3/imu/imu', 'imu'),
+    (LISTENS, '/', '/odometry/filtered', 'odom'),
     # unknown topics, another robot's topics, and the topic of a silent sensor
-    (LISTENS, '/', '/reset /map /scan /joint_state', ''), (LISTENS, '/robot3/', '/robot3/imu /robot4/imu', ''),
+    (LISTENS, '/', '/reset /map /scan /simulator /joint_state', ''),
+    (LISTENS, '/robot3/', '/robot3/imu /robot4/imu', ''),
     (PUBLISHES, '/', '/turtle1/cmd_vel /CMD_VEL /cmdvel /cmd_val /lab1/cmd_vel /robot/cmd_vel', 'cmd_vel'),
     (PUBLISHES, '/', '/mouse', 'mouse_info'), (PUBLISHES, '/', '/ctrl_relinquish', 'ctrl_relinq'),
-    (PUBLISHES, '/robot3/', '/cmd_vel /turtle1/cmd_vel /robot3/turtle1/cmd_vel /robot3/cmd_Vel', 'cmd_vel'),
-    (PUBLISHES, '/', '/heading_error /speed', ''), (PUBLISHES, '/robot3/', '/robot4/cmd_vel', ''),
-    # a topic of the type of one right topic, whatever its name
-    (PUBLISHES, '/', '/vel_cmd:geometry_msgs/Twist', 'cmd_vel'),
-    (LISTENS, '/', '/odometry/filtered:nav_msgs/Odometry', 'odom'),
-    (LISTENS, '/', '/imu/data_raw:sensor_msgs/Imu', 'imu'),
-    (PUBLISHES, '/', '/pointer:lab2/MouseController', 'mouse_info'),
-    # a topic of another type, or of a number
-    (LISTENS, '/', '/imu/mag:sensor_msgs/MagneticField /imu_temperature:sensor_msgs/Temperature', ''),
-    (PUBLISHES, '/', '/turn_error:std_msgs/Float32 /return:std_msgs/Float32 /cmd_vel_error:std_msgs/Float32', ''),
-    (PUBLISHES, '/', '/turns:std_msgs/Float32', 'turn'), (PUBLISHES, '/', '/joyy:sensor_msgs/Joy', 'joy'),
-    (PUBLISHES, '/', '/ctrl_relinquish:std_msgs/Bool', 'ctrl_relinq')])
+    (PUBLISHES, '/robot3/', '/cmd_vel /robot3/turtle1/cmd_vel /robot3/cmd_Vel', 'cmd_vel'),
+    (PUBLISHES, '/', '/turns', 'turn'), (PUBLISHES, '/', '/joyy', 'joy'),
+    (PUBLISHES, '/', '/heading_error /speed', ''), (PUBLISHES, '/robot3/', '/robot4/cmd_vel', '')])
 def test_a_node_that_uses_a_wrong_name_is_reported(form, namespace, topics, right):
-    for topic, _, kind in (word.partition(':') for word in topics.split()):
+    for topic in topics.split():
         published = [[namespace + name, [CORE]] for name in ('imu', 'odom')]
         received = [[namespace + name, ['/record', CORE] if name == 'cmd_vel' else ['/controller']]
-                    for name in TYPES if name not in ('imu', 'odom')]
+                    for name in HEARD]
         (received if form is LISTENS else published).append([topic, ['/lab1']])
-        types = [(namespace + name, each) for name, each in TYPES.items()] + [(topic, kind)] * bool(kind)
-        lines = list(judge_names(RobotGraph(namespace, [published, received, []], types)))
+        lines = list(judge_names(RobotGraph(namespace, [published, received, []])))
         if right:
             node = CORE if right in ('imu', 'odom', 'cmd_vel') else '/controller'
             check(*lines, WARNING, form.format(topic, namespace + right, node))
@@ -328,19 +303,11 @@ def robot():
                 ('getSystemState', [publishers + [['/cmd_vel', ['/pad']]],
                                     [['/cmd_vel', [CORE]]], []]),
                 ('lookupNode', uri), ('getPid', 7), ('getParam', False),
-                ('getBusInfo', [[1, uri, 'i', 'TCPROS', '/cmd_vel', True]]),
-                ('getSubscriptions', [['/cmd_vel', 'geometry_msgs/Twist']]),
-                ('getPublications', [['/imu', 'x/Y'], ['/cmd_vel', 'geometry_msgs/Twist']])):
+                ('getBusInfo', [[1, uri, 'i', 'TCPROS', '/cmd_vel', True]])):
             requested.register_function(lambda *_, value=value: [1, '', value], method)
         threading.Thread(target=requested.serve_forever, args=(0.05,), daemon=True).start()
         yield uri
         requested.shutdown()
-
-
-def odometry(header):
-    message = Odometry(header=header)
-    message.pose.pose.orientation.w = 1.0
-    return message
 
 
 def examined(robot, monkeypatch, change=lambda topic, message, number: None):
@@ -366,45 +333,33 @@ def examined(robot, monkeypatch, change=lambda topic, message, number: None):
     return {line.subject: line for line in examine('/')}
 
 
-def test_wheels_that_stand_beside_a_moving_odometry_have_a_line(robot, monkeypatch):
-    def change(topic, message, number):
-        if topic == 'odom':
-            message.pose.pose.position.x = 0.0005 * number
-            message.twist.twist.linear.x = 0.2
-    check(examined(robot, monkeypatch, change)['Wheels'], FAULT, 'the odometry runs on but the wheels stand')
-
-
 def test_a_sound_robot_is_found_sound(robot, monkeypatch):
     lines = examined(robot, monkeypatch)
-    assert 'Wheels' not in lines
     for subject, words in (
-            ('Address', 'this computer alone'), ('Master', 'answers in'), ('Robot', CORE),
-            ('Nodes', CORE + ' answers in'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'),
+            ('Address', 'this computer alone'), ('Master', 'answers'), ('Robot', CORE),
+            ('Nodes', CORE + ' answer'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'),
             ('imu', '102/s'), ('odom', '102/s'), ('joint_states', '102/s'), ('Clock', 'right within'),
             ('Gyro', 'agrees'), ('Drift', '+0.0 deg/min')):
         check(lines[subject], OK, words)
 
 
-@pytest.mark.parametrize('x, y, z, w, words', [
-    (0.0, 0.0, 0.0, 0.0, 'norm 0, not 1'), (math.nan, 0.0, 0.0, 1.0, 'norm nan'),
-    (0.0, 0.0, 0.0, 16384.0, 'norm 1.64e+04'), (1.0, 0.0, 0.0, 0.0, 'tilted by roll 180')])
-def test_an_imu_that_every_node_refuses_has_a_line_with_the_reason(robot, monkeypatch, x, y, z, w, words):
+def test_an_imu_that_every_node_refuses_cannot_be_compared(robot, monkeypatch):
     def change(topic, message, number):
         if topic == 'imu':
-            message.orientation = Quaternion(x, y, z, w)
+            message.orientation = Quaternion(0.0, 0.0, 0.0, 0.0)
     lines = examined(robot, monkeypatch, change)
-    check(lines['imu'], FAULT, 'every node refuses 60 of 60 messages: quaternion', words)
+    check(lines['Gyro'], WARNING, 'cannot be compared')
     assert 'Drift' not in lines
 
 
 def test_an_address_of_the_master_without_http_is_the_only_fault(monkeypatch):
     monkeypatch.setenv('ROS_MASTER_URI', 'localhost:12311')
-    assert [line.subject for line in examine('/')] == ['Python', 'Master']
+    assert [line.subject for line in examine('/')] == ['Master']
 
 
 def test_without_a_master_the_network_is_judged(monkeypatch):
     monkeypatch.setenv('ROS_MASTER_URI', 'http://localhost:1')
-    monkeypatch.setattr(checks, 'nat_kind', lambda: 'WSL')
+    monkeypatch.setattr(checks, 'is_wsl_with_nat', lambda: True)
     monkeypatch.setattr(computer, 'outgoing_address', lambda _: '172.20.0.5')
     lines = {line.subject: line for line in examine('/')}
     check(lines['NAT'], OK, 'good for the simulated robot alone')

@@ -32,7 +32,7 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch_arguments',
                'robot_description'},
               {'clocks'}, {'node'}, {'topics', 'live_settings'},
-              {'dynparam', 'core_runner', 'sensor_topics', 'reset_client'}]
+              {'core_runner', 'sensor_topics', 'reset_client'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: Public attributes with private names: of namedtuples, of os and sys, and of generated messages.
 PUBLIC = {'_replace', '_asdict', '_fields', '_exit', '_current_frames', '_type', '_md5sum', '_slot_types',

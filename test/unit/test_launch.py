@@ -73,18 +73,16 @@ def test_roslaunch_lists_an_argument_as_required_only_if_it_is(path):
 
 @pytest.mark.parametrize('file, given, line', [
     ('turn', 'sm:=true', 'sm:=true: turn.launch has no argument sm; is sim:= meant?'),
-    ('turn', 'sim:=true slip:=0.1', 'turn.launch has no argument slip; robot_set:="{slip: 0.1}"'),
-    ('turn', 'max_ang_z:=1', 'turn.launch has no argument max_ang_z; set:="{max_ang_z: 1}"'),
-    ('turn', 'max_ang:=1', 'no argument max_ang; is set:="{max_ang_z: 1}" meant?'),
-    ('fake_robot', 'start_x:=1', 'has no argument start_x; set:="{start_x: 1}"'),
-    ('demo', '_goal_x:=1', 'demo.launch has no argument _goal_x; is set:="{goal_x: 1}" meant?'),
+    ('turn', 'slip:=0.1', 'turn.launch has no argument slip; its arguments: roslaunch --ros-args'),
     ('record', 'zzz:=1', 'no argument zzz; its arguments: roslaunch --ros-args tb3_labs record.launch'),
     ('robot', 'user:=pi', 'robot:= is missing: name or address of the robot'),
-    ('turn', 'set:={max_ang_z:1}', 'a blank is missing after the colon: set:="{max_ang_z: 1}"'),
-    ('fake_robot', 'set:=slip=0.1', 'set:=slip=0.1: in braces, with colons: set:="{slip: 0.1}"'),
+    ('turn', 'set:={max_ang_z:1}', 'set:={max_ang_z:1}: parameters are given in braces, with a blank after each '
+     'colon, and a point in numbers: set:="{max_ang_z: 1}"'),
+    ('fake_robot', 'set:=slip=0.1', 'in braces'), ('fake_robot', 'set:={slip:', 'in braces'),
+    ('fake_robot', 'set:={slip:0,5}', 'a point in numbers'),
+    ('turn', 'sim:=true robot_set:={slip:1}', '="{slip: 0.1}"'),
     ('gamepad', 'pad:=lab9', 'pad:=lab9: there is no params/pad_lab9.yaml; pad:= is one of '),
     ('turn', 'node:=plian', 'node:=plian: there is no nodes/plian.xml; node:= is one of finished, plain'),
-    ('turn', 'set:={max_ang_z:0,5}', 'a blank is missing'),
     ('record', 'bag:=20261127161033', ''),
     ('gamepad', 'pad:=xbox set:={}', ''), ('turn', 'sim:=true node:=plain', ''), ('robot', 'robot:=robot3', ''),
     ('turn', 'model:=waffle __ns:=robot3 params:=my.yaml', '')])
@@ -97,14 +95,13 @@ def test_a_wrong_argument_is_one_line_with_a_correction(file, given, line):
         assert launch_arguments.problem_of(words + given.split(), LAUNCH / 'view.launch') == ''
 
 
-@pytest.mark.parametrize('value, part', [
-    ('{slip: 0,5}', '5'), ('{slip: }', 'slip:'), ('{slip: 1', ''),
-    ('{slip: 0.5, network: bad,}', ''), ('{}', ''), ('{ slip: -1 }', '')])
-def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, part):
+@pytest.mark.parametrize('value, is_right', [
+    ('{slip: 0,5}', False), ('{slip: }', False), ('{slip: 1', False), ('{slip:0.5}', False),
+    ('{slip: 0.5, network: bad,}', True), ('{}', True), ('{ slip: -1 }', True)])
+def test_a_decimal_comma_and_a_name_without_a_value_are_reported(value, is_right):
     """YAML reads both as an empty value, at which roslaunch ends with a traceback."""
     words, path = ['tb3_labs', 'fake_robot.launch', 'set:=' + value], LAUNCH / 'fake_robot.launch'
-    assert launch_arguments.problem_of(words, path) == (part and (
-        "set:={}: {!r} is not a name with a value, such as goal_x: 0.5 (with a point)".format(value, part)))
+    assert (launch_arguments.problem_of(words, path) == '') == is_right
 
 
 # ----- included files and parameters -----

@@ -6,7 +6,7 @@ import statistics
 from itertools import groupby
 
 import pytest
-from pages import SCRIPTS
+from pages import ROOT, SCRIPTS
 from simulated import imu_of, odom_of
 
 from tb3_labs.geometry.angles import wrap
@@ -142,23 +142,14 @@ def test_a_fault_comes_and_goes_or_is_always_there():
             assert all(hidden.settings_at(0.1 * step) is first for step in range(300))
 
 
-@pytest.mark.parametrize('given', [
-    {'slip': 0.1}, {'imu_offset_deg': 5.0}, {'seed': 3}, {'network_cut': True},
-    {'stalls_per_min': 1.0}])
-def test_no_fault_is_given_beside_the_hidden_one(given):
-    with pytest.raises(ValueError, match=list(given)[0]) as problem:
-        HiddenFault(3, SimulatorConfig(**given))
-    assert 'wheel' not in str(problem.value) and '7.7' not in str(problem.value)
-
-
 # ----- the verdict on an answer -----
 
 RIGHT, WRONG = 'Right', 'The fault is right, its value is not'
 
 
 @pytest.mark.parametrize('number, name, value, verdict', [
-    (4, 'IMU Offset', 118.0, RIGHT), (4, 'imu_offset', 112.0, RIGHT),
-    (4, 'imu  offset', 475.0, RIGHT), (4, 'imu-offset', -246.0, RIGHT),
+    (4, 'IMU Offset', 118.0, RIGHT), (4, 'imu offset', 112.0, RIGHT),
+    (4, 'imu offset', 475.0, RIGHT), (4, 'imu offset', -246.0, RIGHT),
     (15, 'wheel mismatch', -4.0, RIGHT), (7, 'command latency', 0.42, RIGHT),
     (4, 'imu offset', 118.2, WRONG), (4, 'imu offset', -65.0, WRONG),
     (15, 'wheel mismatch', -4.1, WRONG), (7, 'command latency', 0.0, WRONG)])
@@ -171,8 +162,7 @@ def test_the_value_of_the_right_fault(number, name, value, verdict):
 def test_a_wrong_fault_tells_nothing_of_the_right_one(number):
     hidden, value, _ = draw(number)
     for kind in FAULT_KINDS:
-        wrong = 'Wrong: mystery {} has another fault. If it were {!r}: {}'.format(
-            number, kind.name, MEANINGS[kind.name].symptom)
+        wrong = 'Wrong: mystery {} has another fault.'.format(number)
         is_right, words = judge(number, kind.name, value)
         assert is_right == (kind is hidden) == (words != wrong)
 
@@ -188,29 +178,24 @@ def command(capsys):
 
 def test_the_command_ends_with_0_for_the_right_answer_alone(command):
     assert command('--answer', '15', 'wheel mismatch', '-3.4')[0] == 0
-    assert command('--answer', '15', 'wheel', 'mismatch', '-3.4')[0] == 0
-    for words in (['15', 'wheel mismatch'], ['15', 'slip', '12'], ['15', 'wheel mismatch', '9']):
+    for words in ['15', 'slip', '12'], ['15', 'wheel mismatch', '9'], ['15', 'wheel mismatch', 'nan']:
         status, out, errors = command('--answer', *words)
         assert (status, errors) == (1, '') and len(out.splitlines()) == 1
 
 
 @pytest.mark.parametrize('words, told', [
-    ('--answer x slip 3', '1 to 9999'), ('--answer 0 slip 3', '1 to 9999'),
-    ('--answer 10000 slip', '1 to 9999'), ('--answer -3 slip', '1 to 9999'),
-    ('--answer 7 slip nan', 'a number in %'), ('--answer 7 slip inf', 'a number in %'),
-    ('--answer 7', 'Valid: '), ('--answer 7 130', 'Valid: '), ('--answer 7 slip much', 'Valid: '),
-    *[('key ' + numbers, '') for numbers in (
-        '0', '9999-10000', 'x', '1-', '-3x', '1-2-3', '')], ('key', '')])
-def test_what_is_no_answer_and_no_number_is_one_line(command, words, told):
-    status, out, errors = command(*words.split(' '))
+    ('x slip 3', "'x'"), ('0 slip 3', '1 to 9999'), ('10000 slip 3', '1 to 9999'), ('-3 slip 3', '1 to 9999'),
+    ('7 rust 130', 'Valid: '), ('7 slip much', "'much'")])
+def test_what_is_no_answer_is_one_line(command, words, told):
+    status, out, errors = command('--answer', *words.split(' '))
     assert (status, out, len(errors.splitlines())) == (2, '', 1) and told in errors
 
 
-def test_the_key_agrees_with_the_judge(command):
-    status, out, _ = command('key', '1-30', '9999')
-    rows = [line.split() for line in out.splitlines()[1:]]
-    assert status == 0 and [int(row[0]) for row in rows] == list(range(1, 31)) + [9999]
+def test_the_key_agrees_with_the_judge(monkeypatch, capsys):
+    monkeypatch.setattr('sys.argv', ['mystery_key.py', '1', '30'])
+    runpy.run_path(str(ROOT / 'doc' / 'instructor' / 'mystery_key.py'))
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+    assert [int(row[0]) for row in rows] == list(range(1, 31))
     for row in rows:
-        name = ' '.join(row[1:-4])
-        assert judge(int(row[0]), name, float(row[-4]))[0]
-        assert ' '.join(row[-4:-2]) in judge(int(row[0]), name, float(row[-4]))[1]
+        is_right, words = judge(int(row[0]), ' '.join(row[1:-4]), float(row[-4]))
+        assert is_right and ' '.join(row[-4:-2]) in words

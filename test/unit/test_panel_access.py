@@ -19,7 +19,7 @@ def refusal(host=HOST, origin=ORIGIN, token=None, access=None):
 
 @pytest.mark.parametrize('host', [
     None, '', ':8080', 'evil.com:8080', 'localhost.evil.com', 'evil-localhost', 'localhost.',
-    '127.0.0.2', '2130706433', '0.0.0.0', '::1', '[::1', '[::2]:8080', '[::ffff:127.0.0.1]',
+    '127.0.0.2', '2130706433', '0.0.0.0', '::1', '[::1]', '[::1]:8080', '[::1', '[::2]:8080', '[::ffff:127.0.0.1]',
     'localhost,evil.com', 'localhost evil.com', 'ｌocalhost', 'localhoſt', '\ud800', '\x00', '[',
     pytest.param('a' * 10000, id='long'), 'evil.com#@localhost', 'evil.com\\@localhost',
     'user:word@localhost:8080', 'localhost/evil.com', 'localhost#evil.com', 'localhost?evil.com',
@@ -31,21 +31,21 @@ def test_any_other_name_is_refused_and_anything_beside_a_name_and_a_port(host):
 
 
 @pytest.mark.parametrize('host', [
-    'localhost', 'LOCALHOST:8080', '127.0.0.1', '127.0.0.1:8080', '[::1]', '[::1]:8080',
-    '192.168.0.7:8080', 'robot-pc.LOCAL', '[fe80::7]:8080'])
-def test_the_loopback_has_three_names_and_this_computer_may_have_others(host):
-    access = Access(['192.168.0.7', 'Robot-PC.local', 'FE80::7'])
+    'localhost', 'LOCALHOST:8080', '127.0.0.1', '127.0.0.1:8080',
+    '192.168.0.7:8080', 'robot-pc.LOCAL'])
+def test_the_loopback_has_two_names_and_this_computer_may_have_others(host):
+    access = Access(['192.168.0.7', 'Robot-PC.local'])
     assert refusal(host, None, None, access) is None
     assert refusal('evil.com:80', None, None, access) == (
-        "this page is not offered as 'evil.com': use one of 127.0.0.1, 192.168.0.7, [::1], "
-        '[fe80::7], localhost, robot-pc.local')
+        "this page is not offered as 'evil.com': use one of 127.0.0.1, 192.168.0.7, localhost, "
+        'robot-pc.local')
 
 
 # -- Origin
 
 @pytest.mark.parametrize('host, origin', [
     ('LOCALHOST:8080', 'http://localhost:8080'), ('localhost:8080', 'HTTP://LocalHost:8080'),
-    ('[::1]:8080', 'http://[::1]:8080'), ('localhost', 'https://localhost'),
+    ('localhost', 'https://localhost'),
     ('localhost:8080', None)])
 def test_this_nodes_own_page_and_programs_without_an_origin(host, origin):
     assert refusal(host, origin) is None
@@ -96,7 +96,7 @@ NEARLY = st.lists(st.sampled_from([
 @given(NEARLY, st.none() | NEARLY, st.none() | NEARLY)
 def test_only_a_loopback_name_and_its_own_page_are_let_in_whatever_is_sent(host, origin, token):
     is_open = refusal(host, origin, token) is None
-    own_name = re.fullmatch(r'(?ai:localhost|127\.0\.0\.1|\[::1\])(:[0-9]*)?', host) is not None
+    own_name = re.fullmatch(r'(?ai:localhost|127\.0\.0\.1)(:[0-9]*)?', host) is not None
     if origin is None and not token:
         assert is_open is own_name
     elif origin is not None and is_open:

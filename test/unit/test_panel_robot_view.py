@@ -227,14 +227,6 @@ def test_the_variables_of_nodes_are_shown_until_a_node_falls_silent(view):
     assert picture(view, 104.0)['inside'] == []
 
 
-def test_no_node_fills_a_page_with_its_variables(view):
-    for number in range(10):
-        view.on_variables(str(number) * 300, ((str(k) + 300 * 'n', 300 * 'v') for k in range(1000)), 100.0)
-    shown = picture(view)['inside']
-    assert len(shown) == 4 and {len(each['values']) for each in shown} == {40}
-    assert len(json.dumps(shown)) < 4 * 40 * (2 * 200 + 10) + 4 * 250
-
-
 # -- when is a stop confirmed?
 
 @pytest.mark.parametrize('control, heard_at, speed, problem', [

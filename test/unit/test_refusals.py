@@ -11,7 +11,6 @@ import pytest
 
 from pages import SCRIPTS
 
-DYNPARAM = '../src/tb3_labs/ros/dynparam.py'
 NO_MASTER = 'http://localhost:1'
 AT_ONCE = 2.0       # [s]
 MARK = ['.', '--lab', 'turn', '-o', '../marks']
@@ -31,7 +30,8 @@ CASES = [
     ('mark.py', ['.', '--lab', 'turn', '-o', 'inside'], 'the marks would lie among the submissions'),
     ('lab_report.py', ['run_1.bag', 'run_2.bag'], 'run_2.bag'),
     ('skeleton.py', ['turn', '.', 'x\ny'], 'x\\ny'),
-    ('mystery.py', ['--answer', '7', 'imu', 'offset', '130', 'deg'], "'imu offset 130 deg' is not a fault"),
+    ('mystery.py', ['--answer', '7', 'imu offset', '130', 'deg'], 'unrecognized arguments: deg'),
+    ('mystery.py', ['--answer', '7', 'imu', '130'], "'imu' is not a fault"),
     ('send_goal.py', ['1', '1', '90', 'deg'], 'usage: send_goal.py X Y YAW_DEG'),
     ('lab_report.py', ['nowhere.bag'], 'nowhere.bag: there is no such file'),
     ('lab_report.py', ['x.bag', '--goal', '1', '1', 'up'], "--goal: yaw_deg = 'up' is not valid: " + YAW),
@@ -40,18 +40,11 @@ CASES = [
     ('send_goal.py', ['1', '1', '900'], 'yaw_deg = 900.0 is not valid: ' + YAW),
     ('send_goal.py', ['nan', '1', '0'], 'x = nan is not valid: ' + METRES),
     ('send_goal.py', ['1', '1', '0'], 'no ROS master answers at http://localhost:1: start a launch file'),
-    (DYNPARAM, ['sett'], 'usage: dynparam set NODE NAME VALUE'),
-    (DYNPARAM, ['set', '/x', 'a', '1'], 'no ROS master answers at http://localhost:1: start a launch file'),
     ('doctor.py', ['9-'], '9- is not a namespace, such as robot3'),
     ('mystery.py', ['7'], ('--answer', '--list')),
-    ('mystery.py', ['key', 'x'], "'x' is not valid: a number such as 7, or a range such as 1-12"),
-    ('mystery.py', ['key', '1-99999999'], 'mystery = 10000 is not valid: a whole number from 1 to 9999'),
     ('skeleton.py', ['turn', '~nobody_at_all/src'], 'skeleton.py: '),
     ('mark.py', MARK + ['--jobs', 5000 * '9'], 39 * '9' + ' is not valid: a whole number from 1 to 16'),
-    ('mystery.py', ['--answer', 5000 * '9', 'slip', '1'], ' is not valid: a whole number from 1 to 9999'),
-    ('mystery.py', ['key', '1-' + 5000 * '9'], ' is not valid: a number such as 7, or a range'),
     ('skeleton.py', ['turn', 'nowhere'], 'nowhere: make it first, such as mkdir -p ~/catkin_ws/src'),
-    ('skeleton.py', ['turn', '.', '--name', '9x'], "'9x' is not a name for a package"),
 ]
 
 

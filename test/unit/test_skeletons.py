@@ -155,13 +155,6 @@ def test_no_template_is_taken_for_a_part_of_this_package():
         assert path.suffix != '.launch' and path.name not in ('package.xml', 'CMakeLists.txt')
 
 
-@pytest.mark.parametrize('name', ['', 'Lab2', '2lab', 'lab-2', '../lab2', 'läb', 'class', 'tb3_labs',
-                                  'random', 'time', 'numpy'])
-def test_names_that_catkin_or_python_refuse(tmp_path, name):
-    with pytest.raises(ValueError, match='name|called'):
-        checked_target(tmp_path, name, 'tb3_labs')
-
-
 def test_places_where_catkin_finds_no_package(tmp_path):
     (tmp_path / 'src').mkdir()
     for folder, said in ((tmp_path / 'nowhere', 'no folder'), (tmp_path, 'give .*/src')):

@@ -1,19 +1,18 @@
-"""The doctor's examinations, in order. A line is yielded as soon as it is known."""
+"""The doctor's examinations, in order. A Finding is yielded as soon as it is known."""
 import os
 import time
 from dataclasses import replace
 
 from tb3_labs.doctor.computer import (
-    address_here, check_python, is_own, judge_address, judge_nat, nat_kind, outgoing_address)
+    address_here, is_own, is_wsl_with_nat, judge_address, judge_nat, outgoing_address)
 from tb3_labs.doctor.graph import (
     Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path, judge_robot,
-    judge_types, peers_of)
+    peers_of)
+from tb3_labs.doctor.ros_listening import examine_messages
 
 
 def examine(namespace):
-    """Yields the lines on this computer and on the robot in `namespace`, such as '/robot3/'."""
-    python = check_python()
-    yield python
+    """Yields the findings on this computer and on the robot in `namespace`, such as '/robot3/'."""
     master = Peer(os.environ.get('ROS_MASTER_URI', ''))
     state = master.ask('getSystemState')
     if master.uri and master.problem == 'malformed':
@@ -21,11 +20,10 @@ def examine(namespace):
         return
     here = address_here(master.address)
     yield judge_address(here)
-    types = Peer(master.uri).ask('getTopicTypes') if state else None
-    graph = RobotGraph(namespace, state or ([], [], []), types or [])
+    graph = RobotGraph(namespace, state or ([], [], []))
     robot, drivers = peers_of(master, graph.robot_nodes), peers_of(master, graph.drivers)
     robot_elsewhere = any(not is_own(peer.address) for peer in robot.values() if peer.address)
-    yield judge_nat(nat_kind(), here.lan_address,
+    yield judge_nat(is_wsl_with_nat(), here.lan_address,
                     others_elsewhere=robot_elsewhere or not here.master_here)
     yield judge_master(master)
     if state is None:
@@ -38,50 +36,29 @@ def examine(namespace):
     if not alive:
         return
     yield from _check_return_path(here, graph, alive, drivers)
-    if not python.remedy:
-        from tb3_labs.doctor.ros_listening import examine_messages    # needs all packages
-        yield from examine_messages(
-            graph, here.outgoing_address,
-            is_wall_time=not Peer(master.uri).ask('getParam', '/use_sim_time'))
+    is_wall_time = not Peer(master.uri).ask('getParam', '/use_sim_time')
+    yield from examine_messages(graph, here.outgoing_address, is_wall_time)
 
 
 def _check_return_path(here, graph, alive, drivers):
-    """Yields the lines on the type of the commands, and on the way from the robot to this
-    computer. `alive` is {node: Peer} of the robot's nodes that answer. `drivers` is {node: Peer} of
-    the nodes that publish cmd_vel."""
+    """Yields the finding on the way from the robot to this computer. `alive` is {node: Peer} of the
+    robot's nodes that answer. `drivers` is {node: Peer} of the nodes that publish cmd_vel."""
     robot_node = next((node for node in graph.listeners if node in alive), None)
     if robot_node is None:
         return
-    topic = graph.namespace + 'cmd_vel'
-    received = _type_of(topic, alive[robot_node], 'getSubscriptions')
-    sent = {node: _type_of(topic, peer, 'getPublications') for node, peer in drivers.items()
-            if not peer.problem}
-    other_types = {node: kind for node, kind in sent.items()
-                   if received and kind not in ('', received)}
-    if other_types:
-        yield judge_types(topic, robot_node, received, other_types)
     own_drivers = {}
     for node, peer in drivers.items():
         is_here = is_own(peer.address) and not peer.problem
         may_be_here = is_here or peer.problem == 'unresolved'
-        if may_be_here and node not in graph.robot_nodes and node not in other_types:
+        if may_be_here and node not in graph.robot_nodes:
             own_drivers[node] = peer.uri
     if own_drivers:
         time.sleep(1.0)    # the robot needs this time to connect to a new driver
     connections = alive[robot_node].ask('getBusInfo')
     if connections is not None:
         address = alive[robot_node].address
-        # rows of (id, URI or name, direction, ...); the direction 'i' is inbound
-        connected = {str(row[1]).rstrip('/') for row in connections if row[2] == 'i'}
+        connected = {str(uri).rstrip('/') for _, uri, direction, *_ in connections
+                     if direction == 'i'}    # inbound; `uri` may be a name
         yield judge_return_path(own_drivers, connected, robot_node,
                                 replace(here, outgoing_address=outgoing_address(address)),
                                 robot_elsewhere=not is_own(address))
-
-
-def _type_of(topic, peer, question):
-    """Returns the type of a topic of the node `peer`; '' if the type is unknown. The node answers
-    the XML-RPC call `question` by the list of its topics."""
-    for name, kind in peer.ask(question) or ():
-        if name == topic:
-            return str(kind)
-    return ''

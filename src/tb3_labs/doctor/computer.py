@@ -1,60 +1,24 @@
-"""Checks Python on this computer, the address that its nodes advertise, and NAT.
+"""Checks the address that the nodes of this computer advertise, and NAT.
 
 An address is a text such as '192.168.0.5', or '' if there is no address. As in ROS 1, only IPv4 is
 used. A node *advertises* an address, to which other nodes connect. As in rospy, this address is
 ROS_HOSTNAME. Without it, the address is ROS_IP. Without both, it is the name of the computer.
 """
-import importlib
 import ipaddress
 import os
 import socket
 import subprocess
-import sys
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Mapping, Tuple
+from typing import Tuple
 
-from tb3_labs.doctor import Line, fault, ok, warning
+from tb3_labs.doctor import Finding, fault, ok, warning
 
-#: The packages that the labs' nodes import.
-PACKAGES = ('rospy', 'numpy', 'squaternion', 'geometry_msgs.msg', 'nav_msgs.msg',
-            'sensor_msgs.msg', 'tf2_ros', 'tb3_labs.srv')
-#: WSL 2 and Docker put this private network between a Linux and its host.
+#: WSL 2 puts this private network between Linux and Windows.
 NAT_NETWORK = ipaddress.ip_network('172.16.0.0/12')
 
 
-def check_python() -> Line:
-    """Returns the line on the interpreter and its packages. Imports each package, because an
-    installed package may need a package that is missing."""
-    missing = {}
-    for name in PACKAGES:
-        try:
-            importlib.import_module(name)
-        except Exception as trouble:    # a broken package may raise anything
-            missing[name.partition('.')[0]] = (
-                ' '.join(str(trouble).split()) or type(trouble).__name__)
-    return judge_python('.'.join(map(str, sys.version_info[:3])), sys.executable, missing)
-
-
-def judge_python(version: str, executable: str, missing: Mapping[str, str]) -> Line:
-    """Can the labs' nodes run? `missing` is {package: reason for which its import fails}."""
-    here = f'Python {version} ({executable})'
-    if missing:
-        first, *others = missing
-        text = f'{here} cannot import {first} ({missing[first]})'
-        if others:
-            text += ', nor ' + ', '.join(others)
-        return fault('Python', text,
-                     'source scripts/setup.sh in this terminal, then rosrun tb3_labs doctor.py')
-    return ok('Python', here + ' has all packages')
-
-
 # Addresses --------------------------------------------------------------------------------------
-
-def quoted(value: str) -> str:
-    """Returns the value of an environment variable, in quotes if it is empty or has blanks."""
-    return value if value.split() == [value] else repr(value)
-
 
 def is_loopback(address: str) -> bool:
     """Is this an address of the loopback?"""
@@ -139,7 +103,7 @@ def address_here(master: str) -> Address:
                    own_addresses(), outgoing, master_here)
 
 
-def judge_address(here: Address) -> Line:
+def judge_address(here: Address) -> Finding:
     """Can other computers reach this computer at the address that its nodes advertise?"""
     if not here.ros_ip and not here.ros_hostname:
         unset = 'neither ROS_IP nor ROS_HOSTNAME is set: '
@@ -148,11 +112,11 @@ def judge_address(here: Address) -> Line:
         return warning('Address', '{}the robot is told the name {}, and may not resolve it'.format(
             unset, here.hostname), here.advice)
     variable = 'ROS_HOSTNAME' if here.ros_hostname else 'ROS_IP'
-    source = f'{variable}={quoted(here.advertised)}'
+    source = f'{variable}={here.advertised!r}'
     if here.resolved not in ('', here.advertised) and not is_loopback(here.resolved):
         source += f' ({here.resolved})'
     if here.ros_hostname and here.ros_ip:
-        source += f' (it goes before ROS_IP={quoted(here.ros_ip)})'
+        source += f' (it goes before ROS_IP={here.ros_ip!r})'
     if not here.resolved:
         return fault('Address', source + ' does not resolve, not even here', here.advice)
     if is_loopback(here.resolved):
@@ -169,36 +133,23 @@ def judge_address(here: Address) -> Line:
 
 # NAT --------------------------------------------------------------------------------------------
 
-def nat_kind() -> str:
-    """Returns 'WSL' or 'a container' if this Linux runs there, and does not use the network of the
-    host. Otherwise returns ''.
-
-    A WSL with the network of its host (mirrored) has the interface loopback0. A container with the
-    network of its host has a hardware interface.
-    """
-    interfaces = [name for _, name in socket.if_nameindex()]
+def is_wsl_with_nat() -> bool:
+    """Is this Linux a WSL that does not use the network of its host? A WSL with the network of its
+    host (mirrored) has the interface loopback0."""
     with open('/proc/version') as file:
         is_wsl = 'microsoft' in file.read().lower()
-    if is_wsl:
-        return '' if 'loopback0' in interfaces else 'WSL'
-    is_container = os.path.exists('/.dockerenv') or os.path.exists('/run/.containerenv')
-    has_hardware = any(os.path.exists(f'/sys/class/net/{name}/device')
-                       for name in interfaces)
-    return 'a container' if is_container and not has_hardware else ''
+    return is_wsl and 'loopback0' not in [name for _, name in socket.if_nameindex()]
 
 
-def judge_nat(kind: str, outgoing_address: str, others_elsewhere: bool) -> Line:
-    """Can a robot reach this computer through NAT? `kind` is the result of :func:`nat_kind`.
-    `others_elsewhere` is true if the master or the robot is on another computer."""
-    if not kind:
+def judge_nat(is_wsl: bool, address: str, others_elsewhere: bool) -> Finding:
+    """Can a robot reach `address`, an address of this computer, through NAT? `is_wsl` is the
+    result of :func:`is_wsl_with_nat`. `others_elsewhere` is true if the master or the robot is on
+    another computer."""
+    is_hidden = is_wsl and bool(address) and ipaddress.ip_address(address) in NAT_NETWORK
+    if not is_hidden:
         return ok('NAT', 'this computer is not behind NAT')
-    if not outgoing_address or ipaddress.ip_address(outgoing_address) not in NAT_NETWORK:
-        return ok('NAT', f'this is {kind}, but its address is not behind NAT')
     if not others_elsewhere:
-        return ok('NAT', 'this is {} behind NAT ({}): good for the simulated robot alone'.format(
-            kind, outgoing_address))
-    remedy = 'start the container with the network of its host'
-    if kind == 'WSL':
-        remedy = ('networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; or use '
-                  'a computer with Linux')
-    return fault('NAT', f'this is {kind} behind NAT: no robot can reach {outgoing_address}', remedy)
+        return ok('NAT', f'this is WSL behind NAT ({address}): good for the simulated robot alone')
+    return fault('NAT', f'this is WSL behind NAT: no robot can reach {address}',
+                 'networkingMode=mirrored in .wslconfig (Windows 11), then wsl --shutdown; or use '
+                 'a computer with Linux')

@@ -7,13 +7,12 @@ import difflib
 import http.client
 import os
 import re
-import time
 import xmlrpc.client
 from dataclasses import dataclass
-from typing import Collection, Iterator, Mapping, Sequence
+from typing import Collection, Iterator, Mapping
 
-from tb3_labs.doctor import Line, fault, ok, warning
-from tb3_labs.doctor.computer import Address, is_loopback, quoted, address_of
+from tb3_labs.doctor import Finding, fault, ok, warning
+from tb3_labs.doctor.computer import Address, address_of, is_loopback
 
 #: The doctor's name in calls. It is not registered at the master.
 CALLER_ID = f'/doctor_{os.getpid()}'
@@ -33,7 +32,6 @@ SUBSCRIBED_TOPICS = 'cmd_vel', 'joy', 'mouse_info', 'ctrl_relinq', 'turn'
 LAB_TOPICS = (*SENSORS, *SUBSCRIBED_TOPICS, 'heading', 'reset')
 #: A name with at least this likeness (difflib) to a right name is probably a mistake.
 LIKENESS_OF_MISTAKES = 0.65
-TURTLESIM = re.compile('/turtle[0-9]+/')    # the topics of turtlesim
 BRINGUP_REMEDY = "restart the robot's bringup, and look at its first lines"
 
 
@@ -44,7 +42,6 @@ class Peer:
     uri: str
     problem: str = 'silent'    # a key of PROBLEMS; '' after an answer
     address: str = ''          # the address of the name in `uri`
-    round_trip: float = 0.0    # time from the call to the answer [s]
 
     def __post_init__(self):
         self.name, self.port = '', 0
@@ -58,7 +55,6 @@ class Peer:
         if not self.address:
             self.problem = 'unresolved' if self.name else 'malformed'
             return None
-        begun = time.monotonic()
         try:
             link = http.client.HTTPConnection(self.address, self.port, timeout=ANSWER_TIMEOUT)
             link.request('POST', '/', xmlrpc.client.dumps((CALLER_ID, *arguments), method),
@@ -73,7 +69,6 @@ class Peer:
             self.problem = 'refused' if is_refused else 'silent'
             return None
         self.problem = ''
-        self.round_trip = time.monotonic() - begun
         return value
 
 
@@ -88,13 +83,13 @@ def peers_of(master, nodes):
 
 # The master -------------------------------------------------------------------------------------
 
-def judge_master(master: Peer) -> Line:
+def judge_master(master: Peer) -> Finding:
     """Does a master answer?"""
-    where = quoted(master.uri) if master.uri else '(empty)'
+    where = repr(master.uri)
     if master.address and master.address not in where:
         where += f' ({master.address})'
     if not master.problem:
-        return ok('Master', f'{where} answers in {1000.0 * master.round_trip:.0f} ms')
+        return ok('Master', where + ' answers')
     if master.problem == 'refused':
         remedy = ('start roscore, or a launch file, on that computer; first end each launch file '
                   'that runs there without its master')
@@ -102,22 +97,18 @@ def judge_master(master: Peer) -> Line:
         remedy = ('is that computer on, in the same network, and is the address still its own? '
                   'ping ' + master.address)
     else:
-        uri = 'http://' + master.uri.strip()    # rospy needs http in an address
-        if not Peer(uri).name:
-            uri = 'http://ADDRESS:11311'
-        remedy = 'export ROS_MASTER_URI=' + uri
+        remedy = 'export ROS_MASTER_URI=http://ADDRESS:11311'
     return fault('Master', f'ROS_MASTER_URI {where} {PROBLEMS[master.problem]}', remedy)
 
 
 # Publishers and subscribers ---------------------------------------------------------------------
 
 class RobotGraph:
-    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` and `types` are the
-    master's answers to getSystemState and getTopicTypes."""
+    """The nodes around one robot in `namespace` ('/' or '/robot3/'). `state` is the master's answer
+    to getSystemState."""
 
-    def __init__(self, namespace, state, types=()):
+    def __init__(self, namespace, state):
         self.namespace = namespace
-        self._types = {topic: kind for topic, kind in types if kind != '*'}
         publishers = self.publishers = {topic: list(nodes) for topic, nodes in state[0]}
         subscribers = self.subscribers = {topic: list(nodes) for topic, nodes in state[1]}
         #: {topic of a sensor: nodes that publish the topic}
@@ -139,45 +130,24 @@ class RobotGraph:
     def right_topic(self, topic, node, names):
         """Returns the topic of this robot, with one of `names`, that `topic` of a node probably
         means; '' if `topic` is right, belongs to another robot, or is not like a right topic."""
-        place, _, word = topic.rpartition('/')
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
-        if is_right or self._is_of_another_robot(place + '/', topic, node):
+        if is_right or self._is_of_another_robot(topic, node):
             return ''
-        package, _, kind = self._types.get(topic, '').rpartition('/')
-        if kind and package != 'std_msgs':
-            for name in names:
-                if self._type_name(name) == kind:    # such as vel_cmd, odometry/filtered
-                    return self.namespace + name
-        name = meant_name(word.lower(), names)
-        last_namespace = place.rpartition('/')[2].lower()
-        if not name and last_namespace in SENSORS and last_namespace in names:
-            name = last_namespace                        # such as imu/data
-        known_types = {kind, self._type_name(name)} - {''}
-        return self.namespace + name if name and len(known_types) < 2 else ''
+        path = topic.lower()
+        meant = [name for name in names    # imu/data and raw_imu mean imu, but simulator does not
+                 if name in SENSORS and re.search('(?<![a-z])' + name, path)]
+        word = path.rpartition('/')[2]
+        meant += difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)
+        return self.namespace + meant[0] if meant else ''
 
-    def _is_of_another_robot(self, place, topic, node):
-        """Does `topic`, in the namespace `place`, belong to another robot? Private topics of the
-        node, and topics of turtlesim, do not."""
-        if place in ('/', self.namespace) or topic.startswith(node + '/') or TURTLESIM.match(topic):
+    def _is_of_another_robot(self, topic, node):
+        place = topic.rpartition('/')[0] + '/'
+        if place in ('/', self.namespace):
             return False
         return node.startswith(place) or not place.startswith(self.namespace)
 
-    def _type_name(self, name):
-        """Returns the type of this robot's topic `name`, without the package of the type."""
-        return self._types.get(self.namespace + name, '').rpartition('/')[2]
 
-
-def meant_name(word: str, names: Sequence[str]) -> str:
-    """Returns the name of `names` that is probably meant by `word`, or ''. imu_data means imu, and
-    wheel_odom means odom. Words with different first letters, such as return and turn, differ."""
-    for name in names:
-        if name in SENSORS and re.search('(?<![a-z])' + name, word):
-            return name
-    names = [name for name in names if name[0] == word[:1]]
-    return next(iter(difflib.get_close_matches(word, names, 1, LIKENESS_OF_MISTAKES)), '')
-
-
-def judge_robot(graph: RobotGraph) -> Line:
+def judge_robot(graph: RobotGraph) -> Finding:
     """Is there exactly one robot in the namespace?"""
     place = graph.namespace.rstrip('/')
     imu, odom = graph.sensors['imu'], graph.sensors['odom']
@@ -186,9 +156,7 @@ def judge_robot(graph: RobotGraph) -> Line:
         remedy = "start the robot's bringup, or roslaunch tb3_labs fake_robot.launch"
         if graph.other_robots:
             text += f" (there is one in {', '.join(graph.other_robots)})"
-            name = graph.other_robots[0].strip('/')
-            if name:
-                remedy = 'rosrun tb3_labs doctor.py ' + name
+            remedy = 'rosrun tb3_labs doctor.py ' + graph.other_robots[0]
         return fault('Robot', text, remedy)
     for topic, nodes in (('imu', imu), ('odom', odom)):
         if len(nodes) > 1:
@@ -204,9 +172,9 @@ def judge_robot(graph: RobotGraph) -> Line:
         imu[0], place, ', '.join(sorted(graph.listeners))))
 
 
-def judge_names(graph: RobotGraph) -> Iterator[Line]:
-    """Yields a line if nodes listen to a wrong name, such as imu_data, and a line if nodes publish
-    a wrong name, such as turtle1/cmd_vel."""
+def judge_names(graph: RobotGraph) -> Iterator[Finding]:
+    """Yields a finding if nodes listen to a wrong name, such as imu_data, and another one if nodes
+    publish a wrong name, such as turtle1/cmd_vel."""
     wrong_hearers = _mistakes(
         '{} listens to {}, which nobody publishes; {} is published by {}',
         graph, graph.subscribers, graph.publishers, LAB_TOPICS)
@@ -230,50 +198,35 @@ def _mistakes(text, graph, users, partners, names):
             # a node that also uses the right name is not mistaken
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 # the text names a node of the robot if there is one, and not a recorder
-                partner = min(partners[right], key=lambda name: name not in graph.robot_nodes)
+                of_robot = [each for each in partners[right] if each in graph.robot_nodes]
+                partner = (of_robot or partners[right])[0]
                 found.append(text.format(node, topic, right, partner))
     return found
 
 
 # The connections from this computer -------------------------------------------------------------
 
-def judge_nodes(peers: Mapping[str, Peer]) -> Line:
+def judge_nodes(peers: Mapping[str, Peer]) -> Finding:
     """Do the nodes in `peers` {node: Peer} answer at the addresses that the master knows?"""
-    remedy = 'on the robot: export ROS_IP=ITS_ADDRESS, then start it again'
     for node, peer in sorted(peers.items()):
         if not peer.problem:
             continue
         text = '{} says it is at {}, which {}'.format(
             node, peer.uri.rstrip('/') or '(nothing)', PROBLEMS[peer.problem])
+        remedy = ('if it has ended: rosnode cleanup; else on the robot: export ROS_IP=ITS_ADDRESS, '
+                  'then start it again')
         if is_loopback(peer.address):
-            return fault('Nodes', text + ': others cannot reach that',
-                         'if it has ended: rosnode cleanup; else ' + remedy)
-        if peer.problem == 'unresolved':
-            remedy += f'; or here: add "ITS_ADDRESS {peer.name}" to /etc/hosts'
-        elif peer.problem == 'refused':
-            remedy = 'rosnode cleanup, then start {} again; is {} really {}?'.format(
-                node, peer.name, peer.address)
+            text += ': others cannot reach that'
         else:
-            remedy = 'is the robot on, and in this network? ping {}; {}'.format(
-                peer.address or peer.name, remedy)
+            remedy = f'is the robot on, and in this network? ping {peer.name}; {remedy}'
         return fault('Nodes', text, remedy)
-    return ok('Nodes', ', '.join(f'{node} answers in {1e3 * peer.round_trip:.0f} ms'
-                                 for node, peer in sorted(peers.items())))
-
-
-def judge_types(topic: str, robot: str, received: str, other_types: Mapping[str, str]) -> Line:
-    """Returns the line on drivers that publish messages of a wrong type on `topic`. `other_types`
-    is {driver: type of its messages}. The node `robot` listens to `topic`, and accepts only
-    messages of the type `received`."""
-    drivers = ', '.join(f'{node} publishes {kind}' for node, kind in sorted(other_types.items()))
-    return fault('Commands', f'{drivers} on {topic}, but {robot} hears {received}: no such command '
-                 'arrives', f'publish {received} there')
+    return ok('Nodes', ', '.join(sorted(peers)) + ' answer')
 
 
 # The connections to this computer ---------------------------------------------------------------
 
 def judge_return_path(drivers: Mapping[str, str], received: Collection[str], robot: str,
-                      here: Address, robot_elsewhere: bool) -> Line:
+                      here: Address, robot_elsewhere: bool) -> Finding:
     """Do commands of this computer reach the node `robot`, which listens to cmd_vel? `drivers` is
     {node of this computer that publishes cmd_vel: URI}. `received` has the URIs of the nodes to
     which `robot` is connected. `here.outgoing_address` is this computer's address on the way to the

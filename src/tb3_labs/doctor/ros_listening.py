@@ -1,25 +1,24 @@
-"""Listens to the robot's messages as an ordinary node, and yields the lines on drivers, sensors,
-clock and gyro."""
+"""Listens to the robot's messages as an ordinary node, and yields the findings on drivers,
+sensors, clock and gyro."""
 import os
 import time
 from collections import Counter
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import rospy
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
 from tb3_labs.config import NOT_GIVEN
-from tb3_labs.doctor import fault
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
-    LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_refused,
-    judge_stream)
+    LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.localization.gyro_check import GyroWatch
 from tb3_labs.localization.sample_timing import SampleTiming
-from tb3_labs.localization.odometry_jumps import EncoderWatch
-from tb3_labs.robot.samples import ImuSample, OdometrySample, WheelSample
-from tb3_labs.robot.turtlebot3 import WHEEL_JOINTS, robot_model
+from tb3_labs.robot.samples import ImuSample, WheelSample
+from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
@@ -27,9 +26,7 @@ from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
 #: {topic to which the doctor listens: (type of its messages, function that returns a sample)}
 SAMPLE_READERS = {
     'imu': (Imu, to_imu_sample), 'odom': (Odometry, to_odometry_sample),
-    'joint_states': (JointState, to_wheel_sample), 'cmd_vel': (rospy.AnyMsg, lambda command: None)}
-#: A robot obeys only messages of this type on cmd_vel.
-COMMAND_TYPE = 'geometry_msgs/Twist'
+    'joint_states': (JointState, to_wheel_sample), 'cmd_vel': (Twist, lambda command: None)}
 
 
 class ReceivedMessage(NamedTuple):
@@ -39,35 +36,29 @@ class ReceivedMessage(NamedTuple):
     at: float         # time of arrival [s]
     sender: str
     message: Any
-    kind: str = ''    # the type that the sender states, or ''
 
 
 def examine_messages(graph, address, is_wall_time):
-    """Yields the lines on the messages of a RobotGraph's robot. `is_wall_time` is true if
+    """Yields the findings on the messages of a RobotGraph's robot. `is_wall_time` is true if
     stamps come from a real clock. For `address` see :func:`listen`."""
     received, ended = listen(graph.namespace, address)
-    # checks.py judges commands of other types
-    drivers = [message.sender for message in received
-               if message.topic == 'cmd_vel' and message.kind in ('', COMMAND_TYPE)]
+    drivers = [message.sender for message in received if message.topic == 'cmd_vel']
     yield judge_drivers(Counter(drivers))
-    samples, refused = read_samples(received)
     for name in SENSORS:
         arrivals = [message.at for message in received if message.topic == name]
         publisher = next(iter(graph.sensors[name]), '')
-        line = judge_stream(graph.namespace + name, arrivals, ended, publisher)
-        yield judge_refused(line, refused[name], len(arrivals))
-    encoders = encoder_watch_of(samples)
-    if encoders.problem():
-        yield fault('Wheels', *encoders.problem().split('; '))
-    delays = [at - message.header.stamp.to_sec() for topic, at, _, message, _ in received
+        yield judge_stream(graph.namespace + name, arrivals, ended, publisher)
+    delays = [at - message.header.stamp.to_sec() for topic, at, _, message in received
               if topic in SENSORS and message.header.stamp]
     if delays and is_wall_time:
         yield judge_clock(min(delays))
+    samples = read_samples(received)
     watch = gyro_watch_of(samples, graph.namespace + 'reset')
     cause, _, remedy = watch.problem().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
-    yaws = [sample[:2] for _, sample in samples if isinstance(sample, ImuSample)]
-    wheel_angles = [sample[1:] for _, sample in samples if isinstance(sample, WheelSample)]
+    yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
+    wheel_angles = [(sample.left, sample.right) for _, sample in samples
+                    if isinstance(sample, WheelSample)]
     drift = drift_of(yaws, wheel_angles)
     if drift is not None and watch.has_compared and not watch.problem():
         yield judge_drift(drift, graph.namespace)
@@ -82,9 +73,8 @@ def listen(namespace, address):
     received = []
 
     def on_message(message, name):
-        header = connection_of(message)
-        received.append(ReceivedMessage(name, time.time(), sender_of(header), message,
-                                        header['type']))
+        sender = sender_of(connection_of(message))
+        received.append(ReceivedMessage(name, time.time(), sender, message))
 
     try:
         rospy.init_node('doctor', anonymous=True, log_level=rospy.FATAL, disable_rosout=True,
@@ -98,17 +88,13 @@ def listen(namespace, address):
 
 
 def read_samples(received):
-    """Returns [(time of arrival [s], sample)] of the valid messages, and {topic: reasons of the
-    invalid messages}. A command has no sample."""
-    samples, refused = [], {topic: [] for topic in SAMPLE_READERS}
-    for topic, at, _, message, _ in received:
-        try:
-            samples.append((at, SAMPLE_READERS[topic][1](message)))
-        except ValueError as problem:
-            # a node may publish joint states of an arm, without the wheels
-            if topic != 'joint_states' or set(WHEEL_JOINTS).issubset(message.name):
-                refused[topic].append(str(problem))
-    return samples, refused
+    """Returns [(time of arrival [s], sample)] of the valid messages. A command has no sample."""
+    samples = []
+    for topic, at, _, message in received:
+        _, read = SAMPLE_READERS[topic]
+        with suppress(ValueError):    # such as joint states of an arm, without the wheels
+            samples.append((at, read(message)))
+    return samples
 
 
 def gyro_watch_of(samples, reset_topic):
@@ -120,15 +106,4 @@ def gyro_watch_of(samples, reset_topic):
             watch.on_imu(timing.on_imu(sample, at))
         elif isinstance(sample, WheelSample):
             watch.on_wheels(sample)
-    return watch
-
-
-def encoder_watch_of(samples):
-    """Returns an EncoderWatch that has taken in the samples of :func:`read_samples`."""
-    watch = EncoderWatch()
-    for _, sample in samples:
-        if isinstance(sample, WheelSample):
-            watch.on_wheels(sample)
-        elif isinstance(sample, OdometrySample):
-            watch.on_odometry(sample)
     return watch

@@ -6,7 +6,7 @@ import math
 from statistics import mean
 from typing import Mapping, Optional, Sequence, Tuple
 
-from tb3_labs.doctor import Line, fault, ok, warning
+from tb3_labs.doctor import Finding, fault, ok, warning
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENSOR_TIMEOUT
 
 #: Time for which the doctor listens [s].
@@ -17,13 +17,11 @@ CLOCK_WARNING_OFFSET = 0.1
 CLOCK_FAULT_OFFSET = 1.0
 #: A larger drift disturbs a lab [deg/min].
 MAX_DRIFT = 2.0
-#: A node still works if it refuses at most this share of a sensor's messages.
-TOLERATED_REFUSALS = 0.05
 #: If a wheel turns by less than this while the doctor listens, the wheel stands still [rad].
 STANDING_TURN = 0.005
 
 
-def judge_drivers(sent: Mapping[str, int]) -> Line:
+def judge_drivers(sent: Mapping[str, int]) -> Finding:
     """Does at most one node drive? `sent` is {node: number of its commands in LISTENING_TIME}."""
     if len(sent) > 1:
         drivers = ' and '.join(f'{node} ({count / LISTENING_TIME:.0f}/s)'
@@ -37,7 +35,7 @@ def judge_drivers(sent: Mapping[str, int]) -> Line:
 
 
 def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
-                 publisher: str = '') -> Line:
+                 publisher: str = '') -> Finding:
     """Do the messages of a sensor arrive evenly enough to drive? `arrivals` has the times of
     arrival [s]. `ended` is the time at which the doctor stopped listening [s]. `publisher` is a
     node that publishes `topic`, or ''."""
@@ -51,48 +49,34 @@ def judge_stream(topic: str, arrivals: Sequence[float] = (), ended: float = 0.0,
     gap = max(later - earlier for earlier, later in zip(arrivals, [*arrivals[1:], ended]))
     rate = len(arrivals) / max(ended - arrivals[0], 0.1)
     if gap > SENSOR_TIMEOUT:
-        make_line, effect = warning, 'the robot will pause'
+        text = f'{rate:.0f}/s, but silent for {gap:.1f} s'
+        remedy = (f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, take 5 GHz '
+                  'or a cable) or a busy computer delays messages; otherwise the robot is silent')
         if gap > RESUME_TIME:
-            make_line, effect = fault, 'a drive is given up'
-        return make_line(name, f'{rate:.0f}/s, but silent for {gap:.1f} s: {effect}',
-                         f'rostopic delay {topic}: if its max is as long, the WLAN (go nearer, '
-                         'take 5 GHz or a cable) or a busy computer delays messages; otherwise the '
-                         'robot is silent')
+            return fault(name, text + ': a drive is given up', remedy)
+        return warning(name, text + ': the robot will pause', remedy)
     return ok(name, f'{rate:.0f}/s, never silent for more than {gap:.2f} s')
 
 
-def judge_refused(line: Line, reasons: Sequence[str], count: int) -> Line:
-    """Returns the line on messages of a sensor that the labs' nodes refuse. `reasons` has a reason
-    for each refused message, and `count` is the number of all messages. If no message was refused,
-    returns `line`."""
-    if not reasons:
-        return line
-    make_line = fault if len(reasons) > TOLERATED_REFUSALS * count else warning
-    text = f'every node refuses {len(reasons)} of {count} messages: {reasons[0]}'
-    return make_line(line.subject, text, 'stand the robot on its wheels; switch its board off and '
-                     'on; if this line stays, the sensor is broken')
-
-
-def judge_clock(least_delay: float) -> Line:
+def judge_clock(least_delay: float) -> Finding:
     """Does the robot's clock agree with this computer's clock? `least_delay` is the least time
     from a stamp (the robot's clock) to the arrival (this computer's clock) [s]."""
     if abs(least_delay) <= CLOCK_WARNING_OFFSET:
         return ok('Clock', f"the robot's clock is right within {CLOCK_WARNING_OFFSET} s")
-    side, effect = 'behind', ', or all its messages come so late'
+    text = f"the robot's clock is {least_delay:.1f} s behind, or all its messages come so late"
     if least_delay < 0.0:
-        side, effect = 'ahead', ': tf may refuse its transforms'
-    text = f"the robot's clock is {abs(least_delay):.1f} s {side}"
+        text = f"the robot's clock is {-least_delay:.1f} s ahead"
     remedy = ('on the robot: sudo chronyc makestep; without internet: ssh pi@ROBOT sudo date -s '
               '@$(date +%s); then start its nodes again')
     if abs(least_delay) > CLOCK_FAULT_OFFSET:
         return fault('Clock', text + ': tf refuses its transforms', remedy)
-    return warning('Clock', text + effect, 'close other programs here and on the robot, wait 5 s; '
-                   'if this line stays: ' + remedy)
+    return warning('Clock', text + ': tf may refuse its transforms', 'close other programs here '
+                   'and on the robot, wait 5 s; if this line stays: ' + remedy)
 
 
 # Gyro -------------------------------------------------------------------------------------------
 
-def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
+def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Finding:
     """Does the gyro agree with the wheels? `problem` is the problem that a GyroWatch found, or
     ''."""
     if problem:
@@ -104,7 +88,7 @@ def judge_gyro(problem: str, remedy: str, is_compared: bool) -> Line:
     return ok('Gyro', 'it agrees with the wheels')
 
 
-def judge_drift(drift: float, namespace: str = '/') -> Line:
+def judge_drift(drift: float, namespace: str = '/') -> Finding:
     """Does the heading stay constant while the wheels stand still? `drift` is in [deg/min]."""
     text = f'{drift:+.1f} deg/min at rest'
     if abs(drift) > MAX_DRIFT:
@@ -123,7 +107,8 @@ def drift_of(imu: Sequence[Tuple[float, float]],
     if any(max(angles) - min(angles) > STANDING_TURN for angles in zip(*wheels)):
         return None
     middle = mean(stamp for stamp, _ in imu)
-    turns = [(stamp - middle, math.remainder(yaw - imu[0][1], 2.0 * math.pi)) for stamp, yaw in imu]
+    _, first_yaw = imu[0]
+    turns = [(stamp - middle, math.remainder(yaw - first_yaw, 2.0 * math.pi)) for stamp, yaw in imu]
     # a short recording is divided by the spread of 2 s, so that its noise does not look like drift
     spread = max(sum(time * time for time, _ in turns), len(turns) / 3.0)
     return 60.0 * math.degrees(sum(time * turn for time, turn in turns) / spread)

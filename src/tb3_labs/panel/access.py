@@ -44,7 +44,7 @@ class Access:
 
     def __init__(self, names: Iterable[str] = (), token: str = '') -> None:
         """`names` are names and addresses of this computer. The names of the loopback are added."""
-        self._names = {_as_host(name) for name in ('localhost', LOOPBACK, '::1', *names)}
+        self._names = {name.lower() for name in ('localhost', LOOPBACK, *names)}
         self._token = token
 
     def refusal(self, host: Optional[str], origin: Optional[str],
@@ -65,11 +65,6 @@ class Access:
         if token is not None and not hmac.compare_digest(_as_bytes(token), _as_bytes(self._token)):
             return 'the token is missing or wrong: use the whole address that the panel printed'
         return None
-
-
-def _as_host(name: str) -> str:
-    """Returns the name in a Host header, which has an IPv6 address in brackets."""
-    return f'[{name}]'.lower() if ':' in name else name.lower()
 
 
 def _as_bytes(text: str) -> bytes:

@@ -130,7 +130,9 @@ def read_request(text: Union[str, bytes]) -> PageRequest:
 
 
 def _read_fields(message: Dict, read: Callable[[Dict], Any]) -> PageRequest:
-    sent_at = 0.0 if message.get('t') is None else _read_number(message, 't', LATEST_TIME)
+    sent_at = 0.0
+    if message.get('t') is not None:
+        sent_at = _read_number(message, 't', LATEST_TIME)
     return PageRequest(message['type'], read(message), _read_optional(message, 'id', int, None),
                        _read_optional(message, 'stops', int, None), sent_at)
 

@@ -31,7 +31,6 @@ Units in the code: metres and radians. Arrivals are in seconds on one clock (`no
 import math
 import re
 from contextlib import suppress
-from itertools import islice
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
@@ -52,12 +51,6 @@ MAX_TIME_APART = 0.3
 #: A robot whose odometry is slower than this is at rest [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
 
-#: A page shows the variables of at most this number of nodes.
-MAX_NODES = 4
-#: A page shows at most this number of variables of a node.
-MAX_VARIABLES = 40
-#: A name or text of a variable is cut after this number of characters.
-MAX_TEXT_LENGTH = 200
 #: A page no longer shows a node's variables after a silence of this length [s].
 VARIABLES_TIMEOUT = 2.0
 
@@ -106,12 +99,7 @@ class RobotView:
 
     def on_variables(self, node: str, values: Iterable[Tuple[str, str]], now: float) -> None:
         """Store the variables (name, text) of a node."""
-        self._variables = {other: received for other, received in self._variables.items()
-                           if other != node and now - received[0] <= VARIABLES_TIMEOUT}
-        if len(self._variables) < MAX_NODES:
-            shown = [[name[:MAX_TEXT_LENGTH], text[:MAX_TEXT_LENGTH]]
-                     for name, text in islice(values, MAX_VARIABLES)]
-            self._variables[node[:MAX_TEXT_LENGTH]] = now, shown
+        self._variables[node] = now, [[name, text] for name, text in values]
 
     # -- output
 
@@ -152,7 +140,8 @@ class RobotView:
         """Returns the node whose commands move the robot; '' if no node moves the robot."""
         moving = [(at, sender) for sender, (at, linear, angular) in self._commands.items()
                   if now - at <= COMMAND_TIMEOUT and (linear or angular)]
-        return max(moving)[1] if moving else ''
+        _, latest = max(moving, default=(now, ''))
+        return latest
 
     def holder(self, now: float) -> str:
         """Returns a text that names the node that may drive."""
@@ -214,9 +203,14 @@ def _pose_numbers(pose: Optional[Pose2]) -> Optional[List[float]]:
 
 def _heading_deg(yaw: Optional[float]) -> Optional[float]:
     """Returns the heading from 0 to 359.9 degrees. 359.96 degrees give 0.0, and not 360.0."""
-    return None if yaw is None else _rounded(round(math.degrees(yaw) % 360.0, 1) % 360.0)
+    if yaw is None:
+        return None
+    tenths = round(math.degrees(yaw) % 360.0, 1)
+    return _rounded(tenths % 360.0)
 
 
 def _rounded(number: Optional[float], digits: int = 3) -> Optional[float]:
     """Returns the rounded number. NaN and infinity give None. -0.0 gives 0.0, without the sign."""
-    return None if number is None or not math.isfinite(number) else round(number, digits) + 0.0
+    if number is None or not math.isfinite(number):
+        return None
+    return round(number, digits) + 0.0

@@ -57,15 +57,20 @@ class Server:
     """
 
     def __init__(self, config, open_page):
-        is_local = config.address == LOOPBACK
-        token = '' if is_local else secrets.token_urlsafe(12)
-        names = [] if is_local else _names_of_this_computer(config.address)
+        names = []
+        token = ''
+        shown_name = 'localhost'
+        if config.address != LOOPBACK:
+            names = _names_of_this_computer(config.address)
+            token = secrets.token_urlsafe(12)
+            shown_name = config.address
+        if config.address == '0.0.0.0':
+            shown_name = rosgraph.network.get_local_address()
         self._access = Access(names, token)
         self._open_page = open_page
         self._sockets, port = _bind(config.port, config.address)
-        name = 'localhost' if is_local else _shown_name(config.address)
         #: The address to open in a browser.
-        self.address = f'http://{name}:{port}/'
+        self.address = f'http://{shown_name}:{port}/'
         if token:
             self.address += '?token=' + token
         self._admitted = WeakSet()
@@ -219,10 +224,4 @@ def _names_of_this_computer(address):
     """Returns the names and addresses by which other computers may reach this computer."""
     names = {address, socket.gethostname(), socket.getfqdn(),
              os.environ.get('ROS_IP', ''), os.environ.get('ROS_HOSTNAME', '')}
-    return sorted((names | set(rosgraph.network.get_local_addresses())) - {'', '0.0.0.0', '::'})
-
-
-def _shown_name(address):
-    if address not in ('0.0.0.0', '::'):
-        return f'[{address}]' if ':' in address else address
-    return rosgraph.network.get_local_address()
+    return sorted((names | set(rosgraph.network.get_local_addresses())) - {'', '0.0.0.0'})

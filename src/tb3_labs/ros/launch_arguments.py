@@ -15,14 +15,13 @@ from pathlib import Path
 
 #: The package of the launch files.
 PACKAGE = 'tb3_labs'
-#: If an argument takes a group of parameters, its doc names their file: params/turtlebot3.yaml.
-PARAMETERS_FILE = re.compile(r'params/\w+\.yaml')
+#: If an argument takes a group of parameters, its doc has an example, such as {slip: 0.1}.
+EXAMPLE_OF_GROUP = re.compile(r'.*({.*})')
+#: A group of parameters. In {slip:0.1} and in {slip: 0,5} YAML reads a name without a value, at
+#: which roslaunch ends with a traceback.
+GROUP = re.compile(r'{\s*(\w+:\s+[^\s,}][^,}]*,?\s*)*}')
 #: If an argument chooses a file, its doc has the pattern of the files: params/pad_*.yaml.
 CHOICE_OF_FILES = re.compile(r'(\w+/\w*)\*(\.\w+)')
-#: A colon without a blank after it, as in {slip:0.1}. YAML reads this colon as a part of the name.
-NO_BLANK = re.compile(r':(?!\s)')
-#: A parameter and its value, as in {slip: 0.1}; or the empty text after a last comma.
-NAME_AND_VALUE = re.compile(r'\s*([^:]+:\s+\S.*)?')
 
 
 def _words_of(process):
@@ -48,8 +47,11 @@ def problem_of(argv, path):
     given = dict(word.split(':=', 1) for word in argv if re.match(r'(?!__)\w+:=', word))
     for name, value in given.items():
         if name not in arguments:
-            return '{}:={}: {} has no argument {}; {}'.format(
-                name, value, path.name, name, _remedy(name, value, arguments, path))
+            near = difflib.get_close_matches(name, arguments, 1)
+            remedy = f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
+            if near:
+                remedy = f'is {near[0]}:= meant?'
+            return f'{name}:={value}: {path.name} has no argument {name}; {remedy}'
         problem = _problem_of_value(name, value, arguments[name].get('doc', ''), path.parent)
         if problem:
             return f'{name}:={value}: {problem}'
@@ -69,47 +71,16 @@ def _is_file(path, word_before, word):
 def _problem_of_value(name, value, doc, folder):
     """Returns the correction of a wrong value; '' if the value is right. The `doc` of the argument
     `name` shows which values are right. `folder` has the launch files."""
-    if PARAMETERS_FILE.search(doc):
-        problem = _problem_of_group(name, value)
-        if problem:
-            return problem
+    example = EXAMPLE_OF_GROUP.match(doc)
+    if example and not GROUP.fullmatch(value):
+        return ('parameters are given in braces, with a blank after each colon, and a point in '
+                f'numbers: {name}:="{example.group(1)}"')
     for start, end in CHOICE_OF_FILES.findall(doc):
         known = sorted(str(file.relative_to(folder))[len(start):-len(end)]
                        for file in folder.glob(start + '*' + end))
         if value not in known:
             return f"there is no {start}{value}{end}; {name}:= is one of {', '.join(known)}"
     return ''
-
-
-def _problem_of_group(name, value):
-    """Returns the correction of a wrong group of parameters; '' if the group is right."""
-    if not value.startswith('{'):
-        corrected = NO_BLANK.sub(': ', '{' + value.replace('=', ':') + '}')
-        return f'in braces, with colons: {name}:="{corrected}"'
-    corrected = NO_BLANK.sub(': ', value)
-    if corrected != value:
-        return f'a blank is missing after the colon: {name}:="{corrected}"'
-    for pair in value.strip('{} ').split(','):
-        if not NAME_AND_VALUE.fullmatch(pair):
-            return '{!r} is not a name with a value, such as goal_x: 0.5 (with a point)'.format(
-                pair.strip())
-    return ''
-
-
-def _remedy(name, value, arguments, path):
-    """Returns a hint for an unknown argument: the argument that is probably meant, or the command
-    that lists all arguments."""
-    known = {other: other + ':=' for other in arguments}
-    for argument, item in arguments.items():
-        for file in PARAMETERS_FILE.findall(item.get('doc', '')):
-            text = (path.parent / file).read_text(encoding='utf-8')
-            for parameter in re.findall(r'^#?(\w+):', text, re.MULTILINE):
-                known.setdefault(parameter, f'{argument}:="{{{parameter}: {value}}}"')
-    if name in known:
-        return known[name]
-    for near in difflib.get_close_matches(name, known, 1):
-        return f'is {known[near]} meant?'
-    return f'its arguments: roslaunch --ros-args {PACKAGE} {path.name}'
 
 
 if __name__ == '__main__':

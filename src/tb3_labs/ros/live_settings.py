@@ -46,7 +46,9 @@ class LiveSettings:
 
     def _on_request(self, request):
         with self._lock:
-            self._change(decode(request.config))
+            given = request.config
+            self._change({item.name: item.value for item in (
+                given.bools + given.ints + given.strs + given.doubles)})
             message = self._message()
             self._updates.publish(message)
             return message
@@ -82,12 +84,6 @@ def encode(values, groups=()):
 
     return Values(all_of(bool, BoolParameter), all_of(int, IntParameter),
                   all_of(str, StrParameter), all_of(float, DoubleParameter), list(groups))
-
-
-def decode(message):
-    """Returns {name: value} of a dynamic_reconfigure/Config."""
-    return {item.name: item.value
-            for item in message.bools + message.ints + message.strs + message.doubles}
 
 
 def _description(config, offered):

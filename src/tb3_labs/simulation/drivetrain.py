@@ -137,17 +137,17 @@ class Body:
         if dt > 0.0:
             self.drivetrain.advance(dt)
             self._moved_until = stamp
-            self.imu.follow(stamp, self.drivetrain.turn_curve)
+            self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
     def drivetrain_at(self, now: float) -> Drivetrain:
-        """Returns the drivetrain at `now`, which is not before the last :meth:`move_to`."""
+        """Returns the drivetrain at `now`, which is not before the last :meth:`advance_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
         return later
 
     def motion_changed(self) -> None:
         """Begin a new motion, after a change of goal speeds, physics or settings of the IMU."""
-        self.imu.follow(self._moved_until, self.drivetrain.turn_curve)
+        self.imu.begin_motion(self._moved_until, self.drivetrain.turn_curve)
         self._unread_motions.append((self._moved_until, copy.copy(self.drivetrain)))
 
     def use_bias(self, bias: float) -> None:

@@ -139,7 +139,7 @@ class Board:
         seconds = self._calibration_time
         return (self._yaw_before - yaw) / seconds if seconds else 0.0
 
-    def read(self, arrivals: Sequence[Arrival]) -> bool:
+    def read_up_to_reset(self, arrivals: Sequence[Arrival]) -> bool:
         """Read the messages that have arrived, up to the first reset. Returns True if a reset was
         read. Later messages wait for the end of the calibration."""
         self._waiting.extend(arrivals)

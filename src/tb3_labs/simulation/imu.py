@@ -50,18 +50,18 @@ class ImuModel:
         #: (start [s], turn of the IMU after the start) of each motion whose end is not measured
         #: yet, oldest first.
         self._motions: Deque[Tuple[float, TurnCurve]] = deque()
-        self.follow(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
+        self.begin_motion(0.0, TurnCurve(yaw, 0.0, 0.0, 0.0))
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`follow` afterwards. A gyro that drifts, or is noisier
-        than the firmware's gyro, does not have a dead zone."""
+        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts, or is
+        noisier than the firmware's gyro, does not have a dead zone."""
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE
 
-    def follow(self, now: float, turn: TurnCurve) -> None:
-        """Measure this turn of the robot from `now` [s] on."""
+    def begin_motion(self, now: float, turn: TurnCurve) -> None:
+        """Measure the motion `turn` of the robot from `now` [s] on."""
         self.yaw_error += (self._drift + self.bias) * (now - self._error_until)
         self._error_until = now
         if self._motions and self._motions[-1][0] >= now:

@@ -1,99 +1,62 @@
 """Judges an answer to a mystery robot, which is the name of a fault and its value.
 
 Units: MEANINGS has the unit of each value. Edge cases: The text about a wrong fault does not show
-the right fault. An angle may be off by whole turns. An answer without a value is wrong.
+the right fault. An angle may be off by whole turns.
 """
-import math
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Tuple
 
 from tb3_labs.geometry.angles import difference_degrees
-from tb3_labs.simulation.mystery_robot import FAULT_KINDS, Fault, draw
+from tb3_labs.simulation.mystery_robot import Fault, draw
 
 #: Because of rounding, the error of a right value may exceed the tolerance by this.
 ROUNDING = 1e-9
 
 
 class Meaning(NamedTuple):
-    """The meaning of a fault's value, and the symptom of the fault."""
+    """The meaning of a fault's value."""
 
     unit: str           # of the value
     tolerance: float    # largest error of a right value, in the unit
-    quantity: str       # the meaning of the value
-    symptom: str        # how a student finds the fault by the sensors alone
+    quantity: str       # what the value is
 
 
 #: {name of a fault: Meaning}
 MEANINGS = {
     'imu offset': Meaning(
-        'deg', 3.0, "the IMU's heading minus the odometry's, from -180 to 180",
-        'The headings of /imu and /odom differ by a constant, also at rest.'),
+        'deg', 3.0, "the IMU's heading minus the odometry's, from -180 to 180"),
     'imu drift': Meaning(
-        'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left",
-        'The heading changes steadily while the robot stands, and the gyro shows a small rate.'),
+        'deg/min', 2.0, "turn of the IMU's heading in a minute at rest, positive to the left"),
     'wheel mismatch': Meaning(
-        '%', 0.5, 'share by which the right wheel is smaller than the left one; negative if larger',
-        'The heading is steady at rest, but changes with each metre of a drive that is '
-        'commanded straight: turn [rad] = path [m] x mismatch / distance of the wheels (Burger: '
-        '0.16 m).'),
-    'slip': Meaning(
-        '%', 2.0, "share of the wheels' travel that does not move the robot",
-        'The robot drives straight, but it turns at less than the commanded rate, on the spot '
-        'and in both directions.'),
-    'frozen imu': Meaning(
-        's', 0.3, 'duration of one freeze',
-        'Now and then /imu repeats one sample with new stamps, to the last digit. Meanwhile '
-        '/odom goes on.'),
+        '%', 0.5, 'share by which the right wheel is smaller than the left one; negative if it is '
+        'larger. On a straight drive: turn [rad] = path [m] x share / distance of the wheels'),
+    'slip': Meaning('%', 2.0, "share of the wheels' travel that does not move the robot"),
+    'frozen imu': Meaning('s', 0.3, 'duration of one freeze, in which /imu repeats one sample'),
     'frozen odometry': Meaning(
-        's', 0.3, 'duration of one freeze',
-        'Now and then /odom repeats one pose and speed with new stamps. Meanwhile /imu goes on.'),
-    'silent imu': Meaning(
-        's', 0.3, 'duration of one silence',
-        'rostopic hz /imu shows a large max_delta and a lower rate. Meanwhile /odom goes on.'),
-    'silent odometry': Meaning(
-        's', 0.3, 'duration of one silence',
-        'rostopic hz /odom shows a large max_delta and a lower rate. Meanwhile /imu goes on.'),
-    'sensor latency': Meaning(
-        's', 0.03, 'delay of each sample, from its stamp to its arrival',
-        'rostopic delay /imu shows that each sample is old at its arrival.'),
-    'command latency': Meaning(
-        's', 0.1, 'delay of each command, from its sending to its arrival',
-        'The samples are fresh at their arrival, but at the end of a drive the measured speed '
-        'drops later than the commanded one.'),
+        's', 0.3, 'duration of one freeze, in which /odom repeats one sample'),
+    'silent imu': Meaning('s', 0.3, 'duration of one silence of /imu'),
+    'silent odometry': Meaning('s', 0.3, 'duration of one silence of /odom'),
+    'sensor latency': Meaning('s', 0.03, 'delay of each sample, from its stamp to its arrival'),
+    'command latency': Meaning('s', 0.1, 'delay of each command, from its sending to its arrival'),
     'network stalls': Meaning(
-        's', 0.15, 'the longest time for which nothing arrives',
-        'rostopic hz /imu /odom shows a large max_delta of both, but the usual rates. The '
-        'messages of both are held up together, and come all at once.'),
+        's', 0.15, 'the longest time for which nothing arrives on /imu and /odom'),
 }
 
 
-def fault_called(name: str) -> Fault:
-    """Returns the fault with this name, also in capital letters. Raises ``ValueError`` if the name
-    is unknown."""
-    faults = {fault.name: fault for fault in FAULT_KINDS}
-    try:
-        return faults[' '.join(name.lower().replace('_', ' ').replace('-', ' ').split())]
-    except KeyError:
-        raise ValueError(f'{name!r} is not a fault. Valid: {", ".join(faults)}') from None
-
-
-def judge(number: int, name: str, value: Optional[float] = None) -> Tuple[bool, str]:
+def judge(number: int, name: str, value: float) -> Tuple[bool, str]:
     """Returns (is the answer right?, the text for the student). Raises ``ValueError`` if the number
-    of the robot, the name of the fault, or its value is not valid."""
+    of the robot, or the name of the fault, is not valid."""
     hidden, right, _ = draw(number)
-    meaning = MEANINGS[hidden.name]
-    answered = fault_called(name)
-    if value is not None and not math.isfinite(value):
-        unit = MEANINGS[answered.name].unit
-        raise ValueError(f'value = {value} is not valid: a number in {unit}')
-    if answered is not hidden:
-        return False, (f'Wrong: mystery {number} has another fault. If it were {answered.name!r}: '
-                       + MEANINGS[answered.name].symptom)
-    if value is None:
-        return False, (f'The fault is right. Now measure its value in {meaning.unit}: '
-                       f'{meaning.quantity}.')
-    error = difference_degrees(value, right) if meaning.unit == 'deg' else value - right
+    name = name.lower()
+    if name not in MEANINGS:
+        raise ValueError(f'{name!r} is not a fault. Valid: {", ".join(MEANINGS)}')
+    if name != hidden.name:
+        return False, f'Wrong: mystery {number} has another fault.'
+    meaning = MEANINGS[name]
+    error = value - right
+    if meaning.unit == 'deg':
+        error = difference_degrees(value, right)
     if abs(error) <= meaning.tolerance + ROUNDING:
-        return True, f'Right: mystery {number} is {hidden.name!r}, {with_unit(hidden, right)}.'
+        return True, f'Right: mystery {number} is {name!r}, {with_unit(hidden, right)}.'
     return False, ('The fault is right, its value is not: it may be off by '
                    f'{meaning.tolerance:g} {meaning.unit}. The value is {meaning.quantity}.')
 

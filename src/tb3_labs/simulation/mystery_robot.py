@@ -11,19 +11,15 @@ of `mystery.py --answer`. The exercise asks for a measurement that proves the fa
 Units: mystery_answer.MEANINGS has the unit of each value. Times are in seconds since the start.
 """
 import random
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, List, Mapping, Tuple
 
-from tb3_labs.config import Config
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 #: The last number of a mystery robot. The first number is 1.
 LAST_NUMBER = 9999
 #: Time from the end of an intermittent fault to its next beginning [s].
 BETWEEN_FAULTS = 12.0
-#: A user may change these settings of a mystery robot, since they are not faults.
-ALLOWED_SETTINGS = ('model', 'start_x', 'start_y', 'start_yaw_deg', 'imu_rate', 'odom_rate',
-                    'speed', 'mystery')
 
 
 @dataclass(frozen=True)
@@ -61,18 +57,10 @@ FAULT_KINDS = (
 
 class HiddenFault:
     """The fault of mystery `number` in a robot with `settings`. Raises ``ValueError`` if the number
-    is not valid, or if a field of `settings` or `surroundings` that is not in ALLOWED_SETTINGS
-    differs from its default."""
+    is not valid."""
 
-    def __init__(self, number: int, settings: SimulatorConfig, *surroundings: Config) -> None:
+    def __init__(self, number: int, settings: SimulatorConfig) -> None:
         self.fault, self.value, seed = draw(number)
-        for config in (settings, *surroundings):
-            for item in fields(config):
-                value = getattr(config, item.name)
-                if item.name not in ALLOWED_SETTINGS and value != item.default:
-                    raise ValueError(f'{item.name} = {value!r} is not valid together with mystery '
-                                     f'= {number}: a mystery robot has one hidden fault, and no '
-                                     'other fault, network or host')
         changes = dict(self.fault.extra_settings)
         if self.fault.value_field:
             changes[self.fault.value_field] = self.value * self.fault.scale
@@ -88,7 +76,7 @@ class HiddenFault:
 
 def draw(number: int) -> Tuple[Fault, float, int]:
     """Returns (fault, value of the fault, seed of the noise) of mystery `number`."""
-    if not 1 <= number <= LAST_NUMBER:
+    if number < 1 or number > LAST_NUMBER:
         raise ValueError(
             f'mystery = {number} is not valid: a whole number from 1 to {LAST_NUMBER}')
     block, place = divmod(number - 1, len(FAULT_KINDS))

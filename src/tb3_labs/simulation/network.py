@@ -82,12 +82,12 @@ class NetworkLink:
     def configure(self, settings: SimulatorConfig, now: float) -> None:
         self._arrived = self.pop(now)
         before, self._settings = self._settings, settings
-        if (settings.stalls_per_min, settings.longest_stall) != (
-                before.stalls_per_min, before.longest_stall):
-            # Both links use the same seed, so a stall delays the messages of both directions.
-            self._stalls = Stalls(
-                settings.stalls_per_min / 60.0, settings.longest_stall, now,
-                f'stalls {self._seed}') if settings.stalls_per_min else None
+        rate, longest = settings.stalls_per_min / 60.0, settings.longest_stall
+        if rate != before.stalls_per_min / 60.0 or longest != before.longest_stall:
+            self._stalls = None
+            if rate:
+                # Both links have this seed, so a stall delays the messages of both directions.
+                self._stalls = Stalls(rate, longest, now, f'stalls {self._seed}')
         # messages that waited for the end of a stall are due now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
@@ -110,8 +110,11 @@ class NetworkLink:
         in_flight, stalls = self._in_flight, self._stalls
         if not self._settings.network_cut:
             while in_flight and in_flight[0][0] <= until:
-                arrival = stalls.release(in_flight[0][0]) if stalls else in_flight[0][0]
+                arrival, message = in_flight[0]
+                if stalls:
+                    arrival = stalls.release(arrival)
                 if arrival > until:
                     break
-                arrived.append((arrival, in_flight.popleft()[1]))
+                in_flight.popleft()
+                arrived.append((arrival, message))
         return arrived

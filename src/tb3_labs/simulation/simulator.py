@@ -108,7 +108,7 @@ class Simulator:
         return [[sample for _, sample in burst] for _, burst in groupby(arrived, itemgetter(0))]
 
     def _advance(self, dt: float) -> None:
-        if not 0.0 <= dt < math.inf:
+        if dt < 0.0 or not math.isfinite(dt):
             raise ValueError(f'a step of {dt} s')
         self.now += dt
         horizon = self.now + TIME_ROUNDING
@@ -149,7 +149,7 @@ class Simulator:
 
     def _read(self, stamp: float) -> None:
         """Let the board read its messages, and calibrate its gyro after a reset."""
-        if self._board.read(self._command_link.pop(stamp)):
+        if self._board.read_up_to_reset(self._command_link.pop(stamp)):
             self._body.advance_to(stamp)
             self._board.begin_calibration(stamp, self.config.reset_pause, self._body.yaw)
             self.sensors.resetting = True
