@@ -99,7 +99,6 @@ def mark_class(arguments, work):
     options = Options(arguments.package, arguments.type, arguments.pad, is_sandbox)
     with locked(arguments.folder):
         folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
-        folder.judge_kept_trials()
         failed = MarkedClass(TrialRunner(folder, INTERRUPTED), bool(arguments.only)).mark_all(
             submissions, arguments.jobs)
         with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread

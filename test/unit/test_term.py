@@ -303,19 +303,6 @@ def test_what_has_not_changed_is_kept(tmp_path):
     assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
 
 
-def test_kept_trials_are_judged_by_several_processes_as_by_one(written):
-    path, _ = written
-    files = [*path.glob('*.html'), *path.glob('gradescope/*/results.json')]
-    before = [file.read_text() for file in files]
-    for file in files:
-        file.unlink()
-    folder = folder_of(path)
-    folder.judge_kept_trials()
-    assert [file.name for file in files if not file.exists()] == ['overview.html']
-    folder.write_overview(unprotected=True)
-    assert [file.read_text() for file in files] == before and len(files) > 8
-
-
 def test_the_file_that_a_person_chose_for_a_student_stays_chosen(tmp_path):
     """A plain run afterwards keeps the choice; a new choice, or a new submission, is judged."""
     write(folder_of(tmp_path, name='lab2/src/n.py'), 'Ann', turned(90.0))

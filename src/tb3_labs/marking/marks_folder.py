@@ -8,16 +8,11 @@
 A trial is kept as long as no file and no setting that acts on the trial changes (`trial_key`). Each
 run of mark.py makes verdicts, points and sentences from the bags.
 """
-import ctypes
 import fcntl
 import hashlib
 import json
-import os
-import signal
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
@@ -39,10 +34,6 @@ TABLE, OVERVIEW, RESULTS, RECORD, BAG = (
 #: The fields of Marks that a record keeps, since the bag of the trial does not have them.
 RECORDED_FIELDS = ('student', 'node', 'number', 'late', 'remarks', 'findings', 'unjudged',
                    'seconds', 'path_prefixes')
-#: The number of the option of Linux's prctl() that ends a process with its parent process.
-PR_SET_PDEATHSIG = 1
-#: At most this many processes judge the kept trials.
-MAX_JUDGES = 8
 PACKAGE = Path(rospkg.RosPack().get_path(OWN_PACKAGE))
 #: The program of the simulated robot.
 ROBOT_SCRIPT = 'fake_turtlebot3.py'
@@ -90,25 +81,6 @@ class MarksFolder:
         """Returns a hash of a student's bag; '' without a bag."""
         bag = self.bag(student)
         return hashlib.sha256(bag.read_bytes()).hexdigest() if bag.is_file() else ''
-
-    def judge_kept_trials(self) -> None:
-        """Write the pages of all kept trials, several at a time. This process must not have other
-        threads, since the processes that judge are copies of this process."""
-        criteria = {criterion.name: criterion for criterion in LABS[self.lab].criteria}
-        judges = min(MAX_JUDGES, os.cpu_count() or 1)
-        with ProcessPoolExecutor(judges, get_context('fork'), _begin_to_judge) as pool:
-            all_marks = list(pool.map(self._judge, self._records.values()))
-        for marks in all_marks:
-            marks.verdicts = [replace(verdict, criterion=criteria[verdict.criterion])
-                              for verdict in marks.verdicts]
-            self._written[marks.student] = marks
-
-    def _judge(self, record):
-        """Write a page. Returns the Marks with the names of the criteria in place of the criteria,
-        because no process can send a criterion's functions to another process."""
-        marks = self._write_page(record)
-        return replace(marks, observation=None, first_broken_link=None, verdicts=[
-            replace(verdict, criterion=verdict.criterion.name) for verdict in marks.verdicts])
 
     def marks_if_unchanged(self, student: str, submission: str) -> Optional[Marks]:
         """Returns a student's Marks if the trial can be kept. Returns None if the digest
@@ -217,13 +189,6 @@ class MarksFolder:
 
     def _write_record(self, record):
         write_output(self.logs / (record['handed_in']['student'] + RECORD), json.dumps(record))
-
-
-def _begin_to_judge():
-    """Prepare a process that judges: it ends with the process that has started it, and only that
-    process receives Ctrl+C."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def failure(problem: Exception) -> str:
