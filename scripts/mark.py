@@ -10,13 +10,25 @@ marking has more.
 """
 import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
 
+import os
+import shlex
 import signal
+import sys
+import tempfile
 import threading
+import time
+from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 
-from tb3_labs.command_line import Parser, whole_number
-from tb3_labs.marking.marks import LABS
-from tb3_labs.marking.mark_class import mark_class, print_problem
+from tb3_labs.command_line import Parser, failure_text, printable, whole_number
+from tb3_labs.marking.intake.archives import NotJudged
+from tb3_labs.marking.intake.sandbox import UNPROTECTED, OtherUser, Sandbox, protection_problem
+from tb3_labs.marking.intake.submissions import check_names, submissions_in
+from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
+from tb3_labs.marking.marks import LABS, NOT_JUDGED, points_of, read_points
+from tb3_labs.marking.marks_folder import MarksFolder, Options, failure, locked
+from tb3_labs.marking.trial_runner import (
+    POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
 from tb3_labs.terminal import run_tool
 
 #: The signals of Ctrl+C, of the command kill, and of a closed terminal.
@@ -37,8 +49,7 @@ def parse(argv):
     parser.add_argument('--only', metavar='NAME', action='append', default=[],
                         help='try this student again, and no other; more than once for several')
     parser.add_argument('--points', type=Path, help='YAML file with the points of each criterion; '
-                        'default: launch/checks/points.yaml of this package, if MARKS has no '
-                        'others')
+                        'default: launch/checks/points.yaml of this package')
     parser.add_argument('--package', default='', metavar='NAME',
                         help="the node's package, if it has an unusual name")
     parser.add_argument('--type', default='', metavar='NAME',
@@ -46,32 +57,92 @@ def parse(argv):
     parts = '; '.join(f"{name}: {', '.join(lab.parts)}" for name, lab in sorted(LABS.items()))
     parser.add_argument('--parts', default='',
                         help='these parts of the lab alone, with commas: ' + parts)
-    for name, lab in sorted(LABS.items()):
-        if lab.option is not None:
-            parser.add_argument(
-                '--' + lab.option.name, metavar='NAME',
-                help=f'for the lab {name}: {lab.option.help}; default: {lab.option.default}')
+    parser.add_argument('--pad', default=HANDOUT_PAD, metavar='NAME',
+                        help='for the lab gamepad: the numbers of the gamepad that is played, '
+                        f'launch/params/pad_NAME.yaml; default: {HANDOUT_PAD}')
     parser.add_argument('--jobs', type=whole_number(16), default=1, metavar='N',
                         help='submissions at a time; each needs about one processor core')
-    parser.add_argument('--container', action='store_true', help='use sandboxes if they work; else '
-                        'mark without: in a container that is thrown away')
-    parser.add_argument('--unprotected', action='store_true', help='mark without sandboxes: the '
-                        "submissions' programs can read and delete your files")
+    parser.add_argument('--unprotected', action='store_true', help='if sandboxes do not work here, '
+                        "mark without: the submissions' programs can read and delete your files")
     return parser.parse_args(argv)
 
 
 def main(argv):
     """Mark all submissions, and write the marks. Returns the exit status."""
     arguments = parse(argv)
-    try:
-        for number in END_SIGNALS:
-            is_nohup = number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
-            if not is_nohup:
-                signal.signal(number, interrupt)
-        return mark_class(arguments, INTERRUPTED)
-    except KeyboardInterrupt:
-        print_problem('interrupted')
-        return 130
+    with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+        try:
+            for number in END_SIGNALS:
+                is_nohup = number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
+                if not is_nohup:
+                    signal.signal(number, interrupt)
+            return mark_class(arguments, Path(work))
+        except (OSError, ValueError, NotJudged) as problem:
+            print_problem(failure_text(problem))
+            return 2
+        except KeyboardInterrupt:
+            print_problem('interrupted')
+            return 130
+
+
+def mark_class(arguments, work):
+    """Mark a class by the arguments, with temporary files in the folder `work`. Returns the exit
+    status. This function replaces the environment of the process by that of a separate ROS."""
+    environment = marking_environment(work / 'ros', os.environ)
+    os.environ.clear()
+    os.environ.update(environment)
+    parts = LABS[arguments.lab].read_parts(arguments.parts)
+    criterion_points = points_of(arguments.lab, read_points(arguments.points))
+    pad_called(arguments.pad)       # ValueError for a pad that is not known
+    submissions = _submissions(arguments)
+    is_sandbox = _choose_protection(arguments, work)
+    options = Options(arguments.package, arguments.type, arguments.pad, is_sandbox)
+    with locked(arguments.folder):
+        folder = MarksFolder(arguments.folder, arguments.lab, parts, criterion_points, options)
+        failed = MarkedClass(TrialRunner(folder, INTERRUPTED), bool(arguments.only)).mark_all(
+            submissions, arguments.jobs)
+        with ThreadPoolExecutor(1) as pool:     # an interruption does not end this thread
+            page, notes = pool.submit(folder.write_overview, not is_sandbox).result()
+    for note in notes:
+        print_line(note)
+    if page is not None:
+        print_line(f'Overview: {page}')
+    return int(failed)
+
+
+def _submissions(arguments):
+    """Returns the Submissions to mark."""
+    marks, source = arguments.folder.resolve(), arguments.submissions.resolve()
+    if source.is_dir() and source in (marks, *marks.parents):
+        raise ValueError(f'-o {arguments.folder}: the marks would lie among the submissions; give '
+                         'a folder beside them')
+    if not source.is_dir():
+        raise ValueError(f'{arguments.submissions} is not a folder (a zip file of a class: unzip '
+                         f'{shlex.quote(source.name)} -d submissions)')
+    submissions = submissions_in(arguments.submissions.absolute(), print_problem)
+    check_names(arguments.only, [submission.student for submission in submissions])
+    return [submission for submission in submissions
+            if not arguments.only or submission.student in arguments.only]
+
+
+def _choose_protection(arguments, work):
+    """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if sandboxes
+    do not work on this computer, and no argument allows the marking without them."""
+    problem = protection_problem(Sandbox([]))
+    if not problem:
+        return True
+    if not arguments.unprotected:
+        raise ValueError("nothing was started, since the submissions' programs cannot be kept in "
+                         f'sandboxes here ({problem}); --unprotected marks without them: '
+                         f'{UNPROTECTED}')
+    print_line(f'{problem}: the marking goes on without sandboxes.')
+    work.chmod(0o711)       # OtherUser must read the prefix of ROS in this folder
+    if os.geteuid() == 0:
+        problem = protection_problem(OtherUser())
+        if problem:
+            raise ValueError(f'nothing was started: {problem}; this package must lie where every '
+                             'user can read it, not in /root')
+    return False
 
 
 def interrupt(*_):
@@ -80,6 +151,97 @@ def interrupt(*_):
         signal.signal(number, lambda *_: None)
     INTERRUPTED.set()       # for the places where Python ignores KeyboardInterrupt
     raise KeyboardInterrupt
+
+
+# -- the submissions, several at a time
+
+def print_line(line):
+    """Print a line of progress. Several threads may call this function."""
+    sys.stdout.write(printable(line) + '\n')
+    sys.stdout.flush()
+
+
+def print_problem(text):
+    sys.stderr.write(f'mark.py: {printable(text)}\n')
+
+
+class MarkedClass:
+    """Marks the submissions of a class."""
+
+    def __init__(self, runner, retry):
+        """If `retry`, unchanged submissions are tried again, too."""
+        self._runner = runner
+        self._retry = retry
+        #: Is there a submission without points?
+        self._failed = False
+        self._writing = threading.Lock()
+
+    def mark_all(self, submissions, jobs):
+        """Mark the submissions, `jobs` at a time. The marks of a submission are written as soon as
+        its trial has ended. Returns True if a submission has no points."""
+        tasks = []
+        with ThreadPoolExecutor(jobs) as pool:
+            try:
+                for number, submission in enumerate(submissions, 1):
+                    name = f'[{number}/{len(submissions)}] {submission.student}'
+                    tasks.append(pool.submit(self._mark, submission, name))
+                while wait(tasks, POLL_PERIOD).not_done:
+                    if self._runner.interrupted.is_set():     # Python ignored the KeyboardInterrupt
+                        raise KeyboardInterrupt
+            except KeyboardInterrupt:
+                self._failed = True
+                self._runner.interrupted.set()
+                for task in tasks:
+                    task.cancel()
+                print_problem('interrupted; the marks so far are written, and the same command '
+                              'goes on from here')
+        for task in tasks:
+            if not task.cancelled() and task.exception() is not None:
+                print_problem(failure_text(task.exception()))      # the marks cannot be written
+                self._failed = True
+        return self._failed
+
+    def _mark(self, submission, name):
+        try:
+            self._try_out(submission, name)
+        except MarkingInterrupted:
+            pass
+        except NotJudged as problem:
+            print_line(f'{name}: {NOT_JUDGED}')
+            self._write(new_marks(submission, unjudged=str(problem)), '')
+        except Exception as problem:    # an error with one submission must not end the marking
+            print_problem(f'{name}: {NOT_JUDGED}: {failure(problem)}')
+            self._write(new_marks(submission, unjudged=failure(problem)), '')
+
+    def _try_out(self, submission, name, is_second=False):
+        """Try a submission, unless it was tried before and has not changed. If the machine delayed
+        the robot, the submission is tried a second time."""
+        begun = time.monotonic()
+        with tempfile.TemporaryDirectory(prefix='tb3_labs_') as work:
+            reading = self._runner.read(submission, Path(work))
+            if not (self._retry or is_second):
+                with self._writing:
+                    kept = self._runner.folder.marks_if_unchanged(
+                        submission.student, reading.digest)
+                if kept is not None:
+                    print_line(f'{name}: {kept.points_text}, tried before, and not changed')
+                    return
+                print_line(name + ' ...')
+            tried = self._runner.try_out(submission, reading, Path(work))
+        tried.seconds = time.monotonic() - begun
+        marks = self._write(tried, reading.digest)
+        if marks.delay_sentence and not is_second:
+            print_line(f'{name}: {marks.delay_sentence} Tried again.')
+            self._try_out(submission, name, is_second=True)
+        else:
+            print_line(f'{name}: {marks.points_text}, {tried.seconds:.0f} s')
+
+    def _write(self, tried, digest):
+        """Record a tried submission, and write its page. Returns the Marks with points."""
+        with self._writing:
+            marks = self._runner.folder.write(tried, digest)
+            self._failed = self._failed or not marks.is_known
+        return marks
 
 
 if __name__ == '__main__':

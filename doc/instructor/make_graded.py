@@ -34,12 +34,12 @@ def extras(lab):
 def table(lab, with_extras=True):
     """Returns the table of a lab in Markdown. The criteria of the handout come first."""
     criteria = [c for c in LABS[lab].criteria if with_extras or not c.extra]
-    worth = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
+    criterion_points = points_of(lab, yaml.safe_load(POINTS.read_text(encoding='utf-8')))
     rows = []
     for c in sorted(criteria, key=lambda c: c.extra):
         limits = f' {c.limits}' if c.limits else ''
-        rows.append(f'| `{c.label}` | {c.meaning} |{limits} | {worth[c.name]:g} |\n')
-    total = sum(worth[c.name] for c in criteria if not c.extra)
+        rows.append(f'| `{c.label}` | {c.meaning} |{limits} | {criterion_points[c.name]:g} |\n')
+    total = sum(criterion_points[c.name] for c in criteria if not c.extra)
     return HEAD + ''.join(rows) + f'| | | full marks | {total:g} |\n'
 
 

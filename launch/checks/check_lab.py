@@ -13,7 +13,7 @@ Started by check_LAB.test. Parameters
     ~points     YAML file with the points of each criterion
     ~parts      parts of the lab, with commas; empty for all parts
     ~record     path of the trial's bag; empty if the bag is not kept
-    ~pad        option of the lab gamepad: NAME of launch/params/pad_NAME.yaml
+    ~pad        for the lab gamepad: NAME of launch/params/pad_NAME.yaml
     ~strict     may a criterion beyond the handout fail a test?
 """
 import os
@@ -22,14 +22,14 @@ import subprocess
 import sys
 import tempfile
 import unittest
-from pathlib import Path
 
-import rospkg
 import rospy
 import rosunit
 
-from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome
+from tb3_labs.marking.labs.criteria import Outcome
+from tb3_labs.marking.labs.gamepad import HANDOUT_PAD, pad_called
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of, read_points
+from tb3_labs.marking.names import GAMEPAD
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.ros_trial import record_trial
 from tb3_labs.marking.node_start import NodeStart
@@ -38,8 +38,10 @@ from tb3_labs.ros.node import begin_shutdown, exit_process
 OWN_PACKAGE, FINISHED = 'tb3_labs', 'finished'
 #: The option by which rostest names the file for the results.
 XML_OPTION = '--gtest_output=xml:'
-#: The folders of a package that may have a node's file, as patterns.
-DEPTHS = '*', '*/*', '*/*/*'
+#: words of rosrun -> what a student can do
+REMEDIES = {'not executable': 'Type: chmod +x FILE',
+            'not found': 'Build its workspace, and type: source devel/setup.bash',
+            'non-unique': 'Give each file its own name, or source one workspace alone.'}
 
 
 def marks_of_node():
@@ -50,28 +52,26 @@ def marks_of_node():
     node = rospy.get_param('~node', FINISHED)
     if package == OWN_PACKAGE and node != FINISHED:
         executable = f'{node}_{executable}'
-    if name not in LABS:
-        raise ValueError(f'there is no lab {name!r}: {", ".join(LABS)}')
     lab = LABS[name]
     parts = lab.read_parts(parts)
     for hidden in ('lab', 'points', 'parts', 'record'):      # so that no node can read these
         rospy.delete_param('~' + hidden)
-    worth = points_of(name, read_points(points))
-    option = None
-    if lab.option is not None:
-        option = lab.option.read(rospy.get_param('~' + lab.option.name, lab.option.default))
-        for key, value in lab.option.parameters(option).items():
-            rospy.set_param('/' + key, value)
-    part_names = ', '.join(parts or lab.parts)
-    print_line(f'{lab.title}, {part_names}: {package}/{executable} is judged'
-               + owner_text(package, executable))
-
+    criterion_points = points_of(name, read_points(points))
+    pad = pad_called(rospy.get_param('~pad', HANDOUT_PAD))
+    if name == GAMEPAD:
+        rospy.set_param('/' + GAMEPAD, pad)     # the finished node of this package reads these
+    if package == OWN_PACKAGE:
+        print_line('This is the node of this package. For yours: pkg:=PACKAGE type:=FILE')
+    marked_program = NodeStart.from_environment().program
+    file = marked_program or file_of(package, executable)
+    print_line(f"{lab.title}, {', '.join(parts or lab.parts)}: {package}/{executable} is judged, "
+               f'{file}')
     with tempfile.TemporaryDirectory() as folder:
         path = record or os.path.join(folder, 'trial.bag')
-        record_trial(name, package, executable, parts, path, option, print_line)
-        if is_started_by_mark():
+        record_trial(name, package, executable, parts, path, pad, print_line)
+        if marked_program:
             return None
-        return marks_after_trial(Marks(''), read_trial(path), name, worth, parts)
+        return marks_after_trial(Marks(''), read_trial(path), name, criterion_points, parts)
 
 
 def print_line(line):
@@ -79,55 +79,18 @@ def print_line(line):
     print(line, file=sys.stderr, flush=True)
 
 
-def is_started_by_mark():
-    """Has mark.py prepared the node and its environment?"""
-    return NodeStart.from_environment().environment is not None
-
-
-def owner_text(package, executable):
-    """Returns words on the place of the judged file. ``ValueError`` if rosrun starts no such file.
-    """
-    if is_started_by_mark():
-        return ''
-    hint = '. For yours: pkg:=PACKAGE type:=FILE' if package == OWN_PACKAGE else ''
-    try:
-        place = place_of(package, executable)
-    except ValueError as problem:
-        raise ValueError(f'{problem}{hint}') from None
-    if hint:
-        return ', the node of this package' + hint
-    return f' ({place})'
-
-
-def place_of(package, executable):
+def file_of(package, executable):
     """Returns the path of the file that ``rosrun PACKAGE FILE`` starts. ``ValueError`` with the
-    reason and the remedy if rosrun starts no file."""
-    packs = rospkg.RosPack()
-    try:
-        folder = Path(packs.get_path(package))
-    except rospkg.ResourceNotFound:
-        raise ValueError(f'there is no package {package} in this terminal; build its workspace, '
-                         'and type: source devel/setup.bash') from None
-    # rosrun itself is asked, since its search through workspaces, relays and links is complex
+    words of rosrun and a remedy if rosrun starts no file, or finds several files."""
     rosrun = subprocess.run(['rosrun', '--prefix', 'echo', package, executable],
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                             stderr=subprocess.STDOUT, universal_newlines=True)
-    several = re.findall(r'^\d+\) (.*)$', rosrun.stdout, re.MULTILINE)
-    if several:
-        raise ValueError(f'rosrun finds {len(several)} files {executable} of the package '
-                         f'{package}: {", ".join(sorted(several))}; give each its own name, or '
-                         'source one workspace alone')
-    if rosrun.returncode == 0:
-        return rosrun.stdout.splitlines()[-1]
-    files = [path for depth in DEPTHS for path in sorted(folder.glob(depth)) if path.is_file()]
-    for path in files:
-        if path.name == executable:
-            raise ValueError(
-                f'{path} is not executable, so rosrun cannot start it; type: chmod +x {path}')
-    names = sorted({path.name for path in files if path.suffix == '.py'})
-    listing = ', '.join(names[:5]) if names else 'no Python files'
-    raise ValueError(f'there is no {executable} in the package {package}, {folder}; there are: '
-                     + listing)
+    printed = rosrun.stdout.strip()
+    if os.path.isfile(printed):
+        return printed
+    words = re.sub(r'(\s|\[rosrun\]|#\?)+', ' ', printed).strip()
+    remedies = [remedy for reason, remedy in REMEDIES.items() if reason in words]
+    raise ValueError(' '.join([words, *remedies]))
 
 
 class Check(unittest.TestCase):
@@ -166,18 +129,6 @@ def checks_of(marks, strict):
     return [*checks, Check('test_total', failure)]
 
 
-def lines_of(verdicts):
-    """Returns a line for each verdict. The criteria that could not be tried share one line."""
-    untried = [verdict for verdict in verdicts if verdict.reason == NOT_TRIED]
-    lines = [verdict.line for verdict in verdicts if verdict not in untried]
-    if untried and not untried[0].criterion.extra:
-        points = f'0 of {sum(verdict.worth for verdict in untried):g}'
-        names = ', '.join(verdict.criterion.name for verdict in untried)
-        lines.append(f'  {Outcome.MISSED.value.upper():11}  {points:8}  '
-                     f'the other criteria could not be tried: {names}')
-    return lines
-
-
 def report(checks):
     """Report the results to rostest. Returns the exit status."""
     if '--text' in sys.argv:
@@ -200,11 +151,11 @@ def main():
         return report([Check('test_runs', f'nothing was judged: {problem}')])
     if marks is None:
         return report([])
-    lines = [*lines_of(marks.graded), *marks.remarks, marks.hint, marks.points_text]
-    extra = lines_of(marks.extra)
-    if extra:
-        lines += ['Beyond the handout:', *extra]
-    for line in filter(None, lines):
+    lines = [verdict.line for verdict in marks.graded]
+    lines += filter(None, [*marks.remarks, marks.hint, marks.points_text])
+    if marks.extra:
+        lines += ['Beyond the handout:', *(verdict.line for verdict in marks.extra)]
+    for line in lines:
         print_line(line)
     return report(checks_of(marks, rospy.get_param('~strict')))
 

@@ -86,7 +86,7 @@ FLOOD = '''    for number in range(100):
             file.write(bytes(10 ** 7))
 '''
 #: Only the instructor reads this.
-FINDING = 'A setting of the robot was changed: imu_noise_deg from 0'
+FINDING = 'Settings of the robot were changed, and set back: imu_noise_deg'
 #: Names that are odd in a program, a file system, a terminal or a table.
 NAMES = ('q"\'`$(id);&|', 'two\nlines', '.. .', 'l' * 200, '\u202eltr', '\u05d0\u05d1', '=1+1;=2',
          '-v', '<b>&amp;', '\x1b[2J', os.fsdecode(b'M\xfcller'), os.fsdecode(b'\xff' * 250))

@@ -8,13 +8,12 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 import rosunit
 
-from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
-from tb3_labs.marking.marks import LABS, Marks, points_of, read_points
-from tb3_labs.marking.trial.observation import NodeProcess, Observation
+from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
+from tb3_labs.marking.marks import Marks
 from tb3_labs.watch.chains import Place
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
-from check_lab import checks_of, lines_of, place_of
+from check_lab import checks_of, file_of
 
 
 def verdict(name, outcome, worth=2.0, extra=False):
@@ -37,15 +36,6 @@ MET, MISSED, NOT_OFFERED = Outcome.MET, Outcome.MISSED, Outcome.NOT_OFFERED
     (verdict('turn', MET, 1.0, extra=True), '  met          1 of 1    turns well')])
 def test_a_verdict_is_one_line(made, line):
     assert made.line == line
-
-
-def test_what_could_not_be_tried_is_one_line():
-    seen = Observation('turn', 'lab2/n.py', processes=[NodeProcess(0.0, end=1.0, ended_by_itself=True, printed='x')])
-    marks = Marks('', verdicts=verdicts_of(LABS['turn'].criteria, seen, points_of('turn', read_points(None))))
-    graded = lines_of(marks.graded)
-    assert len(graded) == 2 and "it ended at once: 'x'" in graded[0]
-    assert '0 of 29   the other criteria could not be tried: left, right' in graded[1]
-    assert lines_of(marks.extra) == []
 
 
 def results(marks, strict):
@@ -87,15 +77,15 @@ def package(tmp_path, monkeypatch):
 
 
 def test_the_file_that_rosrun_starts_is_named(package):
-    assert place_of('lab_of_test', 'good.py') == str(package / 'good.py')
+    assert file_of('lab_of_test', 'good.py') == str(package / 'good.py')
 
 
 @pytest.mark.parametrize('name, node, words', [
-    ('lab_of_test', 'plain.py', 'plain.py is not executable, so rosrun cannot start it; type: chmod +x {}/plain.py'),
-    ('lab_of_test', 'two.py', '2 files two.py of the package lab_of_test: {0}/scripts/two.py, {0}/src/two.py; '),
-    ('lab_of_test', 'x', 'there is no x in the package lab_of_test, {}; there are: good.py, plain.py, two.py'),
-    ('lab_of_tset', 'good.py', 'there is no package lab_of_tset in this terminal; build')])
+    ('lab_of_test', 'plain.py', "they're either not files, or not executable: {}/plain.py Type: chmod +x FILE"),
+    ('lab_of_test', 'two.py', 'two.py Give each file its own name, or source one workspace alone.'),
+    ('lab_of_test', 'x', "Couldn't find executable named x below {}"),
+    ('lab_of_tset', 'good.py', "package 'lab_of_tset' not found Build its workspace, and type: ")])
 def test_a_node_that_rosrun_cannot_start_is_told(name, node, words, package):
     with pytest.raises(ValueError) as refused:
-        place_of(name, node)
+        file_of(name, node)
     assert words.format(package) in str(refused.value)

@@ -25,7 +25,6 @@ from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observation, Stimulus
 from tb3_labs.marking.labs.gamepad import pad_called, pad_text
-from tb3_labs.marking.trial.ros_stimuli import changes_of_settings
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
@@ -144,15 +143,6 @@ def test_a_node_that_waits_for_a_letter_at_ctrl_c_gets_enter(was_moving, waits, 
         recording=SimpleNamespace(event=lambda kind, **facts: events.append(facts) or 0.0))
     trial.ctrl_c(was_moving=was_moving)
     assert (events[-1]['facts'][EXIT_SECONDS] is not None) is took
-
-
-def test_settings_that_the_marker_did_not_change():
-    before = {'slip': 0.1, 'imu_silent': False, 'seed': 1}
-    assert changes_of_settings(before, dict(before)) == []
-    assert changes_of_settings(before, {'slip': 0.0, 'imu_silent': False, 'more': 2}) == [
-        'A setting of the robot was changed: more from none to 2.',
-        'A setting of the robot was changed: seed from 1 to none.',
-        'A setting of the robot was changed: slip from 0.1 to 0.0.']
 
 
 def test_findings_are_kept_once_and_not_without_end():
@@ -281,6 +271,6 @@ def test_marks_do_not_depend_on_what_a_node_holds(monkeypatch):
     monkeypatch.setattr(marks, 'first_broken', lambda *_: [][0])
     seen = turned(45.0)
     given = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', TABLE))
-    assert given.link is None and given.verdicts and [
+    assert given.first_broken_link is None and given.verdicts and [
         finding for finding in given.findings if 'inside' in finding] == [
             'The marker could not look inside the node (IndexError: list index out of range).']

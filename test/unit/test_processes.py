@@ -69,7 +69,7 @@ def test_only_what_has_the_identity_is_ended(family):
     kill_processes('of a test')
     assert family.wait(100.0) == -9
     assert processes._descendants(family.pid) == []
-    assert [processes._own_memory(child) for child in children] == [0, 0]
+    assert [processes._memory(child) for child in children] == [0, 0]
     assert processes._disk_used(family.pid, '/tmp') == 0
 
 

@@ -87,7 +87,7 @@ def test_a_trial_is_read_as_it_was_done(tmp_path, clock):
     assert (seen.remarks, seen.findings) == (['Once.'], ['For the instructor.'])
     assert [words for _, words in seen.not_finite] == ['nan m/s and 0 rad/s']
     marks = marks_after_trial(Marks('Ann'), seen, 'turn', points_of('turn', read_points(None)))
-    assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.worth
+    assert marks.node == 'lab2/turtlebot_controller.py' and not marks.points == marks.full_points
     with rosbag.Bag(str(tmp_path / 'trial.bag')) as bag:
         assert bag.get_type_and_topic_info().topics['/ground_truth'].message_count == 41
 

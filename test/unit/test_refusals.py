@@ -25,7 +25,7 @@ CASES = [
     ('mark.py', ['miller/node.py'] + MARK[1:], 'miller/node.py is not a folder'),
     ('mark.py', MARK + ['--points', 'nowhere'], 'the points, nowhere, cannot be read: No such file'),
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
-    ('mark.py', MARK + ['--pad', 'xbox'], '--pad is for --lab gamepad alone'),
+    ('mark.py', MARK + ['--pad', 'xbx'], "there is no pad 'xbx'; valid: "),
     ('mark.py', MARK + ['--jobs', '17'], "--jobs: '17' is not valid: a whole number from 1 to 16; --help"),
     ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; near it: miller'),
     ('mark.py', ['.', '--lab', 'turn', '-o', 'inside'], 'the marks would lie among the submissions'),

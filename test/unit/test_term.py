@@ -21,18 +21,21 @@ import yaml
 
 from recorded_trial import write_trial
 from test_marking import TABLE, Strict, handed_in, marks_of, observation, turned
-from tb3_labs.marking import mark_class, marks_folder
+from tb3_labs.marking import marks_folder
 from tb3_labs.marking import marks as marks_module
 from tb3_labs.marking.labs import criteria
 from tb3_labs.marking.intake.archives import digest
 from tb3_labs.marking.intake.submissions import Submission, check_names, submissions_in
-from tb3_labs.marking.marks import Decision, points_of
+from tb3_labs.marking.marks import points_of
 from tb3_labs.marking.marks_folder import MarksFolder, Options, locked
-from tb3_labs.marking.mark_class import MarkedClass
 from tb3_labs.marking.trial_runner import TrialRunner
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.marks_csv import MarksTable
 from tb3_labs.report.page.document import safe
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'scripts'))
+import mark
+from mark import MarkedClass
 
 FULL = sum(points_of('turn', TABLE).values()) - sum(
     (TABLE['turn'].get('extra') or {}).values())
@@ -43,7 +46,7 @@ def rows_of(text):
 
 
 def folder_of(path, table=TABLE, lab='turn', parts=(), **options):
-    return MarksFolder(path, lab, parts, points_of(lab, table), Options(**options), table is not TABLE)
+    return MarksFolder(path, lab, parts, points_of(lab, table), Options(**options))
 
 
 def write(folder, student, seen, digest='digest', **more):
@@ -152,14 +155,11 @@ def test_marks_are_not_written_through_a_link(tmp_path):
 # -- what a person writes into the table
 
 @pytest.mark.parametrize('cells, decision', [
-    ({'decided': '12,5'}, Decision(12.5)), ({'decided': '0', 'reason': 'copied'}, Decision(0.0, 'copied')),
-    ({'reason': 'came late'}, Decision(None, 'came late')),
-    ({'points': '28', 'remarks': 'Well done.'}, Decision(28.0, 'Well done.')),
-    ({'points': '28', 'decided': '29'}, Decision(29.0)),
-    ({'points': '7.0'}, None), ({'points': '7,0'}, None), ({'points': ''}, None)])
+    ({'decided': '12,5'}, (12.5, '')), ({'decided': '0', 'reason': 'copied'}, (0.0, 'copied')),
+    ({'reason': 'came late'}, (None, 'came late')),
+    ({'points': '28', 'decided': '29'}, (29.0, '')), ({'points': '7,0', 'remarks': 'x'}, (None, ''))])
 def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
-    """A person decides in the columns for it, or in the marker's cells, also if a spreadsheet writes the same number in
-    another form. The node itself earned 7 points."""
+    """A person decides in the columns for it. The node itself earned 7 points."""
     changed = dict(TABLE, turn={name: 7.0 * (name == 'starts') if name != 'extra' else {
         each: 0.0 for each in points} for name, points in TABLE['turn'].items()})
     folder = folder_of(tmp_path, changed)
@@ -170,19 +170,18 @@ def test_what_a_person_decides_stays_and_is_shown(tmp_path, cells, decision):
     for _ in range(2):      # it stays over later runs
         typed(table, 'Ann', **cells)
         folder = folder_of(tmp_path, changed)
-        assert folder.marks_if_unchanged('Ann', 'digest').decision == decision
+        marks = folder.marks_if_unchanged('Ann', 'digest')
+        assert (marks.decided_points, marks.decision_reason) == decision
         folder.write_overview()
         rows, cells = rows_of(table.read_text()), {}
-    points = 7.0 if decision is None or decision.points is None else decision.points
+    points = 7.0 if decision[0] is None else decision[0]
     page = Strict((tmp_path / 'Ann.html').read_text(encoding='utf-8')).words
     results = json.loads((tmp_path / 'gradescope' / 'Ann' / 'results.json').read_text())
     assert results['score'] == points == float(rows['Ann']['points'])
     assert '{:g} of 7 points.'.format(points) in page
-    if decision is not None:
-        assert decision.reason in page and decision.reason in results['output']
-        assert decision.reason in (tmp_path / 'overview.html').read_text()
-        assert ('A person gave these points; the marker gave 7.' in page) is (
-            decision.points is not None)
+    assert decision[1] in page and decision[1] in results['output']
+    assert decision[1] in (tmp_path / 'overview.html').read_text()
+    assert ('A person gave these points; the marker gave 7.' in page) is (decision[0] is not None)
 
 
 def typed(path, whose, move=lambda heads: heads, **cells):
@@ -196,17 +195,20 @@ def typed(path, whose, move=lambda heads: heads, **cells):
     path.write_text(text.getvalue(), encoding='utf-8-sig')
 
 
-def test_a_decision_outlives_a_second_one_a_lost_record_and_a_run_that_was_killed(tmp_path):
+CHANGED = 'With other points than before: Ann ({}). A person\'s points belong into the column "decided".'
+
+
+def test_a_decision_outlives_a_second_one_a_new_submission_and_a_lost_record(tmp_path):
     table = tmp_path / 'marks.csv'
     for student in ('Ann', 'Bo'):
         write(folder_of(tmp_path), student, turned(90.0))
     folder_of(tmp_path).write_overview()
-    typed(table, 'Ann', points='8', move=lambda heads: heads[::-1])
-    write(folder_of(tmp_path), 'Ann', turned(10.0), 'handed in again')  # then the computer lost power
-    for cells, points in ({}, '8'), ({'points': '9,5'}, '9.5'), ({'decided': '11'}, '11'), ({}, '11'):
+    before = rows_of(table.read_text())['Ann']['points']
+    typed(table, 'Ann', decided='8', move=lambda heads: heads[::-1])
+    write(folder_of(tmp_path), 'Ann', turned(10.0), 'handed in again')
+    for cells, points, change in ({}, '8', before + ', now 8'), ({'decided': '11'}, '11', '8, now 11'), ({}, '11', ''):
         typed(table, 'Ann', **cells)
-        told = ['With other points than before: Ann.'] * bool(cells or points == '8')
-        assert folder_of(tmp_path).write_overview()[1] == told
+        assert folder_of(tmp_path).write_overview()[1] == [CHANGED.format(change)] * bool(change)
         assert [rows_of(table.read_text())['Ann'][name] for name in ('points', 'decided')] == [points] * 2
     (tmp_path / 'logs' / 'Ann.marks.json').unlink()
     assert write(folder_of(tmp_path), 'Ann', turned(90.0)).points == 11.0
@@ -215,6 +217,15 @@ def test_a_decision_outlives_a_second_one_a_lost_record_and_a_run_that_was_kille
     for _ in range(2):
         notes = folder_of(tmp_path).write_overview()[1]
         assert notes[-1] == 'marks.csv has a decision on Anne, of whom there are no marks.'
+
+
+@pytest.mark.parametrize('cell', ['99', '-', '0'])
+def test_a_number_that_a_person_types_over_the_markers_points_is_told(tmp_path, cell):
+    points = marked_once(tmp_path).points
+    typed(tmp_path / 'marks.csv', 'Ann', points=cell)
+    assert folder_of(tmp_path).write_overview()[1] == [CHANGED.format('{}, now {:g}'.format(cell, points))]
+    typed(tmp_path / 'marks.csv', 'Ann', points='{:.1f}'.format(points).replace('.', ','))
+    assert folder_of(tmp_path).write_overview()[1] == []     # a spreadsheet writes the same number in another form
 
 
 @pytest.mark.parametrize('cell', ['many', '-1', 'nan', '1e999'])
@@ -227,20 +238,27 @@ def test_a_decision_that_is_no_number_of_points_is_refused(tmp_path, cell):
         folder_of(tmp_path)
 
 
-def test_columns_and_rows_of_a_person_stay_wherever_they_are_also_if_their_headings_are_equal():
+def test_columns_and_rows_of_a_person_stay_wherever_they_are():
     """A name that a spreadsheet would take for a formula is found again."""
     ann = marks_of('=Ann', turned(90.0))
     head, row = csv.reader(io.StringIO(MarksTable().renew([ann])))
-    own = [['mean', '20'], ['mean', '21'], ['', 'late:'], ['Ann', 'again'], ['long'] * 60]
     note = 'ill in May ' * 20000        # longer than csv takes
-    table = [head[:4] + ['note', 'note', ''] + head[4:], row[:4] + [note, 'b', 'c'] + row[4:], *own]
-    text = '\n'.join(map(','.join, table))
+    table = [head[:4] + ['note', ''] + head[4:], row[:4] + [note, 'c'] + row[4:], ['mean', '20'], ['mean', '21'],
+             ['', 'late:']]
+    out = io.StringIO()
+    csv.writer(out).writerows(table)
+    text = out.getvalue()
     for _ in range(2):      # a person's cells stay, too
         text = MarksTable(text).renew([ann])
         heads, renewed, *others = csv.reader(io.StringIO(text))
-        assert heads[:len(head) + 3] == head + ['note', 'note', '']
-        assert renewed[:len(head) + 3] == row + [note, 'b', 'c']
-        assert [other[:2] for other in others[:4]] == own[:4] and others[4] == ['long'] * 60
+        assert (heads, renewed) == (head + ['note', ''], row + [note, 'c'])
+        assert [other[:2] for other in others] == [['mean', '20'], ['mean', '21'], ['', 'late:']]
+
+
+@pytest.mark.parametrize('text', ['student,points,of,note,note\n', 'student,points,of\na,1,2,well done\n'])
+def test_a_table_from_which_a_cell_would_be_lost_is_refused(text):
+    with pytest.raises(ValueError, match='each column needs a heading of its own in the first row'):
+        MarksTable(text)
 
 
 @pytest.mark.parametrize('text, cell', [
@@ -280,7 +298,7 @@ def test_what_has_not_changed_is_kept(tmp_path):
     marked_once(tmp_path)
     assert folder_of(tmp_path).marks_if_unchanged('Ann', 'other digest') is None
     assert folder_of(tmp_path).marks_if_unchanged('Bo', 'digest') is None
-    assert folder_of(tmp_path, option='xbox').marks_if_unchanged('Ann', 'digest') is None
+    assert folder_of(tmp_path, pad='xbox').marks_if_unchanged('Ann', 'digest') is None
     marked_once(tmp_path, digest='')
     assert folder_of(tmp_path).marks_if_unchanged('Ann', 'digest') is None
 
@@ -324,12 +342,10 @@ def test_new_points_criteria_and_sentences_reach_the_pages_without_another_trial
     folder = folder_of(tmp_path, changed)
     assert folder.marks_if_unchanged('Ann', 'digest').points == marks.points + 10
     _, (note,) = folder.write_overview()
-    assert note == 'With other points than before: Ann.'
-    with pytest.raises(ValueError, match='was marked with other points .left: 13, not 3.: '):
-        folder_of(tmp_path)
-    assert '{:g} of {:g} points'.format(marks.points + 10, marks.worth + 10) in page.read_text()
+    assert note == CHANGED.format('{:g}, now {:g}'.format(marks.points, marks.points + 10))
+    assert '{:g} of {:g} points'.format(marks.points + 10, marks.full_points + 10) in page.read_text()
     assert 'id="timeline"' in page.read_text()
-    assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.worth + 10)
+    assert rows_of(table.read_text())['Ann']['of'] == '{:g}'.format(marks.full_points + 10)
     turn = marks_folder.LABS['turn']
     stricter = [criteria.Criterion(
         each.name, each.part, 'turns <quite> well', each.place, lambda seen: 'it is too slow')
@@ -436,7 +452,7 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
         go_on.set()
         raise KeyboardInterrupt
     marking, found = marked(tmp_path, {'ann': None, 'bob': slowly})
-    monkeypatch.setattr(mark_class, 'wait', interrupted)
+    monkeypatch.setattr(mark, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 
@@ -461,8 +477,7 @@ def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys
     assert MarkedClass(marker, False).mark_all(found, 1) is False
     assert marks_below(tmp_path / 'marks') == before
     assert capsys.readouterr().out.endswith(
-        '[1/1] ann: {0[points]} of {0[of]} points, tried before\n1 of 1 had been tried and have not '
-        'changed (--only NAME tries one again)\n'.format(before['ann']))
+        '[1/1] ann: {0[points]} of {0[of]} points, tried before, and not changed\n'.format(before['ann']))
     results = json.loads((tmp_path / 'marks' / 'gradescope' / 'ann' / 'results.json').read_text())
     assert results['score'] == float(before['ann']['points'])
     assert MarkedClass(marker, True).mark_all(found, 1) is True     # --only tries it again, and fails
@@ -491,7 +506,7 @@ def test_a_machine_that_is_too_busy_is_told(tmp_path, capsys, gaps, remark):
         return observation(truth=[[t, 0.0, 0.0, 0.0] for t in (0.0, gap, gap + 0.02)])
     marking, found = marked(tmp_path, {'Ann': tried})
     marking.mark_all(found, 1)
-    assert capsys.readouterr().out.count('the machine held the robot up for 0.21 s; tried again') == 1
+    assert capsys.readouterr().out.count('The machine held the robot up for 0.21 s') == 1
     words = Strict((tmp_path / 'marks' / 'Ann.html').read_text(encoding='utf-8')).words
     assert gaps == [] and ('may be unfair' in words) is remark
     _, notes = folder_of(tmp_path / 'marks').write_overview()

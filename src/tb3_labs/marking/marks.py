@@ -9,7 +9,6 @@ section `extra` has the points of the criteria beyond the handout:
 
 Marks follow from the submission, the recorded trial, the points, and a person's decision.
 """
-import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
@@ -21,7 +20,8 @@ from tb3_labs.command_line import failure_text, printable
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
 from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
-from tb3_labs.marking.trial.remarks import remarks_on, tracebacks_before_the_end
+from tb3_labs.marking.trial.remarks import (
+    remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.marking.trial.observation import LONGEST, MAX_FAIR_GAP, NO_RECORDING, Observation
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
@@ -37,18 +37,6 @@ NOT_JUDGED = 'not judged'
 EXTRA = 'extra'
 
 
-class Option(NamedTuple):
-    """A setting of the trials of a lab. It is the option `--NAME` of mark.py, and the argument
-    `NAME:=` of the lab's check."""
-
-    name: str
-    default: str
-    help: str
-    read: Callable[[str], Any]          # returns the value of a word; ValueError for invalid words
-    as_text: Callable[[str], str]       # returns a sentence for the student
-    parameters: Callable[[Any], Dict[str, Any]]     # returns ROS parameters: name -> value
-
-
 class Lab(NamedTuple):
     """A lab that can be marked."""
 
@@ -56,7 +44,6 @@ class Lab(NamedTuple):
     criteria: List[Criterion]
     #: Returns sentences on mistakes that cost no points.
     remarks: Callable[[Observation], List[str]] = lambda observation: []
-    option: Optional[Option] = None
 
     @property
     def parts(self) -> List[str]:
@@ -75,17 +62,7 @@ LABS = {
     IMU: Lab('IMU exercise', imu.CRITERIA),
     TURN: Lab('IMU lab', turn.CRITERIA, turn.remarks_on_turns),
     MOVE2GOAL: Lab('Transformation lab, move to goal', move2goal.CRITERIA),
-    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA, option=Option(
-        'pad', gamepad.HANDOUT_PAD, 'numbers of the gamepad that is played, '
-        'launch/params/pad_NAME.yaml', gamepad.pad_called, gamepad.pad_text,
-        lambda pad: {GAMEPAD: pad}))}
-
-
-class Decision(NamedTuple):
-    """The points that a person gives to a submission, and the reason."""
-
-    points: Optional[float]     # None if the marker's points stay
-    reason: str = ''
+    GAMEPAD: Lab('Transformation lab, gamepad', gamepad.CRITERIA)}
 
 
 @dataclass
@@ -104,13 +81,9 @@ class Marks:
     path_prefixes: List[str] = field(default_factory=list)
     verdicts: List[Verdict] = field(default_factory=list)
     observation: Optional[Observation] = None       # None without a trial
-    decision: Optional[Decision] = None
-    link: Optional[Tuple[Link, BrokenLink]] = None    # the first broken link, if points are lost
-
-    @property
-    def decided_points(self) -> Optional[float]:
-        """The points that a person gave; None if the marker's points stay."""
-        return self.decision.points if self.decision else None
+    decided_points: Optional[float] = None      # the points that a person gave, if any
+    decision_reason: str = ''                   # a person's reason for these points
+    first_broken_link: Optional[Tuple[Link, BrokenLink]] = None     # None if no points are lost
 
     @property
     def is_known(self) -> bool:
@@ -136,14 +109,18 @@ class Marks:
     @property
     def mistake(self) -> str:
         """A sentence on the first broken link, with line numbers; '' without a link."""
-        if not (self.link and self.observation):
+        if not (self.first_broken_link and self.observation):
             return ''
-        return sentence(self.link[1], self.observation.assigned)
+        _, broken_link = self.first_broken_link
+        return sentence(broken_link, self.observation.assigned)
 
     @property
     def hint(self) -> str:
         """The mistake, and the place in a lab sheet that explains it; '' without a mistake."""
-        return f'{self.mistake} See {self.link[0].place}.' if self.link else ''
+        if not self.first_broken_link:
+            return ''
+        link, _ = self.first_broken_link
+        return f'{self.mistake} See {link.place}.'
 
     @property
     def sentences(self) -> List[str]:
@@ -152,13 +129,10 @@ class Marks:
 
     @property
     def decision_sentences(self) -> List[str]:
-        """One sentence on a person's decision; [] without a decision."""
-        if self.decision is None:
-            return []
-        gave = ''
-        if self.decided_points is not None:
-            gave = f'A person gave these points; the marker gave {self.earned:g}.'
-        return [f'{gave} {self.decision.reason}'.strip()]
+        """The sentences on a person's decision; [] without a decision."""
+        gave = f'A person gave these points; the marker gave {self.earned:g}.'
+        is_decided = self.decided_points is not None
+        return [gave] * is_decided + [self.decision_reason] * bool(self.decision_reason)
 
     @property
     def why_no_points(self) -> str:
@@ -175,7 +149,7 @@ class Marks:
     @property
     def points_text(self) -> str:
         """The points in words, or that the submission was not judged."""
-        return f'{self.points:g} of {self.worth:g} points' if self.is_known else NOT_JUDGED
+        return f'{self.points:g} of {self.full_points:g} points' if self.is_known else NOT_JUDGED
 
     @property
     def earned(self) -> float:
@@ -183,7 +157,7 @@ class Marks:
         return sum(verdict.points for verdict in self.verdicts)
 
     @property
-    def worth(self) -> float:
+    def full_points(self) -> float:
         """Full marks: the sum of the points for the handout's criteria."""
         return sum(verdict.worth for verdict in self.graded)
 
@@ -199,18 +173,18 @@ class Marks:
 
 
 def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab: str,
-                      worth: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
+                      criterion_points: Mapping[str, float], parts: Sequence[str] = ()) -> Marks:
     """Returns the Marks of a submission with verdicts and points.
 
-    `observation` is None without a trial. `worth` has the points of each criterion. `parts` are the
-    tried parts of the lab. [] means all parts.
+    `observation` is None without a trial. `criterion_points` has name of a criterion -> points.
+    `parts` are the tried parts of the lab. [] means all parts.
     """
     marks = replace(handed_in, observation=observation)
     observation = observation or Observation(lab, marks.node)
     marks.node = marks.node or observation.node
     if observation.marker_error and not marks.unjudged:
         marks.unjudged = f'The marker itself failed ({observation.marker_error}).'
-    marks.verdicts = verdicts_of(LABS[lab].criteria, observation, worth, parts)
+    marks.verdicts = verdicts_of(LABS[lab].criteria, observation, criterion_points, parts)
     verdict_text = ' '.join(verdict.reason for verdict in marks.verdicts)
     marks.remarks = [*marks.remarks, *remarks_on(observation, verdict_text),
                      *LABS[lab].remarks(observation)]
@@ -219,11 +193,11 @@ def marks_after_trial(handed_in: Marks, observation: Optional[Observation], lab:
         if marks.is_full:
             marks.remarks += chains.remarks(observation.recording, lab)
         else:
-            marks.link = _broken_link(observation, marks.graded)
+            marks.first_broken_link = _broken_link(observation, marks.graded)
     except Exception as problem:        # a node's variables may have any value
         marks.findings.append('The marker could not look inside the node '
                               f'({type(problem).__name__}: {problem}).')
-    marks.findings += observation.findings
+    marks.findings += observation.findings + version_errors(observation)
     if marks.delay_sentence:
         marks.remarks.append(marks.delay_sentence)
         marks.findings.append(f'{marks.delay_sentence} Type the same command again.')
@@ -249,14 +223,13 @@ def _broken_link(observation: Observation,
               if verdict.outcome is not Outcome.MET}
     parts_of_handout = {part for verdict in verdicts
                         for part in (verdict.criterion.part, verdict.criterion.second_part)}
-    recording = observation.recording
-    ends = [begin for _, begin in observation.parts[1:]] + [math.inf]
-    for (part, begin), end in zip(observation.parts, ends):
+    variables = observation.recording.variables
+    for part, begin, end in observation.part_intervals():
         if part not in parts_of_handout:
-            time = recording.variables.arrival
-            variables = recording.variables.take((time < begin) | (time >= end))
-            recording = replace(recording, variables=variables)
-    return first_broken(NodeRun(recording), chains.CHAINS.get(observation.lab, ()), missed)
+            is_in_part = (variables.arrival >= begin) & (variables.arrival < end)
+            variables = variables.take(~is_in_part)
+    run = NodeRun(replace(observation.recording, variables=variables))
+    return first_broken(run, chains.CHAINS.get(observation.lab, ()), missed)
 
 
 def _limited(sentences: Sequence[str]) -> List[str]:
@@ -276,7 +249,7 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
     extra = graded.pop(EXTRA, {})
     if not isinstance(extra, dict):
         raise ValueError(f'{lab}: "{EXTRA}" is a section of its own')
-    worth: Dict[str, float] = {}
+    criterion_points: Dict[str, float] = {}
     for section, is_extra in ((graded, False), (extra, True)):
         names = [criterion.name for criterion in LABS[lab].criteria if criterion.extra is is_extra]
         for name in [*section, *names]:
@@ -288,8 +261,8 @@ def points_of(lab: str, table: Any) -> Dict[str, float]:
             if not (is_number and 0 <= points <= MAX_POINTS):
                 raise ValueError(f'{lab}: {name} = {points!r} is not valid: a number from 0 '
                                  f'to {MAX_POINTS}')
-            worth[name] = points
-    return worth
+            criterion_points[name] = points
+    return criterion_points
 
 
 def read_points(path: Optional[Path]) -> Any:

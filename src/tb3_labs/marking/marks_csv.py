@@ -8,27 +8,23 @@ A criterion beyond the handout has a column whose name begins with 'extra_'. If 
 worth no points, the cells have 'yes' or 'no'. A submission that was not judged has empty cells. A
 text from a submission is never written as a formula.
 
-A person may write points into the column `decided`, and a sentence into `reason`. If a person edits
-the marker's points, the edited cell is the decision. An edited remark is the reason.
+A person may write points into the column `decided`, and a sentence into `reason`.
 """
 import csv
 import io
 import math
 from html import escape
-from typing import Dict, Mapping, Optional, Sequence
+from typing import Dict, List, Optional, Sequence, Tuple
 from urllib.parse import quote
 
 from tb3_labs.marking.labs.criteria import Outcome
-from tb3_labs.marking.marks import NOT_JUDGED, Decision, Marks
+from tb3_labs.marking.marks import NOT_JUDGED, Marks
 from tb3_labs.marking.student_page import symbol
 from tb3_labs.report.page.document import Markup, document, safe, table
 
 STUDENT, POINTS, OF = 'student', 'points', 'of'
 DECIDED, REASON, REMARKS = 'decided', 'reason', 'remarks'
 FIRST_COLUMNS = [STUDENT, POINTS, OF]
-#: A person may write a decision in these columns. To find the decision, the next run compares these
-#: cells with the cells that the marker wrote.
-DECISION_COLUMNS = DECIDED, POINTS, REASON, REMARKS
 #: A spreadsheet's cell has at most this many characters.
 MAX_CELL_LENGTH = 32767
 csv.field_size_limit(2 ** 31 - 1)
@@ -40,69 +36,70 @@ class MarksTable:
     def __init__(self, text: str = '') -> None:
         """`text` is the text of marks.csv. It is '' in the first run. ``ValueError`` if the text is
         not a table of marks."""
-        text = text.lstrip('\ufeff')
+        text = text.lstrip('\ufeff') or ','.join(FIRST_COLUMNS)
         heading = text.partition('\n')[0]
         delimiter = max(',;\t', key=heading.count)      # a spreadsheet may write another delimiter
+        reader = csv.DictReader(io.StringIO(text, newline=''), restval='', delimiter=delimiter)
         try:
-            rows = list(filter(None, csv.reader(io.StringIO(text, newline=''),
-                                                delimiter=delimiter)))
+            self._rows = list(reader)
         except csv.Error as problem:
             raise ValueError(str(problem)) from None
-        rows = rows or [FIRST_COLUMNS]
-        if not set(FIRST_COLUMNS) <= set(rows[0]):
+        self._heads = list(reader.fieldnames or ())
+        if not set(FIRST_COLUMNS) <= set(self._heads):
             raise ValueError('it lacks one of the columns ' + ', '.join(FIRST_COLUMNS))
-        width = max(map(len, rows))
-        self._heads, *self._rows = [row + [''] * (width - len(row)) for row in rows]
-        self._student = self._heads.index(STUDENT)      # a person may have moved the columns
+        are_headings_unique = len(set(self._heads)) == len(self._heads)
+        if not are_headings_unique or any(None in row for row in self._rows):   # None: more cells
+            raise ValueError('each column needs a heading of its own in the first row')
 
-    def decisions(self, written: Mapping[str, Mapping[str, str]]) -> Dict[str, Decision]:
-        """Returns a person's decisions: student -> Decision.
-
-        `written` has the cells that the marker wrote: student -> column -> text. The columns are
-        DECISION_COLUMNS. Raises ``ValueError`` with student and cell if points are invalid.
-        """
-        decisions: Dict[str, Decision] = {}
+    def decisions(self) -> Dict[str, Tuple[Optional[float], str]]:
+        """Returns a person's decisions: student -> (points or None, reason). ``ValueError`` for
+        invalid points."""
+        decisions: Dict[str, Tuple[Optional[float], str]] = {}
         for row in self._rows:
-            student = row[self._student]
-            cells = dict(zip(self._heads, row))
-            before = written.get(student, {})
-            edited = [name for name in before if not _is_same(cells.get(name, ''), before[name])]
-            has_new_points = POINTS in edited and DECIDED not in edited
-            column = POINTS if has_new_points else DECIDED
-            has_new_remarks = REMARKS in edited and REASON not in edited
-            reason = REMARKS if has_new_remarks else REASON
-            if (cells.get(column) or cells.get(reason)) and student not in decisions:
-                points = _points_in_cell(student, column, cells.get(column, ''))
-                decisions[student] = Decision(points, cells.get(reason, ''))
+            decided, reason = row.get(DECIDED, ''), row.get(REASON, '')
+            if decided or reason:
+                decisions.setdefault(
+                    row[STUDENT], (_decided_points(decided, row[STUDENT]), reason))
         return decisions
+
+    def changes(self, all_marks: Sequence[Marks]) -> List[str]:
+        """Returns a sentence for the instructor if new marks have other points than the table.
+        Either the criteria have changed, or a person typed over the marker's points."""
+        before = {row[STUDENT]: row[POINTS] for row in self._rows}
+        changed = []
+        for marks in all_marks:
+            old, new = before.get(safe(marks.student), ''), cells_of(marks)[POINTS]
+            if old and _number(old) != _number(new):
+                changed.append(f'{marks.student} ({old}, now {new or NOT_JUDGED})')
+        if not changed:
+            return []
+        return [f"With other points than before: {', '.join(changed)}. A person's points belong "
+                f'into the column "{DECIDED}".']
 
     def renew(self, all_marks: Sequence[Marks]) -> str:
         """Returns the text of the table with new marks. The columns that a person added stay. The
         rows of students without new marks stay, too, even if several rows have the same name."""
         heads = list(cells_of(all_marks[0]))
-        columns = [self._heads.index(head) if head in self._heads else None for head in heads]
-        added = [column for column in range(len(self._heads)) if column not in columns]
-        out = io.StringIO(newline='')
-        writer = csv.writer(out, lineterminator='\n')
-        writer.writerow(heads + [self._heads[column] for column in added])
-        old_rows = list(self._rows)
+        heads += [head for head in self._heads if head not in heads]
+        old_rows, new_rows = list(self._rows), []
         for marks in all_marks:
-            same = [row for row in old_rows if row[self._student] == safe(marks.student)]
-            persons_cells = [''] * len(added)
+            same = [row for row in old_rows if row[STUDENT] == safe(marks.student)]
+            old_row: Dict[str, str] = {}
             if same:
-                old_rows.remove(same[0])
-                persons_cells = [same[0][column] for column in added]
-            writer.writerow([*cells_of(marks).values(), *persons_cells])
-        for row in old_rows:
-            cells = ['' if column is None else row[column] for column in columns]
-            writer.writerow(cells + [row[column] for column in added])
+                old_row = same[0]
+                old_rows.remove(old_row)
+            new_rows.append({**old_row, **cells_of(marks)})
+        out = io.StringIO(newline='')
+        writer = csv.DictWriter(out, heads, lineterminator='\n')
+        writer.writeheader()
+        writer.writerows(new_rows + old_rows)
         return out.getvalue()
 
 
 def cells_of(marks: Marks) -> Dict[str, str]:
     """Returns the marker's cells in the row of a student: column -> text."""
     points = f'{marks.points:g}' if marks.is_known else ''
-    cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.worth:g}'}
+    cells = {STUDENT: safe(marks.student), POINTS: points, OF: f'{marks.full_points:g}'}
     for verdict in marks.graded + marks.extra:
         text = f'{verdict.points:g}'
         if marks.unjudged:
@@ -112,33 +109,29 @@ def cells_of(marks: Marks) -> Dict[str, str]:
         cells[verdict.criterion.label] = text
     late = 'late' if marks.late else ''
     decided = '' if marks.decided_points is None else f'{marks.decided_points:g}'
-    reason = safe(marks.decision.reason) if marks.decision else ''
     cells.update({
         'node': safe(marks.node), REMARKS: safe(' '.join(marks.sentences)[:MAX_CELL_LENGTH - 10]),
-        'id': safe(marks.number), 'late': late, DECIDED: decided, REASON: reason})
+        'id': safe(marks.number), 'late': late, DECIDED: decided,
+        REASON: safe(marks.decision_reason)})
     return cells
 
 
-def _is_same(cell: str, written: str) -> bool:
-    """Does a cell still have the marker's value? A spreadsheet may write 14 as 14.0 or 14,0."""
+def _number(cell: str) -> float:
+    """Returns the number in a cell; NaN for another text."""
     try:
-        return float(cell.replace(',', '.')) == float(written)
+        return float(cell.replace(',', '.'))      # some languages write a decimal comma
     except ValueError:
-        return not cell or cell.strip().lstrip("'") == written.strip().lstrip("'")
+        return math.nan
 
 
-def _points_in_cell(student: str, column: str, cell: str) -> Optional[float]:
-    """Returns the points in a cell; None for an empty cell. ``ValueError`` for invalid points."""
+def _decided_points(cell: str, student: str) -> Optional[float]:
+    """Returns a person's points; None for an empty cell. ``ValueError`` for invalid points."""
     if not cell:
         return None
-    try:
-        number = float(cell.replace(',', '.'))      # some languages write a decimal comma
-    except ValueError:
-        number = math.nan
-    if not 0.0 <= number < math.inf:
-        raise ValueError(f'{student}: {column} = {cell[:40]!r} is not valid: a number of at least '
+    if not 0.0 <= _number(cell) < math.inf:
+        raise ValueError(f'{student}: {DECIDED} = {cell[:40]!r} is not valid: a number of at least '
                          '0, or nothing')
-    return number
+    return _number(cell)
 
 
 # -- the page of all students
@@ -168,7 +161,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     for marks in all_marks:
         rows.append([
             Markup(f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>'),
-            f'{marks.points:g} / {marks.worth:g}' if marks.is_known else NOT_JUDGED,
+            f'{marks.points:g} / {marks.full_points:g}' if marks.is_known else NOT_JUDGED,
             marks.why_no_points,
             *('' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra),
             _folded(marks.decision_sentences + marks.remarks)])
@@ -181,7 +174,7 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
     if len(totals) < len(all_marks):
         summary += f', {len(all_marks) - len(totals)} {NOT_JUDGED}'
     if totals:
-        summary += f'. Median {totals[len(totals) // 2]:g} of {some.worth:g} points'
+        summary += f'. Median {totals[len(totals) // 2]:g} of {some.full_points:g} points'
     summary += f'. The last {len(some.extra)} criteria are beyond the handout.'
     return document(f'{lab}: overview', own + [
         f'<p>{summary}</p>', table(heads, rows, texts=(WHY_NO_POINTS, REMARKS))], LANDSCAPE_STYLE)

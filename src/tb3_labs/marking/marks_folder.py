@@ -20,8 +20,9 @@ import rospkg
 
 from tb3_labs.command_line import failure_text, output_folder, printable, write_output
 from tb3_labs.marking.intake.sandbox import UNPROTECTED
+from tb3_labs.marking.labs.gamepad import HANDOUT_PAD
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
-from tb3_labs.marking.marks_csv import POINTS, DECISION_COLUMNS, MarksTable, cells_of, overview
+from tb3_labs.marking.marks_csv import MarksTable, overview
 from tb3_labs.marking.node_start import OWN_PACKAGE
 from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
@@ -46,22 +47,22 @@ class Options(NamedTuple):
 
     package: str = ''           # the name of the node's package; '' for the usual names
     name: str = ''              # the name of the node's file; '' for the usual names
-    option: str = ''            # the value of the lab's option; '' without an option
+    pad: str = HANDOUT_PAD      # the gamepad that is played
     sandbox: bool = True        # do the programs of submissions run in a Sandbox?
 
 
 class MarksFolder:
     """The folder with the marks of a class in a lab, or in some parts of the lab."""
 
-    def __init__(self, path: Path, lab: str, parts: Sequence[str], worth: Mapping[str, float],
-                 options: Options = Options(), rescores: bool = True) -> None:
-        """Make the folder `path` if it is missing. `worth` has the points of each criterion. If
-        `rescores`, marks in the folder may get other points than before. Raises ``ValueError`` if
-        the folder has marks of another lab or of other parts, or a table that cannot be read, or if
-        marks would get other points without `rescores`."""
+    def __init__(self, path: Path, lab: str, parts: Sequence[str],
+                 criterion_points: Mapping[str, float], options: Options = Options()) -> None:
+        """Make the folder `path` if it is missing. `criterion_points` has name of a criterion ->
+        points. Raises ``ValueError`` if the folder has marks of another lab or of other parts, or a
+        table that cannot be read."""
         self._path = output_folder(path)
         self.logs = output_folder(self._path / 'logs')
-        self.lab, self.parts, self.worth, self.options = lab, parts, worth, options
+        self.lab, self.parts, self.options = lab, parts, options
+        self._criterion_points = criterion_points
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
                      'version': trial_key(lab)}
         #: student -> the content of STUDENT.marks.json
@@ -71,8 +72,6 @@ class MarksFolder:
         for file in sorted(self.logs.glob('*' + RECORD)):
             self._read_record(file)
         self._table = self._read_table()
-        if not rescores:
-            self._check_points()
 
     def bag(self, student: str) -> Path:
         """Returns the path of the bag of a student's trial."""
@@ -95,7 +94,7 @@ class MarksFolder:
             options = options._replace(name=chosen)
         if record['key'] != dict(self._key, submission=submission, options=options._asdict()):
             return None
-        marks = self._write_page(record)
+        marks = self._written.get(student) or self._write_page(record)
         return None if marks.unjudged else marks    # the bag is gone, or cannot be read
 
     def write(self, handed_in: Marks, submission: str) -> Marks:
@@ -105,8 +104,7 @@ class MarksFolder:
         record = self._records[handed_in.student] = {
             'key': dict(self._key, submission=submission),
             'handed_in': {name: getattr(handed_in, name) for name in RECORDED_FIELDS},
-            'worth': self.worth, 'bag': self._digest(handed_in.student),
-            'cells': self._records.get(handed_in.student, {}).get('cells', {})}
+            'bag': self._digest(handed_in.student)}
         marks = self._write_page(record)
         if marks.delay_sentence:
             record['key']['submission'] = ''
@@ -119,22 +117,11 @@ class MarksFolder:
         or (None, []) if there are no marks."""
         if not self._records:
             return None, []
-        renewed, all_marks = [], []
-        for student, record in sorted(self._records.items()):
-            marks = self._written.get(student) or self._write_page(record)
-            cells = {name: cells_of(marks)[name] for name in DECISION_COLUMNS}
-            if record['cells'].get(POINTS) not in (None, '', cells[POINTS]):
-                renewed.append(student)
-            record.update(worth=self.worth, cells=cells)
-            all_marks.append(marks)
-        # The table is written before the records. If only the records were written, the marker's
-        # cells in the old table would look like a person's cells.
-        write_output(self._path / TABLE, self._table.renew(all_marks))
-        for record in self._records.values():
-            self._write_record(record)
+        all_marks = [self._written.get(student) or self._write_page(record)
+                     for student, record in sorted(self._records.items())]
         notes = [UNPROTECTED] if unprotected else []
-        if renewed:
-            notes.append(f"With other points than before: {', '.join(renewed)}.")
+        notes += self._table.changes(all_marks)
+        write_output(self._path / TABLE, self._table.renew(all_marks))
         notes += [f'To look at: {marks.student}: {finding}'
                   for marks in all_marks for finding in marks.findings]
         notes += [f'{TABLE} has a decision on {printable(name)}, of whom there are no marks.'
@@ -146,8 +133,7 @@ class MarksFolder:
         try:
             record = json.loads(file.read_text(encoding='utf-8'))
             lab, parts = record['key']['lab'], record['key']['parts']
-            is_complete = set(record['handed_in']) == set(RECORDED_FIELDS) and isinstance(
-                record['cells'], dict) and isinstance(record['worth'], dict)
+            is_complete = set(record['handed_in']) == set(RECORDED_FIELDS)
         except (ValueError, KeyError, TypeError):
             return      # without a record the submission is tried again
         if [lab, parts] != [self.lab, sorted(self.parts)]:
@@ -156,22 +142,12 @@ class MarksFolder:
         if is_complete:
             self._records[file.name[:-len(RECORD)]] = record
 
-    def _check_points(self):
-        for record in self._records.values():
-            for name, before in record['worth'].items():
-                if self.worth.get(name, before) != before:
-                    raise ValueError(
-                        f'{self._path} was marked with other points ({name}: {before:g}, not '
-                        f'{self.worth[name]:g}): give the file of those points by --points, or the '
-                        'file of new points for the whole class')
-
     def _read_table(self):
         path = self._path / TABLE
         try:
             text = path.read_text(encoding='utf-8') if path.exists() else ''
             table = MarksTable(text)
-            self._decisions = table.decisions(
-                {safe(student): record['cells'] for student, record in self._records.items()})
+            self._decisions = table.decisions()
             return table
         except ValueError as problem:
             why = str(problem)
@@ -205,8 +181,10 @@ class MarksFolder:
         return marks
 
     def _marks_and_page(self, handed_in, observation):
-        marks = marks_after_trial(handed_in, observation, self.lab, self.worth, self.parts)
-        marks.decision = self._decisions.get(safe(marks.student))
+        marks = marks_after_trial(
+            handed_in, observation, self.lab, self._criterion_points, self.parts)
+        marks.decided_points, marks.decision_reason = self._decisions.get(
+            safe(marks.student), (None, ''))
         return marks, student_page(marks, LABS[self.lab].title)
 
     def _write_record(self, record):

@@ -54,7 +54,7 @@ def student_page(marks: Marks, lab: str) -> str:
     if observation is not None:
         if has_timeline:
             parts += [section(timeline_of(recording_for_timeline(observation), marks)),
-                      hints(marks.link, marks.mistake)]
+                      hints(marks.first_broken_link, marks.mistake)]
         parts += _last_lines(observation)
     return document(f'{lab}: {marks.student}', parts, PAGE_STYLE)
 
@@ -145,7 +145,8 @@ def _last_lines(observation):
 def results(marks: Marks) -> Dict[str, Any]:
     """Returns the content of results.json. It has a test for each criterion. The field `output` has
     the rest of the page."""
-    parts = _points_and_remarks(marks) + [hints(marks.link, marks.mistake, has_timeline=False)]
+    parts = [*_points_and_remarks(marks),
+             hints(marks.first_broken_link, marks.mistake, has_timeline=False)]
     if marks.observation is not None:
         parts += _last_lines(marks.observation)
     return {

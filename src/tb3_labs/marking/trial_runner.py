@@ -23,10 +23,11 @@ from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.sandbox import (
     CMAKE_PREFIX_PATH, PYTHONPATH, OtherUser, Protection, Sandbox)
 from tb3_labs.marking.intake.submissions import ParsedSubmission, Submission, read
-from tb3_labs.marking.intake.workspace import COPY, prepare, version_errors
-from tb3_labs.marking.marks import LABS, Marks
+from tb3_labs.marking.intake.workspace import COPY, prepare
+from tb3_labs.marking.labs.gamepad import pad_text
+from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.names import LAB_NODES
+from tb3_labs.marking.names import GAMEPAD, LAB_NODES
 from tb3_labs.marking.node_start import IDENTITY, OWN_PACKAGE
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import NodeProcess
@@ -64,7 +65,6 @@ class TrialRunner:
         """`folder` has the lab and its options, and gets the bags and the logs. If the event
         `interrupted` is set, each trial ends, and :meth:`try_out` raises MarkingInterrupted."""
         self.folder, self.interrupted = folder, interrupted
-        self._option = LABS[folder.lab].option
 
     def read(self, submission: Submission, work: Path) -> ParsedSubmission:
         """Copy a submission into the existing folder `work`, and read the copy."""
@@ -100,8 +100,8 @@ class TrialRunner:
         environment = trial_environment(work, dict(os.environ, **{IDENTITY: identity}))
         launch = prepare(reading, workspace, environment, protection)
         marks.node = launch.name
-        if self._option is not None:
-            marks.remarks.append(self._option.as_text(self.folder.options.option))
+        if self.folder.lab == GAMEPAD:
+            marks.remarks.append(pad_text(self.folder.options.pad))
         protection.hand_over(workspace)
         # The node's environment is in a file. If the check had this environment itself, the check
         # would import modules of the submission.
@@ -125,8 +125,6 @@ class TrialRunner:
         failed_import = import_error(processes)
         if failed_import:
             raise NotJudged(f'{marks.node} ended at once: {failed_import}.')
-        printed = '\n'.join(process.printed for process in processes)
-        marks.findings += version_errors(printed)
 
     def _rostest(self, node, work):
         """Returns the command that tries `node`, package/file, and records the bag."""
@@ -134,8 +132,8 @@ class TrialRunner:
         command = ['rostest', OWN_PACKAGE, f'check_{self.folder.lab}.test', f'pkg:={package}',
                    f'type:={executable}', 'parts:=' + ','.join(self.folder.parts),
                    f"record:={work / 'trial.bag'}", f"truth:={work / 'truth'}"]
-        if self._option is not None:
-            command.append(f'{self._option.name}:={self.folder.options.option}')
+        if self.folder.lab == GAMEPAD:
+            command.append(f'pad:={self.folder.options.pad}')
         return command
 
     def _check(self, command, environment, output):

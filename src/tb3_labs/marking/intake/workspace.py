@@ -45,10 +45,6 @@ MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encodin
 MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
 #: The program MAKE_MODULES is stopped after this time [s].
 BUILD_TIME = 30.0
-#: Errors that may come from the version of Python, or of a module, on this machine.
-VERSION_ERROR = re.compile(
-    "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
-    'ModuleNotFoundError: ).*$', re.MULTILINE)
 #: The folder of a workspace with the copy of the submission.
 COPY = 'src'
 
@@ -127,13 +123,6 @@ def _repair(node, remarks, findings):
     remarks += [f'{node.name} {repair}.' for repair in repairs]
     node.write_bytes(code)
     node.chmod(0o755)
-
-
-def version_errors(printed: str) -> List[str]:
-    """Returns sentences for the instructor on printed errors that a node may not have on another
-    machine."""
-    return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
-            for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
 
 
 # -- messages and services

@@ -145,8 +145,7 @@ def _why_no_clean_exit(observation: Observation) -> Reason:
             return f'it was still running {EXIT_TIME:g} s after Ctrl+C and had to be killed'
         errors = exceptions_in(scene)
         if errors:
-            last = f': {errors[-1]!r}' if errors[-1] else ''
-            return 'it ended with a traceback' + last
+            return f'it ended with a traceback: {errors[-1]!r}'
         if scene.facts[EXIT_SIGNAL] not in (0, 2, 15):       # no signal, SIGINT, SIGTERM
             return f'it was ended by signal {scene.facts[EXIT_SIGNAL]}'
     return ''

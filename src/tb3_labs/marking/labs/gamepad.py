@@ -30,7 +30,7 @@ HALF_SHARE = (0.25, 0.75)
 #: A node that does not wait for a service follows a stick within this time [s]. Such a wait takes
 #: 1 s or more.
 UNBLOCKED_TIME = 0.7
-#: The default of the lab's option `pad`.
+#: The name of the pad with the handout's numbers.
 HANDOUT_PAD = 'handout'
 #: The step of the sheet with the usual mistakes of a reset.
 Y_STEP = BY_THUMB.at_step(3)

@@ -67,7 +67,7 @@ def sticks(trial):
     """Hold the sticks at each of the STICK_POSITIONS."""
     with ResetServices(trial):
         trial.node.start()
-        with HeldPad(trial.option) as pad:
+        with HeldPad(trial.pad) as pad:
             for name, place in stimuli.STICK_POSITIONS.items():
                 trial.observe(name, stimuli.STICK_TIME, lambda: pad.sticks(*place))
 
@@ -79,7 +79,7 @@ def buttons(trial):
         calls = services.calls
         if not trial.node.alive:
             trial.node.start()
-        with HeldPad(trial.option) as pad:
+        with HeldPad(trial.pad) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
                 for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # first the right name alone
@@ -136,7 +136,7 @@ def _hand_over(trial, pad):
 def no_service(trial):
     """Press Y while no reset service exists. Push a stick as soon as Y is released."""
     trial.node.start()
-    with HeldPad(trial.option) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
+    with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
         pad.press(pad.numbers.reset_button)
         pad.sticks(1.0)
         time.sleep(stimuli.CALL_AFTER_Y_TIME)
@@ -144,7 +144,7 @@ def no_service(trial):
 
 def lost(trial):
     """Let the gamepad fall silent while it drives the robot."""
-    with HeldPad(trial.option) as pad:
+    with HeldPad(trial.pad) as pad:
         trial.falls_silent(stimuli.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
 

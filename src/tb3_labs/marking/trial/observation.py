@@ -153,6 +153,11 @@ class Observation:
             return ''
         return f"it listens to {' and '.join(sorted(topics))}, which nobody publishes"
 
+    def part_intervals(self) -> List[Tuple[str, float, float]]:
+        """Returns (name, begin [s], end [s]) of each tried part of the lab."""
+        ends = [begin for _, begin in self.parts[1:]] + [math.inf]
+        return [(name, begin, end) for (name, begin), end in zip(self.parts, ends)]
+
     def has(self, name: str) -> bool:
         """Did the node get the stimulus `name`?"""
         return any(stimulus.name == name for stimulus in self.stimuli)

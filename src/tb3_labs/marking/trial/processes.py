@@ -158,9 +158,8 @@ class ResourceWatch:
         processes = _descendants(self._pid)
         if len(processes) > MAX_PROCESSES:
             return f'more than {MAX_PROCESSES} processes'
-        if sum(map(_memory, processes)) > MAX_MEMORY:     # the exact sum takes longer
-            if sum(map(_own_memory, processes)) > MAX_MEMORY:
-                return f'more than {MAX_MEMORY / 1e9:g} GB of memory'
+        if sum(map(_memory, processes)) > MAX_MEMORY:
+            return f'more than {MAX_MEMORY / 1e9:g} GB of memory'
         family = {self._check_parent_pid, *_descendants(self._check_parent_pid)}
         if sum(map(_memory, family - {self._pid, *processes})) > MAX_OTHER_MEMORY:
             return (f'more than {MAX_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '
@@ -190,16 +189,6 @@ def _memory(pid):
     except OSError:
         return 0
     return (int(resident) - int(shared)) * os.sysconf('SC_PAGE_SIZE')
-
-
-def _own_memory(pid):
-    """Returns the memory of a process [bytes]. Memory that several processes share is divided among
-    these processes. This function is slower than `_memory`."""
-    try:
-        with open(f'/proc/{pid}/smaps_rollup') as file:
-            return 1024 * next(int(line.split()[1]) for line in file if line.startswith('Pss:'))
-    except (OSError, StopIteration):
-        return _memory(pid)
 
 
 def _disk_used(pid, folder):

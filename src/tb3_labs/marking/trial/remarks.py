@@ -1,19 +1,7 @@
 """Makes sentences from an Observation: why a node did not do its task, and what else a student
-should know.
-
-If a node did not move the robot, the sentence names the first cause in this list:
-
-1. the node printed an exception,
-2. commands are not finite numbers,
-3. all commands are zero,
-4. the node publishes another topic, or another type,
-5. the node sent no command.
-"""
+should know."""
 import re
-from collections import defaultdict
 from typing import Dict, List
-
-import numpy as np
 
 from tb3_labs.handout import CMD_VEL_TOPIC
 from tb3_labs.marking.trial.observation import (
@@ -37,7 +25,12 @@ CAUSE_OF_NEXT = re.compile('^(During handling of|The above exception was)', re.M
 SYNTAX_ERROR = re.compile(
     r'(?=^ *File ".*", line \d+\n(?:.*\n){1,3}(?:Syntax|Indentation|Tab)Error:)', re.MULTILINE)
 #: If a callback publishes while the node ends, rospy raises an exception with one of these texts.
-CLOSED_TOPIC, CLOSED_IN_PUBLISH = 'publish() to a closed topic', 'topic was closed during publish()'
+CLOSED_TOPIC = 'publish() to a closed topic'
+CLOSED_TOPIC_TEXTS = CLOSED_TOPIC, 'topic was closed during publish()'
+#: Errors that may come from the version of Python, or of a module, on this machine.
+VERSION_ERROR = re.compile(
+    "^(?:AttributeError: module '|AttributeError: 'Thread' object .* 'isAlive'|ImportError: |"
+    'ModuleNotFoundError: ).*$', re.MULTILINE)
 #: A quoted exception, or a quoted line, has at most this many characters.
 MAX_ERROR_LENGTH, MAX_LINE_LENGTH = 160, 160
 
@@ -55,52 +48,49 @@ def remarks_on(observation: Observation, verdict_text: str = '') -> List[str]:
 
 
 def tracebacks_before_the_end(observation: Observation, verdict_text: str = '') -> List[str]:
-    """Returns a sentence on each exception that the node printed before Ctrl+C. The exceptions that
-    `verdict_text` quotes are left out."""
-    stimuli_of: Dict[str, List[str]] = defaultdict(list)
+    """Returns a sentence on each exception that the node printed before Ctrl+C, unless
+    `verdict_text` quotes the exception."""
+    first_stimulus: Dict[str, str] = {}     # quoted exception -> the name of a stimulus
     for stimulus in observation.stimuli:
         if stimulus.name not in CTRL_C:
             for error in exceptions(stimulus.printed, observation.file):
-                stimuli_of[error].append(stimulus.name)
-    sentences = []
-    for error, stimuli in stimuli_of.items():
-        if not error or repr(error) not in verdict_text:
-            number = f', {len(stimuli)} times in all' if len(stimuli) > 1 else ''
-            quoted = f': {error!r}' if error else ''
-            sentences.append(f'A traceback was printed during "{stimuli[0]}"{number}{quoted}. '
-                             'The clean exit is about Ctrl+C alone.')
-    return sentences
+                first_stimulus.setdefault(repr(error), stimulus.name)
+    return [f'A traceback was printed during "{name}": {quoted}. The clean exit is about Ctrl+C '
+            'alone.' for quoted, name in first_stimulus.items() if quoted not in verdict_text]
+
+
+def version_errors(observation: Observation) -> List[str]:
+    """Returns sentences for the instructor on printed errors that a node may not have on another
+    machine."""
+    printed = '\n'.join(process.printed for process in observation.processes)
+    return [f'It ended with "{line}". On another machine, such as one with Noetic, it may run.'
+            for line in dict.fromkeys(VERSION_ERROR.findall(printed))]
 
 
 def errors_in(observation: Observation, process: NodeProcess) -> List[str]:
-    """Returns the readable exceptions that a process printed before Ctrl+C."""
+    """Returns the exceptions that a process printed before Ctrl+C."""
     text = process.printed
     for stimulus in observation.stimuli:
         if stimulus.name in CTRL_C and stimulus.begin >= process.begin:
             text = text.replace(stimulus.printed, '')
-    return list(filter(None, exceptions(text, observation.file)))
+    return exceptions(text, observation.file)
 
 
 def why_idle(scene: Scene) -> str:
-    """Returns a clause on the reason why the node did not move the robot in the scene."""
-    process = scene.process
-    errors = errors_in(scene.observation, process)
+    """Returns a clause on the first reason why the node did not move the robot in the scene."""
+    errors = errors_in(scene.observation, scene.process)
     if errors:
-        number = sum(errors_in(scene.observation, process).count(errors[0])
-                     for process in scene.observation.processes)
-        return f'{STOPPED_BY}, {quoted_error(errors[0], number)}'
+        return f'{STOPPED_BY}, {errors[0]!r}'
     if scene.not_finite:
         return '{} of its commands were not finite numbers, such as {}'.format(
             len(scene.not_finite), scene.not_finite[0])
     if len(scene.moving):
         return f'its last command on {CMD_VEL_TOPIC} was zero'
+    if other_fields(scene):
+        return f'{other_fields(scene)} in its commands on {CMD_VEL_TOPIC}'
     if len(scene.commands):
-        if other_fields(scene):
-            return f'{other_fields(scene)} in its commands on {CMD_VEL_TOPIC}'
-        if len(scene.commands) == 1:
-            return f'one command came on {CMD_VEL_TOPIC}, a zero'
-        return f'{len(scene.commands)} commands came on {CMD_VEL_TOPIC}, all of them zero'
-    return _why_no_command(scene, process) + _printed_text(scene)
+        return f'only zeros came on {CMD_VEL_TOPIC}'
+    return _why_no_command(scene.process) + _printed_text(scene)
 
 
 def other_fields(scene: Scene) -> str:
@@ -110,21 +100,11 @@ def other_fields(scene: Scene) -> str:
     return wrong_field(sent.take((sent.arrival >= scene.begin) & (sent.arrival <= scene.end)))
 
 
-def _why_no_command(scene, process):
+def _why_no_command(process):
     kind = process.published.get('/' + CMD_VEL_TOPIC)
     if kind not in (None, TWIST):
         return f'it publishes {CMD_VEL_TOPIC} as {kind}, and the robot takes {TWIST} alone'
-    if other_topics(process, CMD_VEL_TOPIC):
-        return other_topics(process, CMD_VEL_TOPIC)
-    nothing = f'nothing came on {CMD_VEL_TOPIC}'
-    times = scene.observation.recording.commands.arrival
-    times = times[times >= process.begin]
-    if process.end is not None:
-        times = times[times <= process.end]
-    if len(times) <= 2:      # the period of the commands is not known
-        return nothing
-    return (f'{nothing} for {scene.end - scene.begin:.1f} s (in this run a command every '
-            f'{np.median(np.diff(times)):.2g} s)')
+    return other_topics(process, CMD_VEL_TOPIC) or f'nothing came on {CMD_VEL_TOPIC}'
 
 
 def other_topics(process: NodeProcess, topic: str) -> str:
@@ -137,9 +117,11 @@ def other_topics(process: NodeProcess, topic: str) -> str:
 
 def _printed_text(scene):
     printed = re.sub(r'^\w\r?\n', '', scene.printed)   # without the letter that the marker typed
-    if not printed.strip():
-        return ', and it printed nothing'
-    return f', and it printed {last_line(printed)}'
+    return ', and ' + _printed(printed)
+
+
+def _printed(text):
+    return f'it printed {last_line(text)}' if text.strip() else 'it printed nothing'
 
 
 def why_unprinted(scene: Scene) -> str:
@@ -147,13 +129,11 @@ def why_unprinted(scene: Scene) -> str:
     process = scene.process
     errors = errors_in(scene.observation, process)
     if errors:
-        return f'its callback failed: {quoted_error(errors[0], errors.count(errors[0]))}'
+        return f'its callback failed: {errors[0]!r}'
     if process.unconnected:
         topics = ' and '.join(process.unconnected)
         return f'no message of {topics} reached it: does its type agree with that of the topic?'
-    if scene.printed.strip():
-        return f'it printed {last_line(scene.printed)}'
-    return 'it printed nothing'
+    return _printed(scene.printed)
 
 
 # -- a criterion that could not be judged
@@ -197,8 +177,8 @@ def exceptions(printed: str, file: str = '') -> List[str]:
     """Returns the exceptions in a node's output, for example
     ``NameError: name 'raw_input' is not defined (line 54, in callback_controller)``.
 
-    If `file` is given, the line is a line of this file of the node. An unreadable exception is ''.
-    The exceptions that rospy raises while a node ends are left out.
+    If `file` is given, the line is a line of this file of the node. The exceptions that rospy
+    raises while a node ends are left out.
     """
     errors = []
     pieces = printed.split(TRACEBACK)
@@ -209,12 +189,8 @@ def exceptions(printed: str, file: str = '') -> List[str]:
             continue
         lines = [line for line in piece.splitlines()[1:] if line.strip()]
         error = next((line for line in lines if ERROR.match(line)), '')
-        searched = error or piece
-        if CLOSED_TOPIC in searched or CLOSED_IN_PUBLISH in searched:
-            continue
-        if error:
-            error = error[:MAX_ERROR_LENGTH] + _line_of(piece, file)
-        errors.append(error)
+        if not any(text in (error or piece) for text in CLOSED_TOPIC_TEXTS):
+            errors.append((error or 'an exception')[:MAX_ERROR_LENGTH] + _line_of(piece, file))
     return errors
 
 
@@ -235,11 +211,6 @@ def _line_of(piece, file):
 def exceptions_in(scene: Scene) -> List[str]:
     """Returns the `exceptions` that the node printed in a scene."""
     return exceptions(scene.printed, scene.observation.file)
-
-
-def quoted_error(error: str, number: int) -> str:
-    """Returns an exception in quotes. If it was printed several times, this number follows."""
-    return repr(error) if number == 1 else f'{error!r}, {number} times'
 
 
 def last_line(printed: str) -> str:

@@ -44,7 +44,6 @@ TRUTH, EVENTS, PRINTED, VARIABLES = 'ground_truth', 'trial', 'printed', 'variabl
 ROBOT_NODE = 'turtlebot3'
 #: A bag has at most this many messages of each kind.
 MAX_COMMANDS = 40000
-MAX_MESSAGES = 100000      # messages of each sensor's or device's topic
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
 MAX_LINES = 1000           # lines of the log
 MAX_EVENTS = 5000          # events of all kinds
@@ -201,8 +200,7 @@ class Recorder:
         data = buffer.getvalue()
         if connection_of(message)['md5sum'] != kind._md5sum or len(data) > MAX_BYTES:
             return
-        if self._is_within(topic, MAX_MESSAGES):
-            self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
+        self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
 
     def _on_log(self, line):
         if line.name in (rospy.get_name(), '/' + ROBOT_NODE):

@@ -78,19 +78,13 @@ class Robot:
     def _on_settings(self, message):
         now = decode_config(message)
         self._settings = self._settings or now
-        findings = changes_of_settings(self._settings, now)
-        for finding in findings:
-            self._recorder.recording.event('finding', text=finding)
-        if findings:
+        changed = {name for name, _ in self._settings.items() ^ now.items()}
+        if changed:
+            names = ', '.join(sorted(changed))
+            self._recorder.recording.event(
+                'finding', text=f'Settings of the robot were changed, and set back: {names}.')
             with suppress(rospy.ServiceException):      # the robot has ended
                 self._service(encode_config(self._settings))
-
-
-def changes_of_settings(before, now):
-    """Returns a sentence on each setting of the robot that changed."""
-    changed = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
-    return ['A setting of the robot was changed: {} from {} to {}.'.format(
-        name, before.get(name, 'none'), now.get(name, 'none')) for name in changed]
 
 
 class Repeater:

@@ -36,15 +36,15 @@ SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_mo
 class Trial:
     """One robot, one node, and the recording of both."""
 
-    def __init__(self, lab, package, executable, path, option, print_line):
-        """`path` is the path of the bag. `option` is the value of the lab's option. A call of
+    def __init__(self, lab, package, executable, path, pad, print_line):
+        """`path` is the path of the bag. `pad` has the numbers of the pad that is played. A call of
         ``print_line(line)`` announces each step of the trial."""
         node = f'{package}/{executable}'
         self.recording = Recording(path)
         self.recording.event('trial', lab=lab, node=node)
         self.recorder = Recorder(self.recording)
         self.robot = Robot(self.recorder)
-        self.option = option
+        self.pad = pad
         self.part = ''
         self.node = StudentNode(node, LAB_NODES[lab].sensors, self.recording)
         self._name = node
@@ -206,10 +206,10 @@ def end_with_the_marker(recording):
     rospy.on_shutdown(on_shutdown)
 
 
-def record_trial(lab, package, executable, parts, path, option, print_line):
+def record_trial(lab, package, executable, parts, path, pad, print_line):
     """Try a node in `parts` of a lab, and write the bag of the trial. [] means all parts. See Trial
     for the other arguments."""
-    trial = Trial(lab, package, executable, path, option, print_line)
+    trial = Trial(lab, package, executable, path, pad, print_line)
     end_with_the_marker(trial.recording)
     try:
         trial.record_assigned()
