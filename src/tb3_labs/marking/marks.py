@@ -19,7 +19,7 @@ import yaml
 from tb3_labs.command_line import failure_text, printable
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
-from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
+from tb3_labs.marking.student_nodes import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import (
     remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.marking.trial.observation import LONGEST, MAX_FAIR_GAP, NO_RECORDING, Observation

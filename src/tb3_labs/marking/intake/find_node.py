@@ -17,7 +17,7 @@ from tb3_labs.marking.intake.archives import UNPACKED, NotJudged, files_in, shor
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
     FOLDERS, is_aside, package_folder, package_name, source_of)
-from tb3_labs.marking.names import LAB_NODES, NodeNames
+from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
