@@ -6,11 +6,8 @@ import json
 import os
 import pathlib
 import re
-import signal
-import subprocess
 import sys
 import threading
-import time
 import weakref
 import zipfile
 from dataclasses import replace
@@ -455,17 +452,6 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
     monkeypatch.setattr(mark, 'wait', interrupted)
     assert marking.mark_all(found, 2) is True
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
-
-
-def test_ctrl_c_in_the_middle_of_an_import_ends_mark_py_without_a_traceback(tmp_path):
-    script = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'mark.py'
-    marking = subprocess.Popen([sys.executable, str(script), str(tmp_path), '--lab', 'turn', '-o', str(tmp_path / 'm')],
-                               stderr=subprocess.PIPE, universal_newlines=True)
-    maps = pathlib.Path('/proc/{}/maps'.format(marking.pid))
-    while marking.poll() is None and '_multiarray_umath' not in maps.read_text():      # numpy is imported
-        time.sleep(0.001)
-    marking.send_signal(signal.SIGINT)
-    assert marking.communicate(timeout=60.0)[1] == '' and marking.returncode == -signal.SIGINT
 
 
 def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys):
