@@ -135,13 +135,6 @@ class Marks:
         return [gave] * is_decided + [self.decision_reason] * bool(self.decision_reason)
 
     @property
-    def why_no_points(self) -> str:
-        """The reason why the submission was not judged, or has 0 points; else ''."""
-        if self.unjudged or self.points:
-            return self.unjudged
-        return next((verdict.reason for verdict in self.graded if verdict.reason), '')
-
-    @property
     def points(self) -> float:
         """The points that a person gave, or else the marker's points."""
         return self.earned if self.decided_points is None else self.decided_points
