@@ -527,10 +527,8 @@ STUDENTS = 'Ann Miller', 'Bo Lee', 'Bo Leeds'
 
 
 @pytest.mark.parametrize('students, name, words', [
-    (STUDENTS, 'miller', 'no submission is called miller; near it: Ann Miller'),
-    (STUDENTS, 'Bo Laeds', 'near it: Bo Leeds'), (STUDENTS, 'xyz', 'these are: Ann Miller, Bo Lee, Bo Leeds'),
-    (['Ann', 'ann'], 'anN', 'no submission is called anN; near it: ann'),
-    (list(map(str, range(24))), 'Nobody', 'these are: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 14 more')])
-def test_names_near_an_unknown_student_are_named(students, name, words):
+    (STUDENTS, 'miller', 'no submission is called miller; these are: Ann Miller, Bo Lee, Bo Leeds'),
+    (list(map(str, range(104))), 'Nobody', 'these are: 0, 1, .*, 98, 99 and 4 more')])
+def test_the_names_of_a_class_are_listed_for_an_unknown_student(students, name, words):
     with pytest.raises(ValueError, match=words):
         check_names([name], students)
