@@ -161,8 +161,6 @@ HANDED_IN = {
     'another Python': (course('#!/usr/bin/python3.1\n'), None, '#!/usr/bin/python3.1, which this machine lacks'),
     'no first line': (course('print(1)'), None, 'turtlebot_controller.py does not begin with #!/usr/bin/env '
                       'python3, so that rosrun cannot start it.'),
-    'nothing': (course(' \n'), None, 'turtlebot_controller.py is empty.'),
-    'UTF-16': (course(NODE.encode('utf-16')), None, 'is not text in UTF-8'),
     'a shell': (course('#!/bin/sh\necho hello\n'), 'hello\n', ''),
 }
 

@@ -106,11 +106,7 @@ def _repair(node, remarks, findings):
         repairs.append('has Windows line endings: changed')
     first = code.partition(b'\n')[0]
     python = PYTHON_LINE.match(first)
-    if not code.strip():
-        repairs.append('is empty')
-    elif b'\0' in code:
-        repairs.append('is not text in UTF-8: save it as UTF-8')
-    elif not code.startswith(b'#!'):
+    if not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
         findings.append('It does not begin with #!/usr/bin/env python3: if its CMakeLists.txt has '
                         'catkin_install_python, it may run on another machine.')
