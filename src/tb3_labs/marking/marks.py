@@ -130,9 +130,12 @@ class Marks:
     @property
     def decision_sentences(self) -> List[str]:
         """The sentences on a person's decision; [] without a decision."""
-        gave = f'A person gave these points; the marker gave {self.earned:g}.'
-        is_decided = self.decided_points is not None
-        return [gave] * is_decided + [self.decision_reason] * bool(self.decision_reason)
+        sentences = []
+        if self.decided_points is not None:
+            sentences.append(f'A person gave these points; the marker gave {self.earned:g}.')
+        if self.decision_reason:
+            sentences.append(self.decision_reason)
+        return sentences
 
     @property
     def points(self) -> float:
