@@ -148,10 +148,9 @@ def _refusal(path):
         return 'a link'
     if path.is_dir():
         return ''
-    if not path.is_file():
-        return 'neither a folder nor a file'
     is_platform_file = bool(read_name(path.name, is_folder=False).number)
-    return '' if is_platform_file or is_zip(path.name) else 'neither a folder nor a zip file'
+    is_submission = path.is_file() and (is_platform_file or is_zip(path.name))
+    return '' if is_submission else 'neither a folder nor a zip file'
 
 
 def _upload_order(name):
