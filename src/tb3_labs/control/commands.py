@@ -16,10 +16,10 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step but the first is due before the end of a period by this time [s], since the sample of a
+#: Each step but the first is due this long before the end of a period [s], since the sample of a
 #: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
-#: A node that does not drive reads the next sample after this time, about one period [s].
+#: If a node does not drive, it reads the next sample after this time [s], about one period.
 MAX_IDLE = 0.036
 #: In 95 of 100 cases the estimate is off by less than this [standard deviations].
 STANDARD_ERRORS = 2.0
@@ -27,7 +27,7 @@ STANDARD_ERRORS = 2.0
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
-#: Smaller lags are raised to this, which avoids a division by zero [s].
+#: The least lag [s]. A smaller lag is raised to it, to avoid a division by zero.
 MIN_LAG = 1e-6
 
 
@@ -145,12 +145,12 @@ class CommandHistory:
         return 0.0
 
     def only_stops_since(self, time: float) -> bool:
-        """Was each command a stop, in all periods that start at `time` or later?"""
+        """Are all commands stops in the periods that start at `time` or later?"""
         return not any(command for begin, command in self._sent if begin >= time)
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """Returns the speed of a motor `dt` [s] after it had `speed`, at a constant `command`."""
+    """A motor has `speed`. Returns its speed `dt` [s] later, after a constant `command`."""
     share = -math.expm1(-dt / max(lag, MIN_LAG))
     return speed + share * (command - speed)
 

@@ -175,7 +175,7 @@ class Localizer:
                       yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before the samples for it?"""
+        """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 

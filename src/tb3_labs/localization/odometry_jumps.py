@@ -8,8 +8,8 @@ The odometry has three kinds of jumps:
   Meanwhile the motors keep their speed. So a robot that was at rest before the silence has not
   moved, and a turn of the IMU comes from its calibration. Otherwise the pose is lost.
 * The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
-  Then the robot is assumed to be at its last place, turned as the IMU shows. If the IMU jumps
-  as well, the pose is lost.
+  Then this file assumes that the robot is at its last place, turned as the IMU shows. If the IMU
+  jumps as well, the pose is lost.
 
 A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in the new ``odom``.
 Each pose in ``odom`` must be multiplied by the shift.
@@ -40,7 +40,7 @@ TURN_SLACK = 0.3
 SPIKE_RATE = 10.0
 #: The odometry is at zero if x and y are exactly zero, and the yaw is below this [rad].
 ZERO_YAW = 0.01
-#: A step to zero shows a reset of the odometry only from a place farther away than this [m].
+#: A step to zero shows a reset of the odometry only if the step begins farther away than this [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
@@ -50,7 +50,7 @@ NEAR_ZERO_YAW = 0.1
 RESTING_TURN = 0.1
 #: If the IMU turns farther than this in a silence, it was calibrated [rad].
 CALIBRATION_TURN = 0.005
-#: A turning robot whose messages stop comes to rest within this time [s].
+#: If the messages of a turning robot stop, the robot comes to rest within this time [s].
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it moves for this time while the wheels rest [s].
 CONTRADICTION_TIME = 0.5
@@ -90,8 +90,8 @@ class _Gap:
 
     @property
     def shortest(self) -> float:
-        """The time by stamps or by arrivals, whichever is shorter [s]. Neither a delay nor a clock
-        that is set makes this time longer."""
+        """The time by stamps or by arrivals, whichever is shorter [s]. A delay does not make this
+        time longer, and neither does a clock that is set."""
         if self._by_stamps > 0.0:
             return min(self._by_stamps, self._by_arrival)
         return self._by_arrival
@@ -189,7 +189,7 @@ class JumpFinder:
 
 def _stand_still(problem: str, last: _JumpSample,
                  now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
-    """Returns (shift, jump) for a robot that is still at its place of `last`."""
+    """Returns (shift, jump) for a robot that has not moved since `last`."""
     turned = difference(now.imu.yaw, last.imu.yaw)
     if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
         return None, Jump(problem, POSE_LOST)
@@ -242,8 +242,8 @@ class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders. So the odometry moves at its last speed for ever, while the robot is at rest
-    and the angles in `joint_states` do not change.
+    of its encoders. So the odometry moves at its last speed for ever. But the robot is at rest, and
+    the angles in `joint_states` do not change.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
     of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls

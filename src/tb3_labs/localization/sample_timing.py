@@ -130,8 +130,8 @@ class SenderClock:
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """Returns the time of measurement of a sample that has just arrived [s, receiver's clock],
-        if the fastest message needs no time. `time` is the result of :meth:`time_of`."""
+        """A sample has just arrived. Returns when it was measured [s, receiver's clock], if the
+        fastest message needs no time. `time` is the result of :meth:`time_of`."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 

@@ -129,7 +129,7 @@ class PanelRobot:
             fulfilled = True
             try:
                 text = call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # none may end the panel, which must stop robots
+            except Exception as problem:    # no exception may end the panel, which must stop robots
                 fulfilled = False
                 text = str(problem)
             self._server.call_soon(lambda: page.answer(request, fulfilled, text))
@@ -237,6 +237,6 @@ class PanelRobot:
         """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # none may end the panel, which must stop robots
+        except Exception as problem:    # no exception may end the panel, which must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

@@ -54,8 +54,8 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself reads the clock, because a time that was read
-        before the lock was taken may be older than the core's last time."""
+        decide. Returns the Output. `method` itself reads the clock. A time that is read before the
+        lock is taken may be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()

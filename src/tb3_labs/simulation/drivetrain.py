@@ -123,7 +123,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion that the readings of the wheels have not passed yet
+        # (start [s], drivetrain) of each motion that is still needed for readings of the wheels
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property

@@ -11,12 +11,11 @@ of random number has a separate generator with the seed, and does not depend on 
 
 Units: seconds. Edge cases: A message due at the very end of a stall is not delayed by the stall. A
 change of delay or jitter does not change messages under way. A change of the stalls ends the
-present stall. If messages follow each other fast, they wait for earlier messages, so the mean delay
-is more than delay and jitter together.
-Source: recordings of real TurtleBot3s over a WLAN, which stalls for 0.1 to 0.4 s. A sender of
-802.11 waits for a random time before each frame, and tries again if the frame is lost. So some
-delays are much longer than the mean (Malone, Leith and Dangerfield, "Inferring queue state by
-measuring delay in a WiFi network").
+present stall. If messages follow each other fast, a message waits for earlier messages. So the mean
+delay is more than delay and jitter together. Source: recordings of real TurtleBot3s over a WLAN,
+which stalls for 0.1 to 0.4 s. A sender of 802.11 waits for a random time before each frame, and
+tries again if the frame is lost. So some delays are much longer than the mean (Malone, Leith and
+Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
 """
 import math
 import random

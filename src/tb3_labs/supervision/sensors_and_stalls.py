@@ -1,8 +1,8 @@
 """May a motion continue? The sensors must be alive, and the robot must obey.
 
-A sensor is lost if its messages stop. A sensor is frozen if it repeats one reading while the robot
-moves, because the driver of the sensor hangs. A robot is stalled if it gets no nearer to its goal
-in spite of commands to move.
+A sensor is lost if its messages stop. A sensor is frozen if its driver hangs, and so repeats one
+reading while the robot moves. A robot is stalled if it gets no nearer to its goal in spite of
+commands to move.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -15,9 +15,9 @@ from tb3_labs.supervision.timeouts import (
 
 #: The text if the robot must not move yet, although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: If the command is to drive faster than this, the readings must show a motion [m/s].
+#: At a faster command than this [m/s] the readings must show a motion.
 SURE_DRIVE_SPEED = 0.02
-#: If the command is to turn faster than this, the readings must show a motion [rad/s].
+#: At a faster command than this [rad/s] the readings must show a turn.
 SURE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3

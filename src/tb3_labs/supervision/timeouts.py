@@ -2,18 +2,18 @@
 
 Freshness finds a silent source by the arrivals of its messages. Lateness finds a delayed message by
 its stamp. SleepMonitor finds a sleep of this process by a long time between two looks at the clock.
-A process sleeps when it is stopped, swapped out, or its computer is suspended.
+A process sleeps when it is stopped or swapped out, or when its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
-infinite age. If the clock goes back, the last message is treated as just received, since otherwise
-the message would be fresh for too long.
+infinite age. If the clock goes back, the last message has the present time. Otherwise it would be
+fresh for too long.
 """
 import math
 from collections import deque
 from typing import Deque, Optional, Tuple
 
-#: A motion does not continue by itself after an interruption of more than this. The sensors may be
-#: silent, or the renewals of a grant, or this process sleeps. An older grant is ignored.
+#: A motion does not continue by itself after an interruption of more than this. It may be a silence
+#: of the sensors or of a grant's renewals, or a sleep. An older grant is ignored.
 RESUME_TIME = 2.0
 
 # -- a sensor, a pad or a mouse is silent
@@ -52,7 +52,7 @@ NOISE_GAP = 0.1
 
 #: A clock that goes back by less than this is being corrected. Otherwise the clock was set.
 SMALL_STEP = 0.1
-#: A stamp that is ahead of its arrival by this time belongs to a new clock.
+#: If a stamp is ahead of its arrival by this time, the stamp belongs to a new clock.
 CLOCK_STEP = 1.0
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
@@ -63,15 +63,15 @@ MAX_OFF_TIME = 1.0
 
 #: The least delay is searched among the messages of this time.
 DELAY_WINDOW = 5.0
-#: Each message adds at most this time to the time for which its sender was heard.
+#: A sender is heard for the sum of its gaps. A longer gap than this adds only this time.
 MAX_RECEIVED_STEP = 0.1
 #: The usual delay of a pad is known this long after its first message.
 LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
 MAX_AGE = 0.1
-#: A sender that repeats an old message to a new connection does so within this time.
+#: If a sender repeats an old message to a new connection, the message comes within this time.
 REPEATS_WITHIN = 2.0
-#: A message that comes this soon after a press, a sleep or the start of a node may be older.
+#: A message this soon after a press, a sleep or a node's start may have been sent before it.
 CROSSING_TIME = 0.3
 #: A pad that takes the robot back waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15

@@ -99,8 +99,8 @@ class ControllerNode:
 class Keyboard:
     """Calls `on_line(text)` for each line of the standard input, then `on_end()` once.
 
-    The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. Without
-    an input, or as a job in the background, Keyboard calls `on_end()` at once.
+    The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. If there
+    is no input, or the node is a background job, Keyboard calls `on_end()` at once.
     """
 
     def __init__(self, on_line, on_end):

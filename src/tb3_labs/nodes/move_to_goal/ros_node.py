@@ -34,7 +34,7 @@ from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 PATH_STEP = 0.02
 #: The path also gets a new point after this turn [rad].
 PATH_TURN = math.radians(10.0)
-#: The path has at most this number of points, the latest.
+#: The path keeps at most this many points, the latest ones.
 PATH_POINTS = 1000
 #: Time between two transforms of the same frame, and between two messages about errors [s].
 DISPLAY_PERIOD = 0.1
@@ -63,7 +63,7 @@ def pop_permission():
 
 
 def _permission():
-    """Returns the permission of this start. A node that roslaunch restarts has none."""
+    """Returns the permission of this start. A node that roslaunch restarts has no permission."""
     launch, given_by = roslaunch_of_this(), rospy.get_name() + '_given_by'
     if launch and _permissions[-1] is True:
         if rospy.get_param(given_by, 0) == launch:

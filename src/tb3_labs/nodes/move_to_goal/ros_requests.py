@@ -139,8 +139,8 @@ class GoalServer(ActionServer):
 
 
 class Resets:
-    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset after
-    both sensors have sent their samples of the moment of the request."""
+    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
+    both sensors have sent a sample after the request."""
 
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
