@@ -194,8 +194,8 @@ class Demo:
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
-        """Publish permissions until move_to_goal has control. A node that has just started ignores
-        a permission that may be old. After a person's stop no permission is published."""
+        """Publish permissions until move_to_goal has control. If a node has just started, it
+        ignores a permission that may be old. After a person's stop no permission is published."""
         def try_to_give():
             if self._control_taken or self._value('has_control'):
                 return True

@@ -23,7 +23,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number in `word`, or `word` itself, which a Config refuses."""
+    """Returns the number in `word`. Without a number, returns `word`, which a Config refuses."""
     try:
         return float(word)
     except ValueError:

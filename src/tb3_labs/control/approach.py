@@ -1,6 +1,6 @@
 """An approach drives until the remaining way is zero, and stops there in spite of delays.
 
-A controller that looks only at the measured position brakes too late, and overshoots. An approach
+If a controller looks only at the measured position, it brakes too late, and overshoots. An approach
 is a Smith predictor: it looks at the *way after a stop*. If the robot were commanded to stop now,
 this way would remain:
 
@@ -23,9 +23,9 @@ from tb3_labs.control.commands import CommandHistory, Estimate, first_order_resp
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
-#: Two times that differ by less than this belong to the same sample, since times are rounded [s].
+#: If two times differ by less than this [s], they are of the same sample: times are rounded.
 SAME_SAMPLE_TIME = 1e-6
-#: For nudges this is added to the divisor of the gain, since a nudge may last two periods.
+#: The divisor of the gain is larger by this for nudges, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -91,7 +91,7 @@ class Approach:
         self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # the first step begins again, with its sample
+        self._begin(math.nan, 0.0)    # the first step begins again, from its own sample
 
     def extend(self, by: float) -> None:
         """Add the length `by` to the remaining way, since the goal was moved."""

@@ -23,7 +23,7 @@ STEP_LEAD = 0.0035
 MAX_IDLE = 0.036
 #: In 95 of 100 cases the estimate is off by less than this [standard deviations].
 STANDARD_ERRORS = 2.0
-#: A sample that is off by more standard deviations than this contradicts the estimate.
+#: If a sample is off by more standard deviations than this, it contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
@@ -156,8 +156,8 @@ def first_order_response(speed: float, command: float, lag: float, dt: float) ->
 
 
 class Estimate:
-    """A Kalman filter of one number. The estimate of a number that does not change is the mean of
-    all samples. After a change of the number, new samples have more weight."""
+    """A Kalman filter of one number. If the number does not change, its estimate is the mean of all
+    samples. After a change of the number, new samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate. It is 0 before the first sample.
@@ -177,7 +177,7 @@ class Estimate:
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.
 
-        A sample that contradicts the estimate, or has no noise, replaces the estimate.
+        If a sample contradicts the estimate, or has no noise, it replaces the estimate.
         """
         spread = noise * noise
         largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)

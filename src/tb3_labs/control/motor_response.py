@@ -56,7 +56,7 @@ MAX_DELAY, MAX_LAG = 0.4, 0.15
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
-#: Standard deviation of the lag if the measured speed is a mean, which does not show the lag [s].
+#: Standard deviation of the lag if the measured speed is a mean [s]. A mean does not show the lag.
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DEVIATION = 0.002
@@ -74,9 +74,9 @@ MIN_CRUISE_SHARE = 0.5
 LEARNING_TIME = 1.5
 #: Above this speed a robot has begun to move [rad/s or m/s].
 ONSET_SPEED = 0.03
-#: A robot that speeds up has a speed between these shares of the command.
+#: A robot speeds up if its speed is between these shares of the command.
 SPEEDING_UP_SHARES = 0.1, 1.5
-#: A first command that is slower than this does not show delay and lag well [rad/s].
+#: If the first command is slower than this [rad/s], it does not show delay and lag well.
 MIN_FIRST_COMMAND = 0.2
 #: If the first sample shows more than this share of the commanded speed, the lag is 0.
 PROMPT_SHARE = 0.98

@@ -128,9 +128,8 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
-        """A node uses `topic`. Returns the topic of this robot, with one of `names`, that the node
-        probably means; '' if `topic` is right, belongs to another robot, or is not like a right
-        topic."""
+        """A node uses `topic`. Returns the robot's topic that the node probably means, with one of
+        `names`; '' if `topic` is right, of another robot, or not like a right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
@@ -196,7 +195,7 @@ def _mistakes(text, graph, users, partners, names):
             right = graph.right_topic(topic, node, names)
             if right not in partners:
                 continue
-            # a node that also uses the right name is not mistaken
+            # if a node also uses the right name, it makes no mistake
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
                 # a recorder is named only if the robot has no node
                 of_robot = [each for each in partners[right] if each in graph.robot_nodes]

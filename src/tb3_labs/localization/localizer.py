@@ -118,8 +118,8 @@ class Localizer:
 
     def pop_fix(self) -> Optional[Fix]:
         """Returns the latest Fix once; None without a new Fix, or while the pose is lost. While a
-        reset waits, samples after its request give None, since their Fix would be in the old frame.
-        The first Fix declares the frame, unless a reset has done so before."""
+        reset waits, this returns None for samples after the request, since their Fix would be in
+        the old frame. The first Fix declares the frame, unless a reset has done so before."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None

@@ -5,7 +5,7 @@ The odometry has three kinds of jumps:
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. The rate of turn of this
   message has a spike, and the displacement is opposite to the speed of the same message.
 * A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
-  Meanwhile the motors keep their speed. So a robot that was at rest before the silence has not
+  Meanwhile the motors keep their speed. So if a robot was at rest before the silence, it has not
   moved, and a turn of the IMU comes from its calibration. Otherwise the pose is lost.
 * The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
   Then this file assumes that the robot is at its last place, turned as the IMU shows. If the IMU
@@ -225,7 +225,7 @@ def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
 
 
 class _Interval:
-    """The time during which a condition was true, by the stamps of the samples."""
+    """For how long was a condition true, by the stamps of the samples?"""
 
     def __init__(self) -> None:
         self.begin, self.end = math.inf, -math.inf

@@ -1,7 +1,7 @@
 """Start, signals, failure and end of every node of this package.
 
-A ``ValueError`` at the start, such as an invalid parameter, ends the node with one fatal line and
-exit status 1, and ends the roslaunch of the node. An exception in a callback also ends the node,
+A ``ValueError`` at the start ends the node with one fatal line and exit status 1, and ends the
+node's roslaunch. An invalid parameter raises it. An exception in a callback also ends the node,
 because with rospy alone the robot would continue with the last command.
 
 rospy's own signal handlers hang if the main thread holds a lock of rospy. Here a signal raises an
@@ -50,7 +50,7 @@ def run(name, make_node, interface=None):
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # rospy does not wait if a parameter is typed
+        if not rosgraph.is_master_online():    # with typed parameters rospy does not wait
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():

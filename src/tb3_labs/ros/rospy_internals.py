@@ -56,12 +56,12 @@ def serve_connections_in_threads(server=None):
     browser, would block all clients. Call this function after init_node(). Parts: `_tcpros_server`,
     `inbound_handler`; test: test/unit/test_node.py.
 
-    A subscriber that gets two lists of publishers in a moment connects twice, and closes its first
-    connection. A publisher keeps the connection that it serves last. If a thread is late, it keeps
-    the closed one (10 of 200 pairs on a busy computer). So no closed connection is served."""
+    If a subscriber gets two lists of publishers in a moment, it connects twice, and closes its
+    first connection. A publisher keeps the connection that it serves last. If a thread is late, it
+    keeps the closed one (10 of 200 pairs on a busy computer). So no closed connection is served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
-    serving = threading.Lock()    # the order of closing, connecting anew, and serving is kept
+    serving = threading.Lock()    # keeps the order of closing, connecting anew, and serving
 
     def serve_node(connection, address):
         length, closed = b'', select.poll()
@@ -128,7 +128,7 @@ def subscribers_of(publisher):
 
 def write_at_once(publisher, most=1):
     """From now on ``publish()`` itself writes to each subscriber, since messages in rospy's own
-    queue are lost when the process ends. For a subscriber whose buffers are full the latest `most`
+    queue are lost when the process ends. If the buffers of a subscriber are full, the latest `most`
     messages wait. Parts: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection

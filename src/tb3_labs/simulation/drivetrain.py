@@ -18,7 +18,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 #: Longest arc while the speed changes [s].
 MAX_ARC_TIME = 1.0 / 60.0
-#: A motor whose speed differs from the goal by less than this has reached the goal [rad/s].
+#: A motor has reached its goal if its speed is off by less than this [rad/s].
 STEADY_SPEED = 1e-6
 
 

@@ -54,8 +54,8 @@ class ImuModel:
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts, or is
-        noisier than the firmware's gyro, does not have a dead zone."""
+        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. If a gyro drifts, or is
+        noisier than the firmware's gyro, it does not have a dead zone."""
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE

@@ -1,9 +1,9 @@
 """The network between the simulated robot and a computer decides when each message arrives.
 
 A link is one direction of the network. As in TCP, messages are not lost, and keep their order. A
-message arrives after its `delay` and a random `jitter`, which is drawn for each message. A message
-that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts until
-the setting is switched off. Both links have the same stalls.
+message arrives after its `delay` and a random `jitter`, which is drawn for each message. If a
+message would arrive during a stall, it waits for the end of the stall. A cut is a stall that lasts
+until the setting is switched off. Both links have the same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another stall. Each kind
 of random number has a separate generator with the seed, and does not depend on how often
@@ -87,7 +87,7 @@ class NetworkLink:
             if rate:
                 # Both links have this seed, so a stall delays the messages of both directions.
                 self._stalls = Stalls(rate, longest, now, f'stalls {self._seed}')
-        # messages that waited for the end of a stall are due now
+        # the messages that waited for the end of a stall arrive now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:

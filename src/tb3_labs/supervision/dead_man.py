@@ -45,8 +45,8 @@ class DeadMan:
 
         `lateness` is the delay of the message [s]. Returns False if the delay is more than
         `PAD_TIMEOUT`. Such a late message is the same as silence. `is_first`: is this the first
-        message of the grip? A grip whose first message is missing is refused, since the robot would
-        move too late.
+        message of the grip? A grip without its first message is refused, since the robot would move
+        too late.
         """
         if lateness > PAD_TIMEOUT:
             return False

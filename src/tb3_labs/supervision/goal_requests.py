@@ -3,8 +3,8 @@
 Each goal replaces the previous goal, even a goal of another sender. A sender *repeats* a goal if it
 sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
 
-* A cancel ends the goal that has the cancel's name, or each goal whose stamp is not after the
-  cancel's stamp, or every goal.
+* A cancel ends the goal with the cancel's name, or all goals up to the cancel's stamp, or every
+  goal.
 * A repeated goal that was canceled or given up stays ended until the sender changes the goal, or
   pauses. If a goal was sent only once before its end, it is accepted again at once.
 * A repetition of the present goal changes nothing.

@@ -11,8 +11,8 @@ a stop holds until a person releases the machine again.
   After a silence of `RESUME_TIME` the grant has expired.
 * A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. Before the
   sensors are fresh for the first time, this limit is `ROBOT_START`.
-* If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that
-  arrives while the process wakes is ignored, since the True may be older than a stop.
+* If this process sleeps for longer than `RESUME_TIME`, all grants expire. If a True arrives while
+  the process wakes, it is ignored, since it may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
 * A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False, or

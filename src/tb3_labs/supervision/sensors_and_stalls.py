@@ -15,9 +15,9 @@ from tb3_labs.supervision.timeouts import (
 
 #: The text if the robot must not move yet, although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: At a faster command than this [m/s] the readings must show a motion.
+#: If a command is faster than this [m/s], the readings must show a motion.
 SURE_DRIVE_SPEED = 0.02
-#: At a faster command than this [rad/s] the readings must show a turn.
+#: If a command is faster than this [rad/s], the readings must show a turn.
 SURE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
@@ -45,7 +45,7 @@ class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: Any = None    # content of the last message, without the stamp
-        #: Time for which the reading was repeated although it must change [s].
+        #: The reading must change, but was repeated for this time [s].
         self.repeated_for = 0.0
         #: The longest time between two messages since the last pause [s].
         self.longest_gap = 0.0
@@ -150,7 +150,7 @@ class SensorMonitor:
 
     def problem(self, now: float, with_age: bool = False) -> str:
         """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
-        names each sensor that is silent for half its timeout."""
+        names a sensor if it is silent for half its timeout."""
         if self.are_fresh(now):
             return ''
         lost = [source for source in self._sources if source.age(now) > 0.5 * source.timeout]

@@ -99,8 +99,8 @@ class MoveToGoalNode:
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Every message is read, since any message may have the displacement that the firmware
-        # reverses. The core decides at the next sample of the IMU, which is fresher.
+        # Read every message, since the firmware may reverse the displacement of any message. The
+        # core decides at the next sample of the IMU, which is fresher.
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
@@ -179,7 +179,7 @@ class Display:
     """Publishes each Fix in the IMU's thread, and each new status in the CoreRunner's thread.
 
     Making a message costs more time than a step of a control law. So a message without a subscriber
-    is not made, and messages for displays are sent only as often as the eye needs.
+    is not made. Displays get messages only as often as the eye needs.
     """
 
     def __init__(self):
