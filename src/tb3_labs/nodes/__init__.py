@@ -10,5 +10,5 @@ know both.
   command, and everything else that the node must do. `tick` is called after each message, and ten
   times a second. While an Output is `watched`, `tick` is called more often, since messages may
   stop. ``idle_for(now)`` is the time for which no sample of the IMU needs to be read.
-* *State*: properties, ``status(now)`` and ``problem(now)`` change nothing.
+* *State*: properties, ``status(now)`` and ``problem_text(now)`` change nothing.
 """
