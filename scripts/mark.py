@@ -31,7 +31,7 @@ from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
 from tb3_labs.terminal import run_tool
 
-#: The signals of Ctrl+C, of the command kill, and of a closed terminal.
+#: These signals come from Ctrl+C, the command kill, and a closed terminal.
 END_SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 INTERRUPTED = threading.Event()
 

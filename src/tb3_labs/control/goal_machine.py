@@ -85,7 +85,7 @@ class GoalMachine:
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        while self.active:    # the state after a finished state gives the command of this step
+        while self.active:    # if a state is finished, the next state gives the command
             step = self._law_step(motion, goal, dt)
             if not step.finished:
                 self.failure = self._stalls[self.state].update(

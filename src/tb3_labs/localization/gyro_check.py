@@ -2,8 +2,8 @@
 
 If a board calibrates its gyro while the robot turns, the board takes this rate of turn for zero.
 From then on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with
-the robot's rates by the wheels, a little earlier and later. Delay, slip and uneven wheels explain a
-part of the difference; the rest is added up. A robot that is carried also contradicts its wheels.
+the rates of the wheels, from a little earlier to a little later. Delay, slip and uneven wheels
+explain a part of the difference; the rest is added up. A carried robot contradicts its wheels, too.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 

@@ -98,7 +98,7 @@ class _Gap:
 
 
 class _JumpSample(NamedTuple):
-    """An odometry message, and the latest sample of the IMU at the arrival of the message."""
+    """An odometry message, and the latest sample of the IMU when the message arrived."""
 
     sample: OdometrySample
     arrival: float

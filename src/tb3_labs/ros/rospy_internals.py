@@ -78,7 +78,7 @@ def serve_connections_in_threads(server=None):
 
     server.inbound_handler = lambda *client: threading.Thread(
         target=serve_node, args=client, daemon=True).start()
-    server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
+    server.server_sock.listen(128)    # otherwise a seventh client waits for 1 s
 
 
 def is_wall_time():

@@ -118,7 +118,7 @@ class Board:
         self._waiting: Deque[Arrival] = deque()     # messages that the board has not read yet
         self._calibrated_at = -math.inf    # end of the last calibration [s]
         self._calibration_time = 0.0       # length of the last calibration [s]
-        self._yaw_before = 0.0             # true yaw at the begin of the last calibration [rad]
+        self._yaw_before = 0.0             # true yaw when the last calibration began [rad]
         #: Does the board calibrate its gyro? Then it does not read messages or send samples.
         self.is_calibrating = False
         #: Time at which the calibration ends [s], or infinity.

@@ -72,7 +72,7 @@ class DeadMan:
         self.page = None
 
     def lost_for(self, now: float) -> float:
-        """Returns how long the page that drives has been silent [s]; 0 if the page is not lost."""
+        """Returns the silence of the page that drives [s]; 0 if the page is not lost."""
         self._sleep.update(now)
         if self.page is None or self._source.is_fresh(now):
             return 0.0

@@ -83,7 +83,7 @@ RENEWAL_PERIOD = 0.1
 #: A renewal confirms its grant if it comes later than this after the grant. An earlier renewal may
 #: have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
-#: A grant whose renewals stop is suspended after this silence.
+#: If the renewals of a grant stop, the grant is suspended after this silence.
 SUSPEND_AFTER = 0.5
 #: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
