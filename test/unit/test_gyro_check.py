@@ -10,7 +10,7 @@ from real_recordings import NAMES, arrays_of
 from rollout import obey
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.localization.odometry_jumps import EncoderMonitor
@@ -22,6 +22,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
+from tb3_labs.supervision.goal_requests import RequestedPose
 from timed_part import TimedPart
 
 BURGER = robot_model('burger')
