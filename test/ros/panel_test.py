@@ -128,7 +128,7 @@ class PanelTest(PanelCase):
         closed = select.poll()
         for each in half_sent:
             closed.register(each, select.POLLIN)
-        self.observer.wait_until(lambda: len(closed.poll(0)) > 980, 5.0, 'the end of the oldest')
+        self.observer.wait_until(lambda: len(closed.poll(0)) > 880, 5.0, 'the end of the oldest')
         for page in (self.page, *others):
             before = page.pictures
             page.wait_until(lambda now=page, had=before: now.pictures > had + 3, 5.0, 'pictures')

@@ -32,9 +32,7 @@ PING_PERIOD = 1.0
 PONG_TIMEOUT = 3.0
 #: The server closes a connection without a complete request after this time [s].
 REQUEST_TIMEOUT = 10.0
-#: Most open connections of one address.
-MAX_OF_ONE_ADDRESS = 32
-#: Most open connections of all addresses, since this node may open about 1000 files.
+#: Most open connections, since this node may open about 1000 files.
 MAX_CONNECTIONS = 128
 #: The panel tries at most this many ports.
 MAX_PORTS = 10
@@ -111,32 +109,23 @@ class Server:
 
 
 class _ConnectionLimit(httpserver.HTTPServer):
-    """Limits the number of open connections. Above a limit the server closes the oldest connection
-    that belongs to no page. No browser needs such a connection, since a browser sends its request
-    as soon as it has connected. If all older connections belong to pages, the new connection is
-    closed."""
+    """Limits the number of open connections. Above MAX_CONNECTIONS the server closes the oldest
+    connection that belongs to no page. A browser does not need such a connection, since a browser
+    sends its request as soon as it has connected. If all older connections belong to pages, the new
+    connection is closed."""
 
     #: The streams of the open pages.
     admitted = frozenset()
-    _open = ()    # (stream, address of the browser), oldest first
+    _open = ()    # oldest first
 
     def handle_stream(self, stream, address):
-        host = address[0]
-        self._open = [(older, its_host) for older, its_host in self._open if not older.closed()]
-        self._open.append((stream, host))
-        of_host = [older for older, its_host in self._open if its_host == host]
-        self._limit(of_host, MAX_OF_ONE_ADDRESS, host)
-        of_all = [older for older, _ in self._open if not older.closed()]
-        self._limit(of_all, MAX_CONNECTIONS, host)
+        self._open = [older for older in self._open if not older.closed()]
+        self._open.append(stream)
+        if len(self._open) > MAX_CONNECTIONS:
+            rospy.logwarn_throttle(10.0, f'more than {MAX_CONNECTIONS} connections: one is closed')
+            next(each for each in self._open if each not in self.admitted).close()
         if not stream.closed():
             super().handle_stream(stream, address)
-
-    def _limit(self, streams, most, host):
-        """If there are more than `most` streams, close the oldest stream that belongs to no
-        page."""
-        if len(streams) > most:
-            rospy.logwarn_throttle(10.0, f'more than {most} connections ({host}): one is closed')
-            next(stream for stream in streams if stream not in self.admitted).close()
 
 
 def run_in_thread(job):
