@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.ros import core_runner
+from tb3_labs.ros import cmd_vel, core_runner
 from tb3_labs.supervision.events import LogLine, Output
 
 DRIVE, STOP = Twist2(0.1, 0.0), Twist2()
@@ -55,9 +55,9 @@ def test_a_blocked_log_delays_neither_a_drive_nor_a_stop(monkeypatch):
     ((1e-40, -1e-40), None)])
 def test_a_speed_that_turns_no_motor_is_sent_as_zero(monkeypatch, command, sent):
     published = []
-    monkeypatch.setattr(core_runner.rospy, 'Publisher',
+    monkeypatch.setattr(cmd_vel.rospy, 'Publisher',
                         lambda *_, **__: SimpleNamespace(publish=lambda twist: published.append(
                             (twist.linear.x, twist.angular.z))))
-    monkeypatch.setattr(core_runner, 'write_at_once', lambda publisher: None)
-    core_runner.CmdVel().send(Twist2(*command))
+    monkeypatch.setattr(cmd_vel, 'write_at_once', lambda publisher: None)
+    cmd_vel.CmdVel().send(Twist2(*command))
     assert published == ([sent] if sent else [])

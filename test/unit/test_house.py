@@ -31,7 +31,7 @@ ROS = {'rospy', 'roslib', 'rosgraph', 'rosbag', 'actionlib', 'tf2_ros', 'time', 
 #: Floors within ros/, from the lowest floor up.
 ROS_FLOORS = [{'rospy_internals', 'conversions', 'parameters', 'launch_arguments',
                'robot_description'},
-              {'clocks'}, {'node'}, {'topics', 'live_settings'},
+              {'clocks'}, {'node'}, {'topics', 'live_settings', 'cmd_vel'},
               {'dynparam', 'core_runner', 'sensor_topics', 'reset_client'}]
 ROS_FLOOR = {part: floor for floor, parts in enumerate(ROS_FLOORS) for part in parts}
 #: Public attributes with private names: of namedtuples, of os and sys, and of generated messages.

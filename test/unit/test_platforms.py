@@ -19,7 +19,8 @@ from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, OtherUser, protection_problem
-from tb3_labs.marking.student_nodes import LAB_NODES, MAX_FILE_BYTES, MAX_TASKS
+from tb3_labs.marking.limits import MAX_FILE_BYTES, MAX_TASKS
+from tb3_labs.marking.student_nodes import LAB_NODES
 
 sys.path.insert(0, str(ROOT / 'scripts'))
 import mark

@@ -1,11 +1,12 @@
-"""The nodes that students write: their names, the limits of their programs, and the start of a node
-from a submission."""
+"""The nodes that students write: their names, and the start of a node from a submission."""
 import json
 import keyword
 import os
 import re
 from pathlib import Path
 from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple
+
+from tb3_labs.marking.limits import LIMIT_FILES_COMMAND
 
 IMU, TURN, MOVE2GOAL, GAMEPAD = 'imu', 'turn', 'move2goal', 'gamepad'
 #: The names that ROS allows. `\\w` would also allow other letters.
@@ -39,7 +40,7 @@ def is_name(text: str) -> bool:
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
-# -- the limits, and the start
+# -- the start
 
 #: This package, of which a submission's program sees only a part.
 OWN_PACKAGE = 'tb3_labs'
@@ -50,25 +51,6 @@ NODE_START_FILE = 'TB3_LABS_NODE_START'
 #: A program in a sandbox can write into these folders alone.
 HOME = '/home/student'
 OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
-#: All programs in a sandbox together may use this much. ResourceWatch adds up what they use, since
-#: Linux limits single processes alone.
-MAX_MEMORY = 2 * 10 ** 9       # [bytes]
-MAX_DISK = 300 * 10 ** 6       # size of the files in OWN_FOLDERS [bytes]
-MAX_PROCESSES = 100
-#: Master, robot and check together may use this memory [bytes]. The three need about 180 MB, but a
-#: node can fill their memory by its messages.
-MAX_OTHER_MEMORY = 600 * 10 ** 6
-#: No program of a submission can write a larger file [bytes].
-MAX_FILE_BYTES = 50 * 10 ** 6
-#: The limit of a process's address space [bytes], and the limit of threads and processes together.
-#: (On 64 cores numpy starts 64 threads, and reserves 3 GB for them.)
-ADDRESS_SPACE = 6 * 10 ** 9
-MAX_TASKS = 500
-LIMIT_FILES_COMMAND = ['prlimit', f'--fsize={MAX_FILE_BYTES}']
-#: This command limits the master, the robot, the check, and the node in a sandbox.
-LIMIT_COMMAND = LIMIT_FILES_COMMAND + [f'--as={ADDRESS_SPACE}']
-#: This command limits the reading of a submission's files: memory [bytes], processor time [s].
-LIMIT_READER_COMMAND = ['prlimit', '--as=1000000000', '--cpu=30', '--core=0']
 #: This command starts a node. The node dies with the process that starts it. On a busy processor,
 #: the robot has priority over the node.
 NODE_PREFIX = ['setpriv', '--pdeathsig', 'KILL', 'nice', '-n', '5']

@@ -2,6 +2,6 @@
 
 `early_signals` and `node` start and end a node, `clocks` waits, `topics` subscribes. Nodes that
 drive also use `sensor_topics`, `parameters` and `live_settings`. `reset_client` calls a reset.
-`core_runner` guards a core by a lock, states the order of locks, and sends commands. The ROS side
-of a node is in the folder of the node's core.
+`core_runner` guards a core by a lock, and states the order of locks. `cmd_vel` sends the commands
+and the last zero. The ROS side of a node is in the folder of the node's core.
 """

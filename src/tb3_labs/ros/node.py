@@ -7,7 +7,7 @@ because with rospy alone the robot would continue with the last command.
 rospy's own signal handlers hang if the main thread holds a lock of rospy. Here a signal raises an
 exception in the main thread. The exception first leaves all calls and releases their locks. Then
 the node shuts down. Ctrl+Z also ends a node, since a stopped process could not stop its robot.
-:mod:`tb3_labs.ros.core_runner` sends the zero command at the end.
+:mod:`tb3_labs.ros.cmd_vel` sends the zero at the end.
 """
 import functools
 import os

@@ -18,8 +18,8 @@ from typing import Dict, Iterable, List, Mapping
 
 import rospkg
 
-from tb3_labs.marking.student_nodes import (
-    HOME, IDENTITY, LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_TASKS, OWN_FOLDERS, OWN_PACKAGE)
+from tb3_labs.marking.limits import LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_TASKS
+from tb3_labs.marking.student_nodes import HOME, IDENTITY, OWN_FOLDERS, OWN_PACKAGE
 
 #: The environment variable that lists the folders of workspaces.
 CMAKE_PREFIX_PATH = 'CMAKE_PREFIX_PATH'

@@ -24,7 +24,8 @@ from tb3_labs.marking.intake.archives import (
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import find_missing
 from tb3_labs.marking.intake.packages import package_name, packages_in, source_of
-from tb3_labs.marking.student_nodes import LIMIT_READER_COMMAND, NodeNames
+from tb3_labs.marking.limits import LIMIT_READER_COMMAND
+from tb3_labs.marking.student_nodes import NodeNames
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(

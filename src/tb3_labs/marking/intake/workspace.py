@@ -25,8 +25,8 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, modules_of
 from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
 from tb3_labs.marking.intake.submissions import ParsedSubmission
-from tb3_labs.marking.student_nodes import (
-    LIMIT_READER_COMMAND, NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name)
+from tb3_labs.marking.limits import LIMIT_READER_COMMAND
+from tb3_labs.marking.student_nodes import NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name
 from tb3_labs.watch import PROBE, watched
 
 #: If a node's first line begins in this way, the line names the Python that runs the node.
