@@ -1,4 +1,5 @@
 """The simulated robot's clock and settings: steps of any length, seeds; what may change later."""
+import math
 from dataclasses import astuple, fields, replace
 
 import numpy as np
@@ -18,6 +19,11 @@ def test_a_long_step_gives_every_sample_that_is_due():
     assert [s.stamp for s in imu_of(samples)] == pytest.approx([k / 200 for k in range(1, 2001)])
     assert [s.stamp for s in odom_of(samples)] == pytest.approx([k / 30 for k in range(1, 301)])
     assert [s.stamp for s in samples] == sorted(s.stamp for s in samples)
+
+
+def test_the_imu_shows_the_true_yaw_plus_its_offset_and_its_drift():
+    robot = Simulator(replace(QUIET, start_yaw_deg=30.0, imu_offset_deg=40.0, imu_drift_deg_per_min=6.0))
+    assert math.degrees(imu_of(robot.step(10.0))[-1].yaw) == pytest.approx(71.0, abs=0.01)
 
 
 def numbers(sample):
