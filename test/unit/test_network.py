@@ -6,7 +6,7 @@ from operator import itemgetter
 
 import pytest
 
-from tb3_labs.simulation.network import NetworkLink, Stalls
+from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 SPARSE = [float(k) for k in range(20000)]           # no message waits for an earlier message [s]
@@ -57,25 +57,6 @@ def test_a_cut_delays_the_messages_under_way_until_its_end():
     assert link.pop(9.0) == [(0.5, 'arrives')]
     link.configure(SimulatorConfig(sensor_latency=0.5), 9.0)
     assert link.pop(9.5) == [(9.0, 'held'), (9.25, 'late')]
-
-
-def test_stalls_have_the_lengths_and_the_rate_that_were_asked_for():
-    every, seventh = (Stalls(1.0, 0.4, 100.0, seed='3') for _ in range(2))
-    moments = [100.0 + k / 500.0 for k in range(300000)]
-    ends = [every.release(moment) for moment in moments]
-    assert [seventh.release(moment) for moment in moments[::7]] == ends[::7]
-    begins = {}
-    for moment, end in zip(moments, ends):
-        if end != moment:
-            begins.setdefault(end, moment)
-    taken = [end - begin for end, begin in begins.items()]
-    assert 0.38 < max(taken) <= 0.4 and sum(taken) / len(taken) == pytest.approx(0.2, abs=0.03)
-    # a Poisson process: the mean gap is 1 s, and 37 % of the gaps are longer
-    gaps = [begin - end for end, begin in zip(begins, list(begins.values())[1:])]
-    assert len(gaps) > 150 and sum(gaps) / len(gaps) == pytest.approx(1.0, rel=0.15)
-    assert sum(gap > 1.0 for gap in gaps) / len(gaps) == pytest.approx(math.exp(-1.0), abs=0.06)
-    again, (end, begin) = Stalls(1.0, 0.4, 100.0, seed='3'), next(iter(begins.items()))
-    assert again.release(begin) == end and again.release(end) == end     # the interval is half open
 
 
 def test_a_stall_delays_the_messages_within_it_to_its_end_in_both_directions(arrivals):

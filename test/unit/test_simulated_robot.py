@@ -1,34 +1,12 @@
 """The simulated robot's motion, its own reset, faults and network, against physics and firmware."""
-import math
 from dataclasses import replace
 
 import pytest
-from simulated import MOTOR_STEP, QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
+from simulated import QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-
-
-def test_pose_while_the_speed_changes():
-    """From straight ahead into a curve, against the integral of the same exponentials in 30,000
-    steps."""
-    robot = Simulator(QUIET)
-    drive(robot, 1.0, 0.2, 0.0)
-    before = robot.truth
-    drive(robot, 0.5, 0.1, 1.3)
-    left, right = (int((0.1 + s * 0.104) / MOTOR_STEP) * MOTOR_STEP for s in (-1, 1))
-    straight = 252 * MOTOR_STEP
-    x, y, yaw = straight / 30, 0.0, 0.0   # up to the board's next tick
-    dt = (0.5 - 1 / 30) / 30000
-    for k in range(30000):
-        fading = math.exp(-(k + 0.5) * dt / 0.05)
-        turn = (right - left) / 0.16 * (1 - fading) * dt
-        way = ((left + right) / 2 * (1 - fading) + straight * fading) * dt
-        x += way * math.cos(yaw + turn / 2)
-        y += way * math.sin(yaw + turn / 2)
-        yaw += turn
-    assert close(before.inverse() @ robot.truth, Pose2(x, y, yaw), metres=1e-5, radians=1e-8)
 
 
 # Reset --------------------------------------------------------------------------------------------
@@ -67,25 +45,6 @@ def test_the_wheels_are_as_old_as_their_lag_says():
 
 
 # Network and faults -------------------------------------------------------------------------------
-
-def test_the_firmware_stops_in_a_cut_and_then_obeys_the_newest_command():
-    robot = Simulator(STIFF)
-    drive(robot, 0.1, 0.1, 0.0)
-    switch(robot, network_cut=True)
-    drive(robot, 0.4, -0.05, 0.0)    # these commands do not arrive during the cut
-    assert robot.true_velocity[0] > 0.09
-    robot.command(0.2, 0.0)
-    for seconds in (0.1, 5.0):
-        robot.step(seconds)
-        assert robot.true_velocity == (0.0, 0.0)
-    switch(robot, network_cut=False)      # the latest one, sent 5.1 s ago, arrives now
-    robot.step(1 / 30)
-    assert robot.true_velocity[0] == pytest.approx(0.2, abs=MOTOR_STEP)
-    robot.step(0.49 - 1 / 30)        # the timeout starts at the arrival
-    assert robot.true_velocity[0] > 0.19
-    robot.step(0.01 + 1 / 30)
-    assert robot.true_velocity == (0.0, 0.0)
-
 
 @pytest.mark.parametrize('fault, frozen_of', [('imu_frozen', imu_of), ('odom_frozen', odom_of)])
 def test_a_frozen_sensor_repeats_itself_with_new_stamps(fault, frozen_of):
