@@ -9,6 +9,7 @@ from tb3_labs.control.commands import MAX_IDLE
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
+from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import Pose2, RequestedPose
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
@@ -157,6 +158,17 @@ def test_a_reset_wants_every_sample_of_the_imu():
     robot.imu = True
     robot.run(0.05)
     assert robot.core.idle_for(robot.now) == MAX_IDLE
+
+
+def test_a_reset_in_a_spin_waits_for_the_samples_of_its_moment(monkeypatch):
+    """The node has learned that samples come 0.1 s late. The robot is turned at 1 rad/s, and reset 0.2 s ago."""
+    monkeypatch.setattr(MotorResponse, 'sample_delay', 0.1)
+    robot, resets = CoreRobot(), []
+    for tick in range(1, 41):
+        robot.imu_yaw += 0.01
+        robot.run(0.01)
+        resets += [robot.reset()] if tick == 20 else []
+    assert resets[0].done and robot.fix.local_T_base.yaw == pytest.approx(0.1, abs=1e-6)
 
 
 def test_a_drive_that_was_given_up_begins_anew_when_control_is_given_not_when_it_goes():
