@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, turn
+from made_run import TIME, X, ZERO, driven, goals, made, poses, turn
 
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.run_data import OdometrySamples, Poses
@@ -17,22 +17,6 @@ from tb3_labs.report.page.figures import draw_path, new_figure, paths_figure, tu
 def lines(axes, label=None):
     return [line.get_xydata() for line in axes.get_lines()
             if label is None or line.get_label() == label]
-
-
-def test_each_reset_is_named():
-    """The robot's place in local jumps six times."""
-    at = 1.5 + np.arange(6)
-    run = made(resets=reset_lines(*at),
-               local_pose=poses(X + 0.5 * np.searchsorted(at, TIME, side='right')))
-    names = ['reset {}'.format(k) for k in range(1, 7)]
-    figure = paths_figure(run, drives(run))
-    legend, = figure.legends
-    assert [text.get_text() for text in legend.get_texts()][:7] == ['path'] + [
-        'path after ' + name for name in names]
-    assert len({(line.get_color(), line.get_linestyle()) for line in figure.axes[0].get_lines()
-                if str(line.get_label()).startswith('path')}) == 7
-    for axes, frame in zip(figure.axes, ('local', 'odom')):
-        assert {frame + ', ' + name for name in names} <= {text.get_text() for text in axes.texts}
 
 
 def test_turns_are_drawn_from_their_begin_in_the_direction_that_was_asked_for():
