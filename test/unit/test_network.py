@@ -1,6 +1,5 @@
 """The network of the simulated robot delays its messages, by jitter, stalls and cuts."""
 import math
-from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
 
@@ -69,13 +68,6 @@ def test_a_stall_delays_the_messages_within_it_to_its_end_in_both_directions(arr
         assert moments[-1] < end <= moments[-1] + 0.001 + 1e-9
         assert end - moments[0] <= 0.3
     assert carry(link_of(STALLING, 'command'), DENSE) == arrivals
-
-
-def test_a_stall_delays_by_the_time_of_arrival_not_of_sending(arrivals):
-    direct = stalls_of(arrivals)
-    late = stalls_of(carry(link_of(replace(STALLING, sensor_latency=0.5)), DENSE), 0.5)
-    assert [end for end, _ in late] == [end for end, _ in direct]
-    assert [moment + 0.5 for moment in late[0][1]] == pytest.approx(direct[0][1])
 
 
 def test_a_change_of_the_stalls_ends_the_present_stall(arrivals):
