@@ -51,19 +51,6 @@ def train(left=0.0, right=0.0, start=Pose2(), **physics):
     return drivetrain
 
 
-def test_motors_turn_by_the_integral_of_their_speed():
-    drivetrain, now = train(6.0, -3.0, lag=0.2), 0.0
-    for time in (0.05, 0.1, 0.4, 1.0):
-        drivetrain.advance(time - now)
-        now = time
-        fading = math.exp(-time / 0.2)
-        way = time - 0.2 * (1.0 - fading)
-        assert drivetrain.angles == pytest.approx((6.0 * way, -3.0 * way))
-        left, right = 6.0 * (1.0 - fading), -3.0 * (1.0 - fading)
-        assert drivetrain.velocity == pytest.approx(
-            (RADIUS * (left + right) / 2.0, RADIUS * (right - left) / TRACK))
-
-
 @pytest.mark.parametrize('goals', [(4.0, 4.0), (0.0, 4.0), (-2.0, 0.0)])
 def test_the_wheels_carry_the_robot_as_far_as_their_own_size_says(goals):
     drivetrain = train(*goals, mismatch=0.2, slip=0.5)
