@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_motion import angle_between
-from made_run import TIME, X, made, poses, reset_lines, states
+from made_run import TIME, X, made, poses, reset_lines
 from recorded_run import MISS, MISS_DEG, RESET, frame_at, in_degrees, run  # noqa: F401
 
-from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs
 from tb3_labs.report.run_data import Poses
 
@@ -27,18 +26,6 @@ def test_a_reset_is_found_by_tf_and_by_local_pose(run, has_tf):
         assert (epoch.odom_T_local.x, epoch.odom_T_local.y) == pytest.approx(
             (place.real, place.imag), abs=1e-6)
         assert angle_between(epoch.odom_T_local.yaw, yaw) < 1e-6
-
-
-@pytest.mark.parametrize('later', [-0.01, 0.0, 0.01])
-def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
-    """Here the drive lasts until the reset, and its last pose is the last one of the old frame."""
-    run = replace(run, frames=replace(run.frames, time=run.frames.time + later), states=states(
-        (9.0, 'ROTATE_TO_FINAL'), (9.5, 'GOAL_REACHED'), (10.02, 'ROTATE_TO_FINAL'),
-        (11.0, 'GOAL_REACHED')))
-    assert [RESET] == resets(run)
-    first, second = drives(run)
-    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
-    assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
 
 
 # By hand ------------------------------------------------------------------------------------------
