@@ -54,13 +54,13 @@ def examine_messages(graph, address, is_wall_time):
         yield judge_clock(min(delays))
     samples = read_samples(received)
     watch = gyro_watch_of(samples, graph.namespace + 'reset')
-    cause, _, remedy = watch.problem().partition(': ')
+    cause, _, remedy = watch.problem_text().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
     yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
     wheel_angles = [(sample.left, sample.right) for _, sample in samples
                     if isinstance(sample, WheelSample)]
     drift = drift_of(yaws, wheel_angles)
-    if drift is not None and watch.has_compared and not watch.problem():
+    if drift is not None and watch.has_compared and not watch.problem_text():
         yield judge_drift(drift, graph.namespace)
 
 

@@ -86,13 +86,14 @@ class OrientationMonitor:
         self.is_stuck = False                 # does the orientation contradict the gyro?
 
     def on_imu(self, timed: TimedSample) -> None:
-        (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
+        sample, last = timed.sample, timed.before
+        yaw, seconds = sample.yaw, timed.step
         if last is None or self._first_yaw is None:
             self._first_yaw = yaw
             return
-        rate = 0.5 * (last.yaw_rate + yaw_rate)
+        rate = 0.5 * (last.yaw_rate + sample.yaw_rate)
         self._rested_for += seconds
-        if yaw == last.yaw and yaw_rate == last.yaw_rate:
+        if yaw == last.yaw and sample.yaw_rate == last.yaw_rate:
             return    # sensors_and_stalls finds a frozen IMU
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
@@ -223,7 +224,7 @@ class GyroMonitor:
         while readings and readings[0].end + MAX_GYRO_LEAD <= sample.stamp:
             self._compare_with_wheels(readings.popleft())
 
-    def problem(self) -> str:
+    def problem_text(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
         if self._orientation.is_stuck:
             return STUCK_ORIENTATION

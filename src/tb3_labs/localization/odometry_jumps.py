@@ -40,7 +40,7 @@ TURN_SLACK = 0.3
 SPIKE_RATE = 10.0
 #: The odometry is at zero if x and y are exactly zero, and the yaw is below this [rad].
 ZERO_YAW = 0.01
-#: A step to zero shows a reset of the odometry only from a place farther away than this [m].
+#: A step to zero is a reset only if the place before the step was farther from zero than this [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
@@ -253,21 +253,22 @@ class EncoderMonitor:
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest sample
         self._odometry: Optional[OdometrySample] = None      # the latest sample
-        self._stand, self._rolls = _Interval(), _Interval()
+        self._wheels_rest = _Interval()       # the angles of the wheels do not change
+        self._odometry_moves = _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        wheels_stand = self._wheels is not None and self._wheels[1:] == sample[1:]
-        self._stand.update(wheels_stand, sample.stamp)
+        rests = self._wheels is not None and self._wheels[1:] == sample[1:]
+        self._wheels_rest.update(rests, sample.stamp)
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
         """Take in a sample of the odometry. A repeated pose is not a motion."""
         moves = self._odometry is not None and self._odometry.pose != sample.pose
-        self._rolls.update(moves and abs(sample.linear) > REST_LINEAR, sample.stamp)
+        self._odometry_moves.update(moves and abs(sample.linear) > REST_LINEAR, sample.stamp)
         self._odometry = sample
 
-    def problem(self) -> str:
+    def problem_text(self) -> str:
         """Returns SERVOS_SILENT, or ''."""
-        together = (min(self._stand.end, self._rolls.end)
-                    - max(self._stand.begin, self._rolls.begin))
-        return SERVOS_SILENT if together > CONTRADICTION_TIME else ''
+        begin = max(self._wheels_rest.begin, self._odometry_moves.begin)
+        end = min(self._wheels_rest.end, self._odometry_moves.end)
+        return SERVOS_SILENT if end - begin > CONTRADICTION_TIME else ''

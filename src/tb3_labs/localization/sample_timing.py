@@ -178,14 +178,15 @@ class YawNoise:
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:
-        before, (_, yaw, rate), step = timed.before, timed.sample, timed.step
+        before, sample = timed.before, timed.sample
+        rate, step = sample.yaw_rate, timed.step
         if before is None or not 0.0 < step < NOISE_GAP:
             return
         if abs(rate) > SLOW_TURN_RATE or abs(rate - before.yaw_rate) > EVEN_TURN_CHANGE:
             return
         turned = 0.5 * (before.yaw_rate + rate) * step
         # the difference of two samples has twice the variance of one sample
-        square = 0.5 * (difference(yaw, before.yaw) - turned) ** 2
+        square = 0.5 * (difference(sample.yaw, before.yaw) - turned) ** 2
         self._count += 1
         variance = self.deviation ** 2
         self.deviation = math.sqrt(

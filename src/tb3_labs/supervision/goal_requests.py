@@ -59,7 +59,7 @@ class GoalAnswer(NamedTuple):
     text: str
 
 
-class Repetition:
+class SenderGoal:
     """The latest goal of one sender, and its repetitions since the last pause."""
 
     def __init__(self, request: GoalRequest) -> None:
@@ -85,24 +85,24 @@ class GoalRequests:
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()
-        self._repetitions: Dict[str, Repetition] = {}    # by sender
+        self._sender_goals: Dict[str, SenderGoal] = {}    # by sender
 
-    def note(self, request: GoalRequest, now: float) -> Repetition:
+    def note(self, request: GoalRequest, now: float) -> SenderGoal:
         """Take in a goal that arrives. Call this for each goal, even if it is then refused."""
         self._forget(now)
-        repetition = self._repetition_of(request)
-        if repetition is None:
-            repetition = Repetition(request)
-            self._repetitions[request.sender] = repetition
+        sender_goal = self._sender_goal_of(request)
+        if sender_goal is None:
+            sender_goal = SenderGoal(request)
+            self._sender_goals[request.sender] = sender_goal
         else:
-            repetition.is_repeated = True
-            repetition.latest = request
-        repetition.source.received(now)
-        return repetition
+            sender_goal.is_repeated = True
+            sender_goal.latest = request
+        sender_goal.source.received(now)
+        return sender_goal
 
-    def repeats_present(self, repetition: Repetition) -> bool:
-        """Does this Repetition of a noted goal belong to the present goal?"""
-        return repetition.is_repeated and repetition is self._repetition_of(self.present)
+    def repeats_present(self, sender_goal: SenderGoal) -> bool:
+        """Does the sender repeat the present goal?"""
+        return sender_goal.is_repeated and sender_goal is self._sender_goal_of(self.present)
 
     def accept(self, request: GoalRequest) -> None:
         """Make `request` the present goal. Cancel the previous goal."""
@@ -124,28 +124,28 @@ class GoalRequests:
     def give_up(self, now: float) -> None:
         """Give up the present goal. A repetition does not start the drive again."""
         self._forget(now)
-        repetition = self._repetition_of(self.present)
-        if repetition is not None:
-            repetition.end()
+        sender_goal = self._sender_goal_of(self.present)
+        if sender_goal is not None:
+            sender_goal.end()
 
     def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
         """Take in a cancel. Returns True if the cancel ends the present goal."""
         self._forget(now)
-        for repetition in self._repetitions.values():
-            if repetition.latest.is_named_by(name, stamp):
-                repetition.end()
+        for sender_goal in self._sender_goals.values():
+            if sender_goal.latest.is_named_by(name, stamp):
+                sender_goal.end()
         if not self.present.is_named_by(name, stamp):
             return False
         self.give_up(now)
         return True
 
-    def _repetition_of(self, request: GoalRequest) -> Optional[Repetition]:
-        repetition = self._repetitions.get(request.sender)
-        if repetition is None or repetition.goal != request.goal:
+    def _sender_goal_of(self, request: GoalRequest) -> Optional[SenderGoal]:
+        sender_goal = self._sender_goals.get(request.sender)
+        if sender_goal is None or sender_goal.goal != request.goal:
             return None
-        return repetition
+        return sender_goal
 
     def _forget(self, now: float) -> None:
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
-        self._repetitions = {sender: repetition for sender, repetition in self._repetitions.items()
-                             if just_woke or repetition.source.is_fresh(now)}
+        self._sender_goals = {sender: goal for sender, goal in self._sender_goals.items()
+                              if just_woke or goal.source.is_fresh(now)}

@@ -34,10 +34,12 @@ class ControllerNode:
         config = read_config(TurnConfig)
         self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
-        self._core = core = ControllerCore(self._law(config), GyroMonitor(
-            self._model, rospy.resolve_name('reset')))
+        gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
+        core = ControllerCore(self._law(config), gyro)
         self._robot_wait = time.monotonic() + ROBOT_WAIT
-        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
+        runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
+        self._core = core
+        self._runner = runner
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
@@ -90,7 +92,7 @@ class ControllerNode:
     def _diagnose(self):
         core, now = self._core, ros_time()
         mouse = 'active' if core.mouse.active else 'not active'
-        return core.problem(now), dict(
+        return core.problem_text(now), dict(
             values_of('imu', core.imu, now),
             **values_of('mouse_info', core.mouse.source, steady_time()),
             driver=core.driver.value, mouse=mouse)

@@ -27,7 +27,7 @@ from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSampl
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue
 from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, Repetition)
+    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, SenderGoal)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorMonitor)
@@ -130,13 +130,13 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        repetition = self.note_goal(request, steady_now)
+        sender_goal = self.note_goal(request, steady_now)
         requests, machine = self._requests, self._machine
         sleep_refusal = self._permission.sleep.refusal
         if sleep_refusal:
             requests.refuse(request, sleep_refusal + ': send it again')
             return
-        if repetition.is_ended:
+        if sender_goal.is_ended:
             requests.refuse(request, STAYS_ENDED)
             return
         try:
@@ -145,11 +145,11 @@ class MoveToGoalCore:
             requests.refuse(request, str(problem))
             return
         is_present = machine.active and machine.goal == goal
-        if not is_present or not requests.repeats_present(repetition):
+        if not is_present or not requests.repeats_present(sender_goal):
             self.set_goal(goal)
         requests.accept(request)
 
-    def note_goal(self, request: GoalRequest, steady_now: float) -> Repetition:
+    def note_goal(self, request: GoalRequest, steady_now: float) -> SenderGoal:
         """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
         self._update_control(steady_now)    # a goal may be from before a sleep
         self._check_end(steady_now)
@@ -167,7 +167,7 @@ class MoveToGoalCore:
         sleep is refused. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
-        problem = self._sensors.problem(now, with_age=True)
+        problem = self._sensors.problem_text(now, with_age=True)
         if sleep_refusal:
             reset.problem = sleep_refusal + ': ask again'
         elif problem:
@@ -188,8 +188,8 @@ class MoveToGoalCore:
         permission.update(steady_now)
         before = self.has_control
         self.has_control = permission.granted
-        is_new_grant = permission.count > self._known_grant_count
-        self._known_grant_count = permission.count
+        is_new_grant = permission.grant_count > self._known_grant_count
+        self._known_grant_count = permission.grant_count
         if is_new_grant and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
@@ -281,7 +281,7 @@ class MoveToGoalCore:
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
             attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
             failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
-            sensor_problem=self._sensors.problem(now) or self._sensor_conflict())
+            sensor_problem=self._sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
@@ -291,12 +291,12 @@ class MoveToGoalCore:
     # -- the drive
 
     def _sensor_conflict(self) -> str:
-        return self._gyro.problem() or self._encoders.problem()
+        return self._gyro.problem_text() or self._encoders.problem_text()
 
     def _check_sensors(self, now: float) -> None:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
-        self._permission.set_sensor_problem(sensors.problem(now))
+        self._permission.set_sensor_problem(sensors.problem_text(now))
         may_drive = self._permission.has_grant and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
@@ -317,8 +317,8 @@ class MoveToGoalCore:
         turned = before is None or before.pose.yaw != after.pose.yaw
         self.imu.check_repetition(turns or (drives and turned), now)
         self.odometry.check_repetition(drives or turns, now)
-        if self._sensors.frozen():
-            self._machine.give_up(self._sensors.frozen())
+        if self._sensors.frozen_text():
+            self._machine.give_up(self._sensors.frozen_text())
 
     def _pause(self) -> None:
         """Treat the next command as the first, since the robot rests or another node drives."""

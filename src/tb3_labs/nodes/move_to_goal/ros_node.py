@@ -81,14 +81,16 @@ class MoveToGoalNode:
         start, drive = read_config(MoveToGoalConfig, DriveConfig, typed=typed)
         self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
-        self._core = core = MoveToGoalCore(self._law(drive), start.has_control, self._response,
-                                           GyroMonitor(self._model, rospy.resolve_name('reset')))
+        gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
+        core = MoveToGoalCore(self._law(drive), start.has_control, self._response, gyro)
         core.set_goal(start.goal)
         self._display = Display()
         self._has_control = None
         self._control = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
-        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
-                                           self._publish_output, self._carry_out)
+        runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
+                            self._publish_output, self._carry_out)
+        self._core = core
+        self._runner = runner
         self._goals = GoalServer(runner, core)
         self._goals.offer()
         Resets(runner, core).offer()
