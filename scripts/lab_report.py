@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Makes a report of a recorded run: timeline, paths, turns and tables, as a page, PNG and CSV.
 
-Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. Drives
-and turns are found in goal_state. If a node of your own does not publish goal_state, they are found
-in cmd_vel. Resets are found in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To
-compare runs, put their turns.csv or drives.csv into one spreadsheet.
+Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. The
+report finds drives and turns in goal_state, or in cmd_vel if your node does not publish goal_state.
+The report finds resets in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To compare
+runs, put their turns.csv or drives.csv into one spreadsheet.
 """
 import sys
 from pathlib import Path

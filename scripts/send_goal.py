@@ -66,7 +66,7 @@ def drive(goal):
     ended = threading.Event()
 
     def on_transition(handle):
-        # SimpleActionClient (1.14.0) loses an answer that comes before its send_goal() has returned
+        # if an answer comes before send_goal() has returned, SimpleActionClient (1.14.0) loses it
         if handle.get_comm_state() == actionlib.CommState.DONE:
             ended.set()
 
@@ -110,5 +110,5 @@ def main(argv):
 
 
 if __name__ == '__main__':
-    # without run_tool() the error of a closed terminal would hide the Interrupted
+    # run_tool() is needed: otherwise the error of a closed terminal would hide the Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

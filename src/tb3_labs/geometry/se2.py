@@ -7,8 +7,8 @@ A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B i
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
 Poses chain by the names of their frames, so ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-Units: metres and radians. A computed yaw is in (-pi, pi].
-Sources: the Transformation lab's handout, and the Sophus library for the names of pairs of frames.
+Units: metres and radians. A computed yaw is in (-pi, pi]. Sources: the Transformation lab's
+handout. The names, such as A_T_B, are those of the Sophus library.
 """
 import math
 from dataclasses import dataclass

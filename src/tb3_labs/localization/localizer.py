@@ -118,8 +118,8 @@ class Localizer:
 
     def pop_fix(self) -> Optional[Fix]:
         """Returns the latest Fix once; None without a new Fix, or while the pose is lost. While a
-        reset waits, samples after its request give None, since their Fix would be in the old frame.
-        The first Fix declares the frame, unless a reset has done so before."""
+        reset waits, this returns None for samples after the request, since their Fix would be in
+        the old frame. The first Fix declares the frame, unless a reset has done so before."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
@@ -175,7 +175,7 @@ class Localizer:
                       yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before the samples for it?"""
+        """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 

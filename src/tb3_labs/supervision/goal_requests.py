@@ -1,12 +1,12 @@
 """Is a goal accepted, and which goal does a cancel end?
 
-Each goal replaces the previous goal, even that of another sender. A sender *repeats* a goal if it
+Each goal replaces the previous goal, even a goal of another sender. A sender *repeats* a goal if it
 sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
 
-* A cancel ends the goal that has the cancel's name, or each goal whose stamp is not after the
-  cancel's stamp, or every goal.
+* A cancel ends the goal with the cancel's name, or all goals up to the cancel's stamp, or every
+  goal.
 * A repeated goal that was canceled or given up stays ended until the sender changes the goal, or
-  pauses. A goal that was sent only once before the end is accepted again at once.
+  pauses. If a goal was sent only once before its end, it is accepted again at once.
 * A repetition of the present goal changes nothing.
 
 Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this

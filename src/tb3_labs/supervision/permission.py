@@ -11,13 +11,13 @@ a stop holds until a person releases the machine again.
   After a silence of `RESUME_TIME` the grant has expired.
 * A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. Before the
   sensors are fresh for the first time, this limit is `ROBOT_START`.
-* If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that
-  arrives while the process wakes is ignored, since the True may be older than a stop.
+* If this process sleeps for longer than `RESUME_TIME`, all grants expire. If a True arrives while
+  the process wakes, it is ignored, since it may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
-* A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False,
-  or before this node started or woke. A True was delayed if the renewals after it arrive faster
-  than one in each `RENEWAL_PERIOD`.
+* A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False, or
+  before this node started or woke. If the renewals after a True arrive faster than one in each
+  `RENEWAL_PERIOD`, the network delayed the True.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 Edge case: A sender that renews must renew once before the robot may move. So the True of a sender
@@ -174,7 +174,7 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant if its renewals show that its True was sent too long ago."""
+        """If the renewals of a grant show that its True was sent too long ago, end the grant."""
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
         if grant.granted_at - grant.latest_sending > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')

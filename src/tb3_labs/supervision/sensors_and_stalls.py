@@ -1,8 +1,8 @@
 """May a motion continue? The sensors must be alive, and the robot must obey.
 
-A sensor is lost if its messages stop. A sensor is frozen if it repeats one reading while the robot
-moves, because the driver of the sensor hangs. A robot is stalled if it gets no nearer to its goal
-in spite of commands to move.
+A sensor is lost if its messages stop. A sensor is frozen if its driver hangs, and so repeats one
+reading while the robot moves. A robot is stalled if it gets no nearer to its goal in spite of
+commands to move.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -15,9 +15,9 @@ from tb3_labs.supervision.timeouts import (
 
 #: The text if the robot must not move yet, although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: If the command is to drive faster than this, the readings must show a motion [m/s].
+#: If a command is faster than this [m/s], the readings must show a motion.
 SURE_DRIVE_SPEED = 0.02
-#: If the command is to turn faster than this, the readings must show a motion [rad/s].
+#: If a command is faster than this [rad/s], the readings must show a turn.
 SURE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
@@ -45,7 +45,7 @@ class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: Any = None    # content of the last message, without the stamp
-        #: Time for which the reading was repeated although it must change [s].
+        #: The reading must change, but was repeated for this time [s].
         self.repeated_for = 0.0
         #: The longest time between two messages since the last pause [s].
         self.longest_gap = 0.0
@@ -151,7 +151,7 @@ class SensorMonitor:
 
     def problem_text(self, now: float, with_age: bool = False) -> str:
         """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
-        names each sensor that is silent for half its timeout."""
+        names a sensor if it is silent for half its timeout."""
         if self.are_fresh(now):
             return ''
         lost = [source for source in self._sources if source.age(now) > 0.5 * source.timeout]

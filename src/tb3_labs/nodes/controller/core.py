@@ -22,7 +22,7 @@ from tb3_labs.supervision.sensors_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
-#: A refused turn is logged at most once in this time [s].
+#: The refusals of turns are logged at most once in this time [s].
 REFUSAL_PERIOD = 1.0
 
 
@@ -272,7 +272,7 @@ class ControllerCore:
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. If a turn ends for a `reason`, it is given up."""
+        """Change the driver. A turn that ends for a `reason` is given up."""
         before = self.driver
         self.driver = NEXT_DRIVER.get((before, event), before)
         if reason:

@@ -151,20 +151,20 @@ class MoveToGoalCore:
 
     def note_goal(self, request: GoalRequest, steady_now: float) -> SenderGoal:
         """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
-        self._update_control(steady_now)    # a goal may be from before a sleep
+        self._update_control(steady_now)    # the goal may be older than a sleep
         self._check_end(steady_now)
         return self._requests.note(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
-        self._update_control(steady_now)    # this finds a sleep, which is not a pause of a sender
+        self._update_control(steady_now)    # finds a sleep, which is not a pause of a sender
         if self._requests.cancel(steady_now, name, stamp):
             self._machine.cancel()
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested` now. A request that may be from before a
-        sleep is refused. `reset.is_over` becomes True when the reset has ended."""
+        """Declare that the robot is at `reset.requested` now. The request is refused if it may be
+        older than a sleep. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
         problem = self._sensors.problem_text(now, with_age=True)
