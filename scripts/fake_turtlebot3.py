@@ -69,21 +69,18 @@ class FakeTurtlebot3:
             rospy.loginfo('mystery %d: one fault is hidden. There is no ground_truth, and no '
                           'setting can be changed while it runs.', surroundings.mystery)
         else:
-            settings = _with_values(settings, NETWORKS[surroundings.network],
-                                    HOSTS[surroundings.host])
+            settings = _with_values(
+                settings, {**NETWORKS[surroundings.network], **HOSTS[surroundings.host]})
             robot = FakeRobot(settings)
             LiveSettings(settings, robot.configure, fixed=FIXED_FIELDS)
         start(robot, surroundings.speed)
 
 
-def _with_values(settings, *sets):
-    """Returns `settings` with the values in `sets`. A setting that the user gave stays the same."""
+def _with_values(settings, values):
+    """Returns `settings` with `values`. A setting that the user gave stays the same."""
     default = SimulatorConfig()
-    changes = {}
-    for values in sets:
-        for name, value in values.items():
-            if getattr(settings, name) == getattr(default, name):
-                changes[name] = value
+    changes = {name: value for name, value in values.items()
+               if getattr(settings, name) == getattr(default, name)}
     return replace(settings, **changes)
 
 

@@ -10,9 +10,9 @@ import sys
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, failure_text, number_or_text, printable
-from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
+from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
 #: A line on the terminal has at most this many characters.

@@ -8,8 +8,6 @@ it. MARKS is a folder that gets marks.csv, overview.html, and for each student a
 results.json. A marked submission is not tried again until it changes. The instructors' page on
 marking has more.
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
-
 import os
 import shlex
 import signal

@@ -24,10 +24,10 @@ from std_msgs.msg import String
 
 from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import WAITING_FOR_CONTROL, is_over
-from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import Interrupted, catch_signals, pause
 from tb3_labs.ros.topics import require_master, subscribe
+from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \

@@ -21,10 +21,12 @@ from tb3_labs.watch import watched
 
 def main(command):
     """Become the node. Returns the exit status if the node cannot be started."""
-    is_asked = command[:1] in (['-h'], ['--help'])
-    if is_asked or not command or command[0].startswith('-'):
-        print(__doc__.strip(), file=sys.stdout if is_asked else sys.stderr)
-        return 0 if is_asked else 2
+    if command[:1] in (['-h'], ['--help']):
+        print(__doc__.strip())
+        return 0
+    if not command or command[0].startswith('-'):
+        print(__doc__.strip(), file=sys.stderr)
+        return 2
     try:
         os.execvpe(command[0], command, watched(os.environ))
     except OSError as problem:

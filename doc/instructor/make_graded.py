@@ -49,7 +49,9 @@ def with_tables(sheet):
 
     def made(found):
         comment, lab, is_list, _ = found.groups()
-        return comment + (extras(lab) if is_list else table(lab, with_extras=lab not in listed))
+        if is_list:
+            return comment + extras(lab)
+        return comment + table(lab, with_extras=lab not in listed)
     return MADE_PART.sub(made, sheet)
 
 

@@ -9,7 +9,6 @@ The room `ros` reads, documents and changes ROS parameters by the same fields.
         max_rate: float = setting(1.5, 'fastest turn', unit='rad/s', low=0.0)
 """
 import difflib
-import math
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, Iterable, Mapping, Optional, Sequence, Type, TypeVar
 
@@ -20,7 +19,7 @@ Kind = TypeVar('Kind', bound='Config')
 
 def setting(default: Any, meaning: str, unit: str = '', low: Optional[float] = None,
             high: Optional[float] = None, choices: Optional[Sequence] = None) -> Any:
-    """Returns a dataclass field with a meaning, a unit and closed bounds."""
+    """Returns a dataclass field with a meaning and a unit. Each number has closed bounds."""
     return field(default=default, metadata={
         'meaning': meaning, 'unit': unit, 'low': low, 'high': high, 'choices': choices})
 
@@ -57,11 +56,9 @@ def _checked(item: Field, value: Any) -> Any:
     # In Python a bool is an int. But "has_control: 2" and "rate: true" are mistakes.
     if wanted is float and type(value) is int:
         value = float(value)
-    low = -math.inf if rule['low'] is None else rule['low']
-    high = math.inf if rule['high'] is None else rule['high']
     is_valid = type(value) is wanted
     if is_valid and wanted in (int, float):
-        is_valid = low <= value <= high and abs(value) < math.inf    # False for NaN
+        is_valid = rule['low'] <= value <= rule['high']    # False for NaN
     if is_valid and rule['choices']:
         is_valid = value in rule['choices']
     if not is_valid:
@@ -76,9 +73,6 @@ def bounds_text(item: Field) -> str:
         return 'one of ' + ', '.join(str(choice) for choice in rule['choices'])
     kind = {bool: 'true or false', float: 'a number', int: 'a whole number', str: 'text'}[
         type(item.default)]
-    low, high = rule['low'], rule['high']
-    if high is not None:    # a whole number of 32 bits has at most ten digits
-        kind += f' of at most {high:.10g}' if low is None else f' from {low:.10g} to {high:.10g}'
-    elif low is not None:
-        kind += f' of at least {low:.10g}'
+    if rule['low'] is not None:    # a whole number of 32 bits has at most ten digits
+        kind += f' from {rule["low"]:.10g} to {rule["high"]:.10g}'
     return f'{kind} {rule["unit"]}'.rstrip()

@@ -2,6 +2,7 @@
 import ast
 import re
 import sys
+import xml.etree.ElementTree as ET
 from dataclasses import fields, replace
 
 import pytest
@@ -16,20 +17,27 @@ sys.path.insert(0, str(ROOT / 'doc' / 'instructor'))
 
 import make_parameters
 
-LAB_NODES = make_parameters.nodes()
+LAB_NODES = make_parameters.NODES
 every_node = pytest.mark.parametrize('node', LAB_NODES, ids=lambda node: node.name)
 
 
 def test_the_files_are_those_that_the_command_makes():
-    for path, text in make_parameters.made().items():
-        assert (ROOT / path).read_text(encoding='utf-8') == text, \
-            path + ' is old: python3 doc/instructor/make_parameters.py'
+    for node in LAB_NODES:
+        path = make_parameters.PARAMS / (node.name + '.yaml')
+        assert path.read_text(encoding='utf-8') == make_parameters.annotated_yaml(node), \
+            f'{path} is old: python3 doc/instructor/make_parameters.py'
+
+
+def source_of(node):
+    """The file that reads the settings: the ROS side in the node's room, or the script."""
+    side = ROOT / 'src/tb3_labs/nodes' / node.name / 'ros_node.py'
+    return side if side.exists() else ROOT / 'scripts' / node.script
 
 
 def test_each_node_that_reads_settings_is_in_the_list():
     places = [*(ROOT / 'scripts').glob('*.py'), *ROOT.glob('src/tb3_labs/nodes/*/ros_*.py')]
     readers = {path for path in places if 'read_config(' in path.read_text(encoding='utf-8')}
-    assert readers - {ROOT / 'scripts/demo.py'} == {node.source for node in LAB_NODES}
+    assert readers - {ROOT / 'scripts/demo.py'} == set(map(source_of, LAB_NODES))
 
 
 @pytest.mark.parametrize('given', [5, True, [1, 2], 'text'])
@@ -54,20 +62,22 @@ def test_a_word_that_rospy_would_ignore_is_refused(word, valid, monkeypatch):
 @every_node
 def test_a_launch_file_starts_a_node_with_the_defaults_of_the_node(node):
     """Arguments, the pad's file and the YAML file have each parameter once, with its type."""
+    launch = ET.parse(str(ROOT / 'launch' / node.launch_file)).getroot()
     given = {arg.get('name'): yaml.safe_load(arg.get('default'))
-             for arg in node.launch.findall('arg') if arg.get('name') in node.arguments}
-    assert given.pop('model', None) in (None, '$(optenv TURTLEBOT3_MODEL burger)')
+             for arg in launch.findall('arg') if arg.get('name') in ('model', *node.arguments)}
+    assert given.pop('model') == '$(optenv TURTLEBOT3_MODEL burger)'
     if 'address' in given:
         given['address'] = given['address'].split()[-1].strip(')')    # of $(optenv NAME VALUE)
-    for name in node.pad:
-        given[name] = yaml.safe_load((ROOT / 'launch/params/pad_handout.yaml').read_text())[name]
-    if '$(arg params)' in node.element:
-        text = (ROOT / 'launch/params' / (node.name + '.yaml')).read_text(encoding='utf-8')
-        values = yaml.safe_load(text)
-        assert not set(values) & set(given)
-        given.update(values)
-        assert given == {item.name: item.default for item, _ in node.settings
-                         if item.name not in ('model', *node.typed)}
+    text = ET.tostring(launch, 'unicode')
+    for name in ('model', *node.arguments):
+        assert re.search(r"{0}: '?\$\(arg {0}\)".format(name), text), name
+    if '$(arg pad_file)' in text:
+        given.update(yaml.safe_load((make_parameters.PARAMS / 'pad_handout.yaml').read_text()))
+    values = yaml.safe_load((make_parameters.PARAMS / (node.name + '.yaml')).read_text(encoding='utf-8'))
+    assert not set(values) & set(given)
+    given.update(values)
+    assert given == {item.name: item.default for item, _ in node.settings
+                     if item.name not in ('model', *make_parameters.TYPED)}
     for kind in node.configs:
         kind(**{name: given[name] for name in given if name in kind.__dataclass_fields__})
 
@@ -75,13 +85,12 @@ def test_a_launch_file_starts_a_node_with_the_defaults_of_the_node(node):
 @pytest.mark.parametrize('path', sorted((ROOT / 'launch' / 'params').glob('pad_*.yaml')),
                          ids=lambda path: path.stem)
 def test_a_pads_file_has_all_numbers_of_a_pad(path):
-    gamepad = next(node for node in LAB_NODES if node.name == 'gamepad')
-    assert set(yaml.safe_load(path.read_text(encoding='utf-8'))) == set(gamepad.pad)
+    assert tuple(yaml.safe_load(path.read_text(encoding='utf-8'))) == make_parameters.PAD_NUMBERS
 
 
 @every_node
 def test_a_node_has_live_parameters_exactly_if_it_has_live_settings(node):
-    source = node.source.read_text(encoding='utf-8')
+    source = source_of(node).read_text(encoding='utf-8')
     offers = any(isinstance(part, ast.Call) and getattr(part.func, 'id', '') == 'LiveSettings'
                  for part in ast.walk(ast.parse(source)))
     assert any(live for _, live in node.settings) == offers

@@ -11,14 +11,13 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
-from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
     LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, WheelSample
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
@@ -99,7 +98,7 @@ def read_samples(received):
 
 def gyro_watch_of(samples, reset_topic):
     """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
-    watch = GyroMonitor(robot_model(NOT_GIVEN, os.environ), reset_topic)
+    watch = GyroMonitor(model_of_environment(os.environ), reset_topic)
     timing = SampleTiming()
     for at, sample in samples:
         if isinstance(sample, ImuSample):

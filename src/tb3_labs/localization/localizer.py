@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFinder
@@ -23,6 +23,7 @@ from tb3_labs.localization.sample_timing import SampleTiming, TimedSample, YawNo
 from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.events import Queue
+from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
 #: The robot is assumed to keep its latest speed for at most two control periods [s].

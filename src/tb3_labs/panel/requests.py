@@ -24,9 +24,9 @@ import json
 from contextlib import suppress
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
-from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.supervision.goal_requests import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 
 #: A message with more characters is refused. The longest valid message has about 250. JSON of this
 #: length cannot be nested so deeply that Python fails.

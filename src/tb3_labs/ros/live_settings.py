@@ -6,7 +6,6 @@ defects. test/ros/live_test.py shows that LiveSettings does not have them:
 - The server writes each change to the parameter server, so a later start begins with old faults.
 - Its import calls rosdep, which prints a line in every terminal if rosdep was not initialised.
 """
-import math
 import threading
 from dataclasses import asdict, fields, replace
 
@@ -20,17 +19,16 @@ from dynamic_reconfigure.srv import Reconfigure
 from tb3_labs.config import bounds_text, hint_for
 from tb3_labs.ros.node import guarded
 
-_TYPES = {bool: 'bool', int: 'int', float: 'double', str: 'str'}
-_LOWEST = {bool: False, int: -2 ** 31, float: -math.inf, str: ''}
-_HIGHEST = {bool: True, int: 2 ** 31 - 1, float: math.inf, str: ''}
+#: dynamic_reconfigure's names of the types.
+_TYPES = {bool: 'bool', float: 'double'}
 #: The name of the group of all settings.
 _GROUP = 'Default'
 
 
 class LiveSettings:
-    """Offers the fields of the Config `config`, except the fields named in `fixed`. A thread of
-    rospy calls `apply` with each new Config. If `apply` raises ValueError, the change is
-    refused."""
+    """Offers the fields of the Config `config`, numbers and bools, except the fields named in
+    `fixed`. A thread of rospy calls `apply` with each new Config. If `apply` raises ValueError,
+    the change is refused."""
 
     def __init__(self, config, apply, fixed=()):
         self._current = config
@@ -97,15 +95,13 @@ def _description(config, offered):
         description=f'{item.metadata["meaning"]}: {bounds_text(item)}') for item in offered]
     return ConfigDescription(
         groups=[Group(name=_GROUP, parameters=parameters)],
-        max=_bounds(offered, 'high', _HIGHEST), min=_bounds(offered, 'low', _LOWEST),
+        max=_bounds(offered, 'high', True), min=_bounds(offered, 'low', False),
         dflt=encode({item.name: getattr(config, item.name) for item in offered}))
 
 
-def _bounds(offered, which, widest):
+def _bounds(offered, which, of_switch):
     """Returns the dynamic_reconfigure/Config of the bounds of the fields `offered`. `which` is
-    'low' or 'high'. A field without a bound gets the value that `widest` has for its type."""
-    bounds = {}
-    for item in offered:
-        kind, bound = type(item.default), item.metadata[which]
-        bounds[item.name] = widest[kind] if bound is None else kind(bound)
+    'low' or 'high'. `of_switch` is the bound of a bool."""
+    bounds = {item.name: item.metadata[which] for item in offered}
+    bounds.update({name: of_switch for name, bound in bounds.items() if bound is None})
     return encode(bounds)

@@ -3,5 +3,5 @@
 `firmware` is the board. `drivetrain` has the motors and the wheels, and `imu` the IMU with its
 noise and bias. `sensors` makes the samples, `network` delays and stalls messages, `mystery_robot`
 hides a fault. `simulator` joins these parts, and `simulator_config` has all settings.
-`ros_fake_robot` publishes the topics of a real robot. `mystery_answer` judges a student's answer.
+`ros_fake_robot` publishes the topics of a real robot.
 """

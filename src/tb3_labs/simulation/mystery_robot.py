@@ -5,10 +5,10 @@ A number from 1 to LAST_NUMBER always gives the same robot. In each block of num
 faults. All random numbers come from ``random.Random(text).random()``, since Python guarantees that
 they are the same in all versions.
 
-The faults are not secret. A reader of this file can compute the answer, and so can a patient user
-of `mystery.py --answer`. The exercise asks for a measurement that proves the fault.
+The faults are not secret, since anyone can compute the answer by this file. The exercise asks for a
+measurement that proves the fault.
 
-Units: mystery_answer.MEANINGS has the unit of each value. Times are in seconds since the start.
+Units: a Fault has the unit of its value. Times are in seconds since the start.
 """
 import random
 from dataclasses import dataclass, field, replace
@@ -30,27 +30,52 @@ class Fault:
     name: str
     value_range: Tuple[float, float]    # least and largest absolute value
     digits: int                         # digits of the value after the decimal point
+    unit: str                           # of the value
+    tolerance: float                    # largest error of a right answer, in the unit
+    quantity: str                       # what the value is
     value_field: str = ''               # field of SimulatorConfig that is the value times `scale`
     scale: float = 1.0
     signed: bool = False                # may the value be negative?
     #: {field of SimulatorConfig: its content while the fault occurs}
     extra_settings: Mapping[str, Any] = field(default_factory=dict)
 
+    def text(self, value: float) -> str:
+        """Returns a value and its unit. If values may be negative, a positive value has the +."""
+        sign = '+' if self.signed else ''
+        return f'{value:{sign}.{self.digits}f} {self.unit}'
+
+
+def _interrupted(name: str, quantity: str, field_name: str) -> Fault:
+    return Fault(name, (2.0, 6.0), 1, 's', 0.3, quantity, extra_settings={field_name: True})
+
 
 #: All kinds of faults, with the names that answers use. A new row would change the fault of each
 #: number.
 FAULT_KINDS = (
-    Fault('imu offset', (20.0, 160.0), 0, 'imu_offset_deg', signed=True),
-    Fault('imu drift', (10.0, 60.0), 0, 'imu_drift_deg_per_min', signed=True),
-    Fault('wheel mismatch', (3.0, 8.0), 1, 'wheel_mismatch', 0.01, signed=True),
-    Fault('slip', (10.0, 40.0), 0, 'slip', 0.01),
-    Fault('frozen imu', (2.0, 6.0), 1, extra_settings={'imu_frozen': True}),
-    Fault('frozen odometry', (2.0, 6.0), 1, extra_settings={'odom_frozen': True}),
-    Fault('silent imu', (2.0, 6.0), 1, extra_settings={'imu_silent': True}),
-    Fault('silent odometry', (2.0, 6.0), 1, extra_settings={'odom_silent': True}),
-    Fault('sensor latency', (0.2, 0.6), 2, 'sensor_latency'),
-    Fault('command latency', (0.3, 1.0), 2, 'command_latency'),
-    Fault('network stalls', (0.5, 1.5), 2, 'longest_stall',
+    Fault('imu offset', (20.0, 160.0), 0, 'deg', 3.0,
+          "the IMU's heading minus the odometry's, from -180 to 180", 'imu_offset_deg',
+          signed=True),
+    Fault('imu drift', (10.0, 60.0), 0, 'deg/min', 2.0,
+          "turn of the IMU's heading in a minute at rest, positive to the left",
+          'imu_drift_deg_per_min', signed=True),
+    Fault('wheel mismatch', (3.0, 8.0), 1, '%', 0.5,
+          'share by which the right wheel is smaller than the left one; negative if it is larger. '
+          'On a straight drive: turn [rad] = path [m] x share / distance of the wheels',
+          'wheel_mismatch', 0.01, signed=True),
+    Fault('slip', (10.0, 40.0), 0, '%', 2.0,
+          "share of the wheels' travel that does not move the robot", 'slip', 0.01),
+    _interrupted('frozen imu', 'duration of one freeze, in which /imu repeats one sample',
+                 'imu_frozen'),
+    _interrupted('frozen odometry', 'duration of one freeze, in which /odom repeats one sample',
+                 'odom_frozen'),
+    _interrupted('silent imu', 'duration of one silence of /imu', 'imu_silent'),
+    _interrupted('silent odometry', 'duration of one silence of /odom', 'odom_silent'),
+    Fault('sensor latency', (0.2, 0.6), 2, 's', 0.03,
+          'delay of each sample, from its stamp to its arrival', 'sensor_latency'),
+    Fault('command latency', (0.3, 1.0), 2, 's', 0.1,
+          'delay of each command, from its sending to its arrival', 'command_latency'),
+    Fault('network stalls', (0.5, 1.5), 2, 's', 0.15,
+          'the longest time for which nothing arrives on /imu and /odom', 'longest_stall',
           extra_settings={'stalls_per_min': 30.0}),
 )
 

@@ -1,4 +1,4 @@
-"""Is a goal accepted, and which goal does a cancel end?
+"""Is the pose of a request valid? Is a goal accepted, and which goal does a cancel end?
 
 Each goal replaces the previous goal, even a goal of another sender. A sender *repeats* a goal if it
 sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
@@ -12,15 +12,56 @@ sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rule
 Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this
 process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network looks like a pause.
 """
+import math
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Dict, NamedTuple, Optional
 
+from tb3_labs.config import Config, setting
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepMonitor
 
+#: A typed coordinate is at most this far from 0, since a larger number may have a wrong unit [m].
+MAX_DISTANCE = 100.0
+MAX_YAW_DEG = 360.0     # a typed heading is at most a whole turn [deg]
 #: The reason for rejecting a repeated goal that was ended before.
 STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
                f'{SENDER_PAUSE:.0f} s')
+
+
+@dataclass(frozen=True)
+class TypedPose(Config):
+    """A pose in the local frame that a person types, with the heading in degrees."""
+
+    x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
+    y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
+    yaw_deg: float = setting(0.0, 'heading', 'deg', -MAX_YAW_DEG, MAX_YAW_DEG)
+
+    @property
+    def pose(self) -> Pose2:
+        return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
+
+
+@dataclass(frozen=True)
+class RequestedPose:
+    """The pose of a goal or a reset, in ``local`` or in ``odom``, as its sender chose."""
+
+    pose: Pose2
+    in_odom: bool = False
+
+    def in_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
+        """Returns this pose in ``local``. Raises ``ValueError`` if there is no local frame, or if
+        the pose is too far away."""
+        pose = self.pose
+        if self.in_odom:
+            if odom_T_local is None:
+                raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
+                                 'pose is lost; give the pose in local')
+            pose = odom_T_local.inverse() @ pose
+        TypedPose(float(pose.x), float(pose.y))     # raises the error; it takes no float of numpy
+        return pose
 
 
 class GoalRequest(NamedTuple):

@@ -16,7 +16,7 @@ from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import MotorResponse
-from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Localizer, Reset
@@ -27,7 +27,8 @@ from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSampl
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue
 from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, SenderGoal)
+    MAX_DISTANCE, MAX_YAW_DEG, STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, SenderGoal,
+    TypedPose)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorMonitor)

@@ -12,7 +12,6 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from move_base_msgs.msg import (
     MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
 
-from tb3_labs.geometry.se2 import RequestedPose, TypedPose
 from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
@@ -23,7 +22,7 @@ from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, 
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
-from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest
+from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, RequestedPose, TypedPose
 
 #: The node answers a reset within this time [s].
 ANSWER_WITHIN = 0.85
