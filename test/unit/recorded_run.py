@@ -156,13 +156,9 @@ def in_degrees(miss):
     return miss[0], abs(math.degrees(miss[1]))
 
 
-def recorded(run, by_tf):
-    return run if by_tf else replace(run, frames=Poses.none())
-
-
-def changed(poses, time, parent_T_frame, until=math.inf):
+def changed(poses, time, parent_T_frame):
     """The poses, from `time` on in the parent of their frame."""
-    seen, now = poses.seen_from(parent_T_frame), (poses.time > time - 0.01) & (poses.time < until)
+    seen, now = poses.seen_from(parent_T_frame), poses.time > time - 0.01
     return replace(poses, **{name: np.where(now, getattr(seen, name), getattr(poses, name))
                              for name in ('x', 'y', 'yaw')})
 
@@ -171,27 +167,3 @@ def odometry_jumps(run, time, jump):
     """The odometry is moved by `jump` from `time` on, and ``local`` with it."""
     return replace(run, odometry=changed(run.odometry, time, jump),
                    frames=changed(run.frames, time, jump))
-
-
-def steps_backwards(run, time, driven):
-    """The IMU crosses +/-180 deg: the way `driven` before `time` [m] is reversed in odom."""
-    k = np.searchsorted(run.odometry.time, time - 0.01)
-    yaw, angular, linear = run.odometry.yaw[k], *np.array(
-        [run.odometry.angular, run.odometry.linear])
-    angular[k], linear[k] = -188.0, driven / 0.05
-    run = odometry_jumps(run, time, Pose2(-2.0 * driven * math.cos(yaw),
-                                          -2.0 * driven * math.sin(yaw)))
-    return replace(run, odometry=replace(run.odometry, angular=angular, linear=linear))
-
-
-def declared(run, time, new_T_old, until=RESET):
-    """A reset at `time`: ``local`` is another one until the next reset."""
-    run = replace(run, resets=reset_lines(*sorted([time, *run.resets.time])))
-    x, y, yaw = (np.full(len(run.frames), value) for value in (
-        new_T_old.x, new_T_old.y, new_T_old.yaw))
-    frames = run.frames @ Poses(run.frames.time, run.frames.time, x, y, yaw).inverse()
-    now = (frames.time > time - 0.01) & (frames.time < until - 0.01)
-    return replace(
-        run, local_pose=changed(run.local_pose, time, new_T_old, until - 0.01),
-        frames=replace(run.frames, **{name: np.where(
-            now, getattr(frames, name), getattr(run.frames, name)) for name in ('x', 'y', 'yaw')}))

@@ -1,5 +1,4 @@
 """Shared by the tests of the simulated robot: robots without noise, drives, and sums by hand."""
-import math
 from dataclasses import replace
 
 from tb3_labs.geometry.angles import wrap
@@ -8,7 +7,6 @@ from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 QUIET = SimulatorConfig(imu_noise_deg=0.0, gyro_noise=0.0, yaw_lag=0.0, wheel_lag=0.0)
 STIFF = replace(QUIET, motor_lag=0.0)
-MOTOR_STEP = 0.033 * 0.229 * 2 * math.pi / 60   # rim speed of one step of the motor [m/s]
 TICK = 0.033 * 0.001533981                       # travel of one encoder tick [m]
 
 

@@ -12,16 +12,13 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header
 
-from timed_part import TimedPart
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.nodes.move_to_goal.ros_requests import to_requested_pose
-from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.ros.conversions import to_odometry_sample, to_pose2, to_pose_stamped, to_quaternion
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
-from tb3_labs.supervision.goal_requests import RequestedPose
 
 
 def imu(rate=0.0, covariance=0.0, gyro_covariance=0.0):
@@ -78,31 +75,6 @@ def test_a_stamp_that_ros_could_not_send_again_is_refused(read, make):
         read(message)
     message.header.stamp = Time(2 ** 32 - 3, 0)     # absurd, but harmless
     read(message)
-
-
-@pytest.mark.parametrize('absurd', [1e200, 1.7e308, 1.9e4])
-def test_a_reset_heals_whatever_was_believed_before(absurd):
-    """This holds also without the timing of samples."""
-    localizer, now = TimedPart.localizer(), 10.0
-
-    def hear(seconds, x):
-        nonlocal now
-        for _ in range(round(seconds / 0.03)):
-            now += 0.03
-            localizer.on_imu(ImuSample(now, 0.3 + 1e-9 * now, 0.0), now)
-            localizer.on_odometry(OdometrySample(now, Pose2(x + 1e-9 * now, 2.0, 0.1), 0.0, 0.0), now)
-            localizer.pop_fix()
-    hear(0.3, 1.0)
-    for x in (absurd, 1.0, -absurd, 1.0):
-        hear(0.03, x)
-    hear(0.3, 1.0)
-    for declared in (Pose2(1.0, 2.0, 3.0), Pose2()):
-        reset = localizer.reset(RequestedPose(declared), now)
-        hear(0.3, 1.0)
-        pose = localizer.motion(now).pose
-        assert reset.done and localizer.odom_T_local.distance_to(Pose2()) < 10.0
-        assert (pose.x, pose.y, pose.yaw) == pytest.approx(
-            (declared.x, declared.y, declared.yaw), abs=1e-6)
 
 
 @pytest.mark.parametrize('frame, in_odom', [

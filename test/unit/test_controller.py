@@ -176,19 +176,6 @@ def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
     assert Twist2() not in commands and len(commands) == pytest.approx(5, abs=1)
 
 
-def test_another_law_does_not_begin_a_turn_that_is_over_and_the_next_turn_reports_both(desk):
-    desk.request_turn()
-    desk.rate = 0.05                      # it is not judged yet
-    desk.finish()
-    desk.law = GivenTurnLaw()
-    desk.core.set_law(desk.law)
-    assert desk.law.requested == []
-    desk.request_turn(-90.0)
-    desk.rate = 0.0
-    desk.finish()
-    assert sum('Turned' in line.text for line in desk.log_lines) == 2
-
-
 @pytest.mark.parametrize('good, bad', [
     (None, (math.nan, math.inf, 40000.0)),
     (36000.0, (90.0,))])     # and the goal is not moved farther away

@@ -3,17 +3,8 @@ import io
 import math
 import random
 import socket
-import threading
-import time
-from types import SimpleNamespace
-from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
-import rospy
-from geometry_msgs.msg import Quaternion
-from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Header
 
 from tb3_labs.doctor import checks, computer
 from tb3_labs.doctor.computer import (
@@ -23,10 +14,8 @@ from tb3_labs.doctor.graph import (
     PROBLEMS, Peer, RobotGraph, judge_master, judge_names, judge_nodes, judge_return_path,
     judge_robot)
 from tb3_labs.doctor import as_text, fault, ok, summary, warning
-from tb3_labs.doctor.ros_listening import ReceivedMessage
 from tb3_labs.doctor.streams import (
     drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
-from tb3_labs.supervision.timeouts import SENSOR_TIMEOUT
 
 OK, WARNING, FAULT = 'ok', 'warning', 'FAULT'
 
@@ -95,8 +84,6 @@ JUDGEMENTS = [
     (address(hostname='ann', resolved='127.0.1.1'), OK, 'neither'),
     (judge_address(GOOD), OK, "ROS_IP='192.168.0.5'"),
     (judge_address(NAMED), OK, "ROS_HOSTNAME='ann' (192.168.0.5)"),
-    (address(**dict(LAN, master_here=True), ros_ip='192.168.0.5', resolved='192.168.0.5'), OK,
-     'ROS_IP'),
     (address(**LAN, hostname='ann', resolved='127.0.1.1'), WARNING, 'the name ann'),
     (address(**LAN, ros_ip='192.168.0.77', resolved='192.168.0.77'), FAULT,
      'not an address of this computer (it has 192.168.0.5, 10.8.0.2)',
@@ -105,7 +92,6 @@ JUDGEMENTS = [
     (address(ros_hostname='nn', own=('10.8.0.2',), outgoing_address='127.0.0.1'), FAULT,
      'Do: unset ROS_HOSTNAME; export ROS_IP=10.8.0.2,'),
     (judge_address(WRONG), FAULT, 'the robot itself'),
-    (address(**LAN, ros_ip='192.168.0.5 '), FAULT, "ROS_IP='192.168.0.5 ' does not resolve"),
     # rospy tells others ROS_HOSTNAME if both are set
     (address(**LAN, ros_ip='192.168.0.5', ros_hostname='nn', resolved=''), FAULT,
      "ROS_HOSTNAME='nn' (it goes before ROS_IP='192.168.0.5') does not"),
@@ -118,14 +104,11 @@ JUDGEMENTS = [
     *[(judge_master(Peer('http://robot3:11311', problem, '192.168.0.9')), FAULT, 'robot3',
        PROBLEMS[problem]) for problem in PROBLEMS],
     (judge_master(Peer('http://localhost:11311', 'refused')), FAULT, 'start roscore'),
-    (judge_master(Peer('', 'malformed')), FAULT, "ROS_MASTER_URI '' is"),
     (judge_master(Peer('localhost:12311', 'malformed')), FAULT,
      "'localhost:12311' is not an address", 'Do: export ROS_MASTER_URI=http://ADDRESS:11311'),
-    (judge_master(Peer('http://localhost:11311 ', 'malformed')), FAULT, "'http://localhost:11311 '"),
     # the robot
     (robot_of(listeners=()), FAULT, 'nobody publishes /imu or /odom', 'bringup'),
     (robot_of('/robot9/', others=['/robot3/']), FAULT, 'rosrun tb3_labs doctor.py /robot3/'),
-    (robot_of(odom=[CORE]), FAULT, 'nobody publishes /imu'),
     (robot_of(imu=[CORE]), FAULT, 'nobody publishes /odom'),
     (robot_of(listeners=(), imu=[CORE], odom=[CORE]), FAULT, 'cannot be driven'),
     (node_at(HERE, 'refused', '127.0.0.1'), FAULT, 'others cannot reach that', 'rosnode cleanup',
@@ -147,8 +130,7 @@ JUDGEMENTS = [
     (judge_drivers({}), OK, 'no node drives', 'if it jerks'),
     (judge_drivers({'/a': 50}), OK, '/a drives'),
     (judge_drivers({'/b': 5, '/a': 50}), FAULT, '/a (10/s) and /b (1/s)'),
-    (stream(), OK, 'imu', '200/s'), (stream(period=SENSOR_TIMEOUT / 7.0), OK, '32/s'),
-    (stream(period=0.1), OK, '10/s'),
+    (stream(), OK, 'imu', '200/s'),
     (stream((1.0, 1.3)), WARNING, 'silent for 0.3 s: the robot will pause', 'rostopic delay /imu'),
     (stream((4.7, 9.9)), WARNING, 'silent for 0.3 s'),    # until the doctor stops to listen
     (stream((-1.0, 1.3)), OK, '200/s'),                   # it was connected late
@@ -291,66 +273,7 @@ def test_the_nodes_around_a_robot():
     assert graph.robot_nodes == [CORE]
 
 
-# ----- examinations of a robot of this process
-
-@pytest.fixture
-def robot():
-    """The URI of a node that is its own master."""
-    with SimpleXMLRPCServer(('127.0.0.1', 0), logRequests=False) as requested:
-        uri = 'http://localhost:{}/'.format(requested.server_address[1])
-        publishers = [['/' + topic, [CORE]] for topic in ('imu', 'odom', 'joint_states')]
-        for method, value in (
-                ('getSystemState', [publishers + [['/cmd_vel', ['/pad']]],
-                                    [['/cmd_vel', [CORE]]], []]),
-                ('lookupNode', uri), ('getPid', 7), ('getParam', False),
-                ('getBusInfo', [[1, uri, 'i', 'TCPROS', '/cmd_vel', True]])):
-            requested.register_function(lambda *_, value=value: [1, '', value], method)
-        threading.Thread(target=requested.serve_forever, args=(0.05,), daemon=True).start()
-        yield uri
-        requested.shutdown()
-
-
-def examined(robot, monkeypatch, change=lambda topic, message, number: None):
-    """Returns {subject: line} of a robot at rest, after 60 messages on each topic in the last 0.6 s.
-    ``change(topic, message, number)`` may change a message."""
-    for name, value in (('ROS_MASTER_URI', robot), ('ROS_IP', '127.0.0.1'), ('ROS_HOSTNAME', ''),
-                        ('TURTLEBOT3_MODEL', 'burger')):
-        monkeypatch.setenv(name, value)
-    monkeypatch.setattr(checks, 'time', SimpleNamespace(sleep=lambda seconds: None))
-    times = [time.time() - 0.6 + 0.01 * number for number in range(60)]
-    received = []
-    for number, at in enumerate(times):
-        header = Header(stamp=rospy.Time.from_sec(at))
-        imu = Imu(header=header, orientation=Quaternion(z=math.sin(0.3), w=math.cos(0.3)))
-        odom = Odometry(header=header)
-        odom.pose.pose.orientation.w = 1.0
-        joints = JointState(header=header, name=['wheel_left_joint', 'wheel_right_joint'],
-                            position=[-1.5, 2.5])
-        for topic, message in (('imu', imu), ('odom', odom), ('cmd_vel', Odometry()), ('joint_states', joints)):
-            change(topic, message, number)
-            received.append(ReceivedMessage(topic, at, '/pad', message))
-    monkeypatch.setattr('tb3_labs.doctor.ros_listening.listen', lambda *where: (received, times[-1]))
-    return {line.subject: line for line in examine('/')}
-
-
-def test_a_sound_robot_is_found_sound(robot, monkeypatch):
-    lines = examined(robot, monkeypatch)
-    for subject, words in (
-            ('Address', 'this computer alone'), ('Master', 'answers'), ('Robot', CORE),
-            ('Nodes', CORE + ' answer'), ('Way back', 'connected to /pad'), ('Drivers', '/pad drives'),
-            ('imu', '102/s'), ('odom', '102/s'), ('joint_states', '102/s'), ('Clock', 'right within'),
-            ('Gyro', 'agrees'), ('Drift', '+0.0 deg/min')):
-        check(lines[subject], OK, words)
-
-
-def test_an_imu_that_every_node_refuses_cannot_be_compared(robot, monkeypatch):
-    def change(topic, message, number):
-        if topic == 'imu':
-            message.orientation = Quaternion(0.0, 0.0, 0.0, 0.0)
-    lines = examined(robot, monkeypatch, change)
-    check(lines['Gyro'], WARNING, 'cannot be compared')
-    assert 'Drift' not in lines
-
+# ----- examinations; doctor.test examines robots
 
 def test_an_address_of_the_master_without_http_is_the_only_fault(monkeypatch):
     monkeypatch.setenv('ROS_MASTER_URI', 'localhost:12311')

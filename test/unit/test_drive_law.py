@@ -66,7 +66,6 @@ def test_reverse_is_taken_only_where_it_is_shorter_and_allowed(goal, backwards):
         assert (step.command.linear < 0.0) is (allowed and backwards)
 
 
-SLOWLY = dict(angular_acceleration=3.0, linear_acceleration=0.6, allow_reverse=True)
 EITHER_WAY = [(Pose2(3.0, 0.0, 0.0), 1.0), (Pose2(-3.0, 0.0, 0.0), -1.0)]
 
 
@@ -78,16 +77,6 @@ def test_the_limits_that_are_set_hold_either_way_of_driving(goal, forwards):
         0.1 * forwards)
     assert moves(law, law.rotate_to_final, at(0.0, 0.0, 2.0), goal).command.angular == (
         pytest.approx(-0.3))
-
-
-@pytest.mark.parametrize('goal, forwards', EITHER_WAY)
-def test_each_drive_begins_from_standing(goal, forwards):
-    law = DriveLaw(DriveConfig(**SLOWLY), BURGER)
-    for _ in range(2):
-        law.start(Pose2(), goal)
-        for tick in range(1, 6):      # 0.6 m/s^2 over 1/30 s
-            step = law.move_forward(at(0.0, 0.0, 0.0), goal, law.period)
-            assert step.command.linear == pytest.approx(0.02 * tick * forwards)
 
 
 @pytest.mark.parametrize('distance, there', [(0.0049, True), (0.0051, False)])

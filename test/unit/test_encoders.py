@@ -4,11 +4,10 @@ import pytest
 from real_recordings import NAMES, arrays_of
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import SERVOS_SILENT, EncoderMonitor
-from tb3_labs.nodes.controller.turns import Driver
 from tb3_labs.robot.samples import OdometrySample, WheelSample
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator_config import HOSTS
-from test_gyro_check import Watched, controller, navigator
+from test_gyro_check import Watched, navigator
 
 
 @pytest.mark.parametrize('settings, way', [
@@ -26,23 +25,6 @@ def test_a_drive_is_given_up_within_2_s_when_the_battery_is_cut(settings, way):
         watched.run(2.0)
         assert drives.status(watched.robot.now).failure == SERVOS_SILENT
         drives.set_goal(Pose2(goal, 0.0, 0.0))
-
-
-@pytest.mark.parametrize('after', [0.3, 1.0])
-def test_a_turn_is_given_up_within_2_s_when_the_battery_is_cut(after):
-    """In a turn the odometry has no forward speed, but the gyro shows that the robot stands."""
-    drives, turns = navigator(), controller()
-    for core, begin in ((drives, lambda: drives.set_goal(Pose2(-1.0, 0.1, 0.0))),
-                        (turns, lambda: turns.request_turn(180.0, watched.robot.now))):
-        watched = Watched(core)
-        watched.run(0.5)
-        begin()
-        watched.run(after)
-        watched.set(battery_cut=True)
-        watched.run(2.0)
-    assert 'does not move although it is told to' in drives.status(2.5 + after).failure
-    assert turns.driver is Driver.NOBODY
-    assert any('does not move although it is told to' in line.text for line in watched.log_lines)
 
 
 @pytest.mark.parametrize('name', NAMES)

@@ -5,27 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_motion import angle_between
-from made_run import TIME, X, made, poses, reset_lines, states
-from recorded_run import (  # noqa: F401
-    MISS, MISS_DEG, RESET, TRUE_DEG, declared, frame_at, in_degrees, recorded, run, steps_backwards)
+from made_run import TIME, X, made, poses, reset_lines
+from recorded_run import MISS, MISS_DEG, RESET, frame_at, in_degrees, run  # noqa: F401
 
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs
-
-
-@pytest.fixture(params=[True, False])
-def by_tf(request):
-    return request.param
-
-
-def assert_misses_are_known(run):
-    """Errors of the recording's two drives, by local_pose and by the ground truth."""
-    first, second = drives(run)
-    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
-    assert in_degrees(first.true) == pytest.approx((0.05, TRUE_DEG), abs=1e-6)
-    for miss in second.measured, second.true:
-        assert in_degrees(miss) == pytest.approx((0.5, 90.0), abs=1e-6)
+from tb3_labs.report.run_data import Poses
 
 
 def resets(run):
@@ -33,38 +17,15 @@ def resets(run):
     return [pytest.approx(epoch.begin + 0.025, abs=0.026) for epoch in epochs(run)[1:]]
 
 
-def test_a_reset_is_found_by_tf_and_by_local_pose(run, by_tf):
-    run = recorded(run, by_tf)
+@pytest.mark.parametrize('has_tf', [True, False])
+def test_a_reset_is_found_by_tf_and_by_local_pose(run, has_tf):
+    run = run if has_tf else replace(run, frames=Poses.none())
     assert [RESET] == resets(run)
     for epoch, time in zip(epochs(run), (0.0, RESET)):
         place, yaw = frame_at(time)
         assert (epoch.odom_T_local.x, epoch.odom_T_local.y) == pytest.approx(
             (place.real, place.imag), abs=1e-6)
         assert angle_between(epoch.odom_T_local.yaw, yaw) < 1e-6
-
-
-def test_the_firmwares_step_backwards_at_a_reset(run, by_tf):
-    run = recorded(steps_backwards(run, RESET, 2e-5), by_tf)
-    assert [RESET] == resets(run)
-    assert_misses_are_known(run)
-
-
-def test_resets_in_quick_succession(run, by_tf):
-    run = declared(run, 8.5, Pose2(0.3, 0.0, 1.0), 8.55)
-    run = declared(run, 8.55, Pose2(0.0, 0.1, -1.0))
-    assert [8.5, 8.55, RESET] == resets(recorded(run, by_tf))
-
-
-@pytest.mark.parametrize('later', [-0.01, 0.0, 0.01])
-def test_tf_and_local_pose_of_one_moment_belong_together(run, later):
-    """Here the drive lasts until the reset, and its last pose is the last one of the old frame."""
-    run = replace(run, frames=replace(run.frames, time=run.frames.time + later), states=states(
-        (9.0, 'ROTATE_TO_FINAL'), (9.5, 'GOAL_REACHED'), (10.02, 'ROTATE_TO_FINAL'),
-        (11.0, 'GOAL_REACHED')))
-    assert [RESET] == resets(run)
-    first, second = drives(run)
-    assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
-    assert in_degrees(second.true) == pytest.approx((0.5, 90.0), abs=1e-6)
 
 
 # By hand ------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from simulated import STIFF, close
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.drivetrain import Drivetrain
-from tb3_labs.simulation.firmware import Odometer, motor_speeds
+from tb3_labs.simulation.firmware import motor_speeds
 from tb3_labs.simulation.simulator import Simulator
 
 BURGER = robot_model('burger')
@@ -27,25 +27,6 @@ STEP = 0.229 * 2.0 * math.pi / 60.0     # of the motor's speed [rad/s]
     (0.0, math.nan, -151, 151), (0.0, math.inf, -101, 101), (0.0, -math.inf, 101, -101)])
 def test_a_command_is_whole_steps_of_both_motors(linear, angular, left, right):
     assert motor_speeds(linear, angular, BURGER) == pytest.approx((left * STEP, right * STEP))
-
-
-def test_odometry_of_two_intervals_by_hand():
-    odometer = Odometer(BURGER, Pose2(1.0, 2.0, 0.3), imu_yaw=1.0)
-    sample = odometer.update(0.5, (100, 300), 1.2)
-    way = RADIUS * 200 * TICK_ANGLE                          # the mean of both wheels
-    x, y = 1.0 + way * math.cos(0.4), 2.0 + way * math.sin(0.4)
-    assert (sample.stamp, sample.pose.x, sample.pose.y, sample.pose.yaw) == pytest.approx(
-        (0.5, x, y, 0.5))
-    assert (sample.linear, sample.angular) == pytest.approx((2.0 * way, 0.4))
-    assert odometer.wheel_speeds == pytest.approx((200 * TICK_ANGLE, 600 * TICK_ANGLE))
-    assert odometer.wheel_angles == pytest.approx((100 * TICK_ANGLE, 300 * TICK_ANGLE))
-    # backwards, and turning to the right
-    sample = odometer.update(0.75, (50, 150), 0.8)
-    back = -RADIUS * 100 * TICK_ANGLE
-    assert (sample.pose.x, sample.pose.y, sample.pose.yaw) == pytest.approx(
-        (x + back * math.cos(0.3), y + back * math.sin(0.3), 0.1))
-    assert (sample.linear, sample.angular) == pytest.approx((4.0 * back, -1.6))
-    assert odometer.wheel_speeds == pytest.approx((-200 * TICK_ANGLE, -600 * TICK_ANGLE))
 
 
 # Stamps --------------------------------------------------------------------------------------------
@@ -68,19 +49,6 @@ def train(left=0.0, right=0.0, start=Pose2(), **physics):
     drivetrain.set_physics(**dict(dict(lag=0.0, mismatch=0.0, slip=0.0), **physics))
     drivetrain.set_goals(left, right)
     return drivetrain
-
-
-def test_motors_turn_by_the_integral_of_their_speed():
-    drivetrain, now = train(6.0, -3.0, lag=0.2), 0.0
-    for time in (0.05, 0.1, 0.4, 1.0):
-        drivetrain.advance(time - now)
-        now = time
-        fading = math.exp(-time / 0.2)
-        way = time - 0.2 * (1.0 - fading)
-        assert drivetrain.angles == pytest.approx((6.0 * way, -3.0 * way))
-        left, right = 6.0 * (1.0 - fading), -3.0 * (1.0 - fading)
-        assert drivetrain.velocity == pytest.approx(
-            (RADIUS * (left + right) / 2.0, RADIUS * (right - left) / TRACK))
 
 
 @pytest.mark.parametrize('goals', [(4.0, 4.0), (0.0, 4.0), (-2.0, 0.0)])

@@ -6,7 +6,7 @@ from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.control_holder import ControlHolder
 from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import HAND_BACK_TIME, PAD_TIMEOUT
+from tb3_labs.supervision.timeouts import HAND_BACK_TIME
 
 NOBODY, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
 BURGER = robot_model('burger')
@@ -258,22 +258,6 @@ def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
     assert stamped.take('words') == [False]        # a stop is obeyed
 
 
-@pytest.mark.parametrize('stop', ['lost', 'taken', 'B'])
-def test_an_a_that_was_held_up_while_control_was_taken_does_not_count(stamped, stop):
-    if stop == 'lost':
-        hear(stamped, 101.0, 8.0, forward=1.0)
-        assert stamped.tick(101.3).command == Twist2()
-    look(stamped, 101.0, 101.3)
-    if stop == 'taken':
-        stamped.on_ctrl_relinq(Event(False, 101.3))
-    stamped.take('words')
-    look(stamped, 101.3, 101.5)
-    # released at 101.5: rest, perhaps B, A pressed at 101.1, rest
-    for stamp, *pressed in ((8.05,), (8.07, B) if stop == 'B' else (8.07,), (8.1, A), (8.2,)):
-        hear(stamped, 101.5, stamp, *pressed)
-    assert stamped.take('words')[:2] == ([False, True] if stop == 'B' else [])
-
-
 # Other nodes --------------------------------------------------------------------------------------
 
 def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
@@ -331,18 +315,6 @@ def test_a_pad_lost_with_its_stick_off_the_middle_stops_the_robot(repeats):
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
 
 
-@pytest.mark.parametrize('by_hand', [False, True])
-def test_a_pad_lost_while_move_to_goal_drives(by_hand, pad):
-    """A pad that is lost does not take control that somebody else gave."""
-    pad.controller.on_has_control(Event(True, pad.now)) if by_hand else pad.press(A)
-    pad.said()
-    pad.plugged = False
-    for seconds in PAD_TIMEOUT + 0.05, 10.0:
-        pad.run(seconds)
-        assert (pad.holder is GOAL) is by_hand and not pad.controller.messages.must_renew
-    assert pad.said() == ([] if by_hand else [False])
-
-
 def test_hold_to_drive():
     pad = PluggedPad(PadConfig(hold_button=HOLD))
     assert pad.holder is NOBODY             # its sticks are at rest
@@ -368,17 +340,6 @@ def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
         hear(controller, now, now - 90.0 if stamped else 0.0, *pressed)
     assert (True in controller.take(what)) is counts
     assert warned(controller, 'the moment the pad was first heard') is not counts
-
-
-@pytest.mark.parametrize('held', [A, B, Y])
-def test_a_button_that_is_held_through_a_loss_is_not_pressed_by_the_return(pad, held):
-    pad.press(A)
-    pad.run(0.05, pressed=(held,))
-    pad.run(1.0, plugged=False)
-    pad.said(), pad.controller.take('reset_requested')
-    pad.run(1.0, plugged=True)
-    assert pad.holder is not GOAL and not pad.controller.messages.must_renew
-    assert True not in pad.said() and not pad.controller.take('reset_requested')
 
 
 def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad):

@@ -12,7 +12,6 @@ from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
-from tb3_labs.localization.localizer import Reset
 from tb3_labs.localization.odometry_jumps import EncoderMonitor
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.turns import TurnConfig, make_turn
@@ -22,7 +21,6 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
-from tb3_labs.supervision.goal_requests import RequestedPose
 from timed_part import TimedPart
 
 BURGER = robot_model('burger')
@@ -293,21 +291,6 @@ def test_wheels_that_cannot_be_compared_are_awaited_for_a_second_at_most(sends):
     assert not watch.has_compared and watch.problem_text() == ''
     watch.on_imu(ImuSample(stamp + 2.1, 0.0, 0.0), now + 2.1)     # the board may be new
     assert watch.is_checked is (sends == 'nothing')
-
-
-def test_after_the_remedy_a_goal_that_is_given_anew_is_driven_to():
-    drives = navigator()
-    watched = Watched(drives, gyro_bias_deg=-28.0)
-    watched.run(0.5)
-    drives.set_goal(Pose2(0.3, 0.0, 0.0))
-    watched.run(1.0)
-    watched.robot.reset()
-    watched.run(6.0)
-    assert watched.robot.truth == Pose2()      # nobody gave it again, and the pose is lost
-    drives.on_reset(Reset(RequestedPose(Pose2())), *2 * (watched.robot.now,))
-    watched.run(6.0)
-    assert watched.robot.truth.distance_to(Pose2(0.3, 0.0)) < 0.01
-    assert drives.status(watched.robot.now).text == 'GOAL_REACHED'
 
 
 def accused(rate, said_first, said, sign):

@@ -201,16 +201,6 @@ def test_ages_count_from_when_a_sample_was_measured_not_from_when_it_came():
     assert_pose(motion.pose, Truth(*STRAIGHT.moved(2.14)), 1e-6, 1e-6)
 
 
-def test_the_noise_of_the_imu_is_told_with_the_motion():
-    """Yaws of +/-0.01 rad in turns: half the mean square of their differences is 2e-4."""
-    localizer = TimedPart.localizer()
-    for k in range(50):
-        localizer.on_imu(ImuSample(RESTING.clock_ahead + 0.01 * k, 0.01 * (-1) ** k, 0.0), 0.01 * k)
-    localizer.on_odometry(RESTING.odometry(0.4), 0.5)
-    localizer.pop_fix()
-    assert localizer.motion(0.5).yaw_noise == pytest.approx(math.sqrt(2e-4))
-
-
 # The local frame: declared pose times true motion, for any zero of odometry and IMU ---------------
 
 METRES, TURNS = st.floats(-10.0, 10.0), st.floats(-7.0, 7.0)

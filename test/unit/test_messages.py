@@ -4,13 +4,9 @@ import time
 
 import numpy as np
 import pytest
-from real_recordings import arrays_of
 
 from tb3_labs.report.bag.messages import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.motion.resets_and_goals import declared_by
-from tb3_labs.report.motion.drives import drives, yaw_offset
-from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
 #: The robot's clock is ahead of the recorder's by this much [s].
 AHEAD = 0.775
@@ -78,24 +74,6 @@ def test_a_clock_goes_by_its_quickest_messages_but_for_outliers(lags, lag):
     """A twentieth of the messages may be quicker."""
     stamp = np.arange(len(lags)) / 10.0
     assert RecordedClock.of(stamp + lags, stamp).lag == pytest.approx(lag)
-
-
-@pytest.mark.parametrize('name, offset_deg, metres', [
-    ('burger_drive', 140.56, 4.46), ('burger_static', -105.51, 0.0)])
-def test_recordings_of_a_real_robot(name, offset_deg, metres):
-    imu, odometry = (table.T for table in arrays_of(name))
-    start = odometry[0][0]
-    for table in imu, odometry:
-        table[:2] -= start
-    clock = RecordedClock.of(odometry[0], odometry[1])
-    imu, odometry = ([table[0], times_on_recorders_clock(table[0], table[1], clock), *table[2:]]
-                     for table in (imu, odometry))
-    run = RunData(name=name, start=0.0, duration=float(odometry[0][-1]), imu=ImuSamples(*imu),
-                  odometry=OdometrySamples(*odometry))
-    mean, _ = yaw_offset(run)
-    assert math.degrees(mean) == pytest.approx(offset_deg, abs=0.05)
-    assert run.odometry.length == pytest.approx(metres, abs=0.01)
-    assert drives(completed(run)) == []
 
 
 @pytest.mark.parametrize('line, pose', [

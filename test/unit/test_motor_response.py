@@ -1,26 +1,12 @@
 """Delay, lag and gain must be identified from an exact first-order response with dead time."""
 import itertools
 import math
-import random
-import statistics
 
 import pytest
 
-from rollout import navigation, run
 from tb3_labs.control.commands import CommandHistory
-from tb3_labs.control.drive_law import DriveLaw
-from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
     MIN_CRUISE_SHARE, MIN_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, MotorResponse, identify_at_start)
-from tb3_labs.geometry.angles import difference
-from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.localization.localizer import Reset
-from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
-from tb3_labs.robot.turtlebot3 import Twist2, robot_model
-from tb3_labs.simulation.simulator import Simulator
-from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
-from tb3_labs.supervision.events import Event, Output
-from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import MAX_AGE
 
 PERIOD = 0.02
@@ -123,58 +109,3 @@ def test_the_age_of_a_sample_is_no_delay_of_the_commands_nor_is_it_counted_again
     estimate, learned = identified(0.1, 0.05, age=0.03)
     assert (estimate.delay, estimate.lag) == pytest.approx((0.1, 0.05), abs=0.001)
     assert learned.sample_delay == pytest.approx(0.1 - 0.074 / 3.0, abs=0.003)
-
-
-class OtherNode:
-    """Commands one rate of turn repeatedly; the navigator gets the samples."""
-
-    rate, fix, _next = 0.0, None, 0.0
-
-    def __init__(self, navigator):
-        self._navigator = navigator
-
-    def tick(self, now, steady_now):
-        self.fix = self._navigator.tick(now, steady_now).fix or self.fix    # the latest
-        if now < self._next:
-            return Output()
-        self._next = now + 0.1
-        self._navigator.on_command('', 0.0, self.rate, now)
-        return Output(Twist2(0.0, self.rate))
-
-
-def reset_in_a_spin(robot_config, rate=1.0, after=None):
-    """Angle by which the pose is off after a reset while another node spins the robot at `rate`.
-    The navigator has driven to the goal `after` before this test."""
-    rng = random.Random(robot_config.seed)
-    robot, model, response = Simulator(robot_config), robot_model(robot_config.model), MotorResponse()
-    navigator = MoveToGoalCore(DriveLaw(DriveConfig(), model, response), response=response)
-    node, hear = OtherNode(navigator), navigation(robot, navigator)
-
-    def spin(at, seconds):
-        node.rate = at
-        run(robot, node, hear, seconds)
-
-    spin(0.0, 1.0)
-    if after is not None:
-        navigator.on_ctrl_relinq(Event(True, robot.now))
-        navigator.set_goal(after)
-        while navigator.status(robot.now).active:
-            run(robot, navigator, hear, 0.1)
-        navigator.on_ctrl_relinq(Event(False, robot.now))
-    spin(0.0, 1.0 + rng.random())
-    spin(rate, 1.0 + rng.random())
-    there, reset = robot.truth, Reset(RequestedPose(Pose2()))
-    navigator.on_reset(reset, robot.now, robot.now)
-    while not reset.done:
-        spin(rate, PERIOD)
-    spin(0.0, 1.5)
-    return abs(difference(node.fix.local_T_base.yaw, (there.inverse() @ robot.truth).yaw))
-
-
-def test_a_reset_in_a_spin_behind_a_slow_host():
-    """Before its first turn the node does not know how late the samples are."""
-    unknown = [reset_in_a_spin(SimulatorConfig(seed=seed, **HOSTS['pi'])) for seed in range(3)]
-    assert math.degrees(max(unknown)) <= 5.0
-    off = [reset_in_a_spin(SimulatorConfig(seed=seed, **HOSTS['pi']), (1.0, -1.0)[seed % 2],
-                           after=Pose2(0.0, 0.0, 2.0)) for seed in range(5)]
-    assert math.degrees(statistics.median(off)) <= 1.0 and math.degrees(max(off)) <= 2.5

@@ -68,15 +68,6 @@ def test_a_pause_of_a_second_ends_a_movement(pause, number):
     assert len(movements(driven(drive(2.0, 135.0, 0.8, -135.0, pause)))) == number
 
 
-@pytest.mark.parametrize('parts, kinds_now', [
-    (control((1.0, 1.0), (5.05, 0.0)), [MovementKind.DRIVE, MovementKind.BY_HAND]),
-    (dict(resets=resets((5.05, 0.0, 0.0, 0.0))), [MovementKind.BY_HAND, MovementKind.BY_HAND])])
-def test_a_change_of_control_and_a_reset_begin_another_movement(parts, kinds_now):
-    found = movements(driven([(2.0, 8.0, 0.2, 0.0)], **parts))
-    assert [movement.kind for movement in found] == kinds_now
-    assert (found[0].end, found[1].begin, found[1].end) == pytest.approx((5.1, 5.1, 8.0))
-
-
 @pytest.mark.parametrize('heard, found', [(2.15, [MovementKind.DRIVE]), (2.9, [MovementKind.DRIVE]),
                                           (3.1, [MovementKind.BY_HAND, MovementKind.DRIVE])])
 def test_a_recorder_that_hears_true_after_the_node_began_splits_no_drive(heard, found):
@@ -118,19 +109,6 @@ def test_a_drive_by_numbers():
     assert found.duration == pytest.approx(sum(times))
     assert found.drift == pytest.approx(0.0, abs=1e-3)
     assert run.derived == ('local_pose', 'frames', 'states', 'goals')
-
-
-def test_a_reset_declares_where_the_robot_is():
-    """The same drive twice: the second one begins at (0.5, -0.2), facing 90 deg."""
-    later = drive(13.0, 135.0, 0.8, -133.0)
-    run = run_of(BACK + later, duration=30.0, resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
-    first, second = drives(run)
-    assert len(epochs(run)) == 2 and epochs(run)[1].begin == pytest.approx(12.0, abs=0.04)
-    assert first.measured[0] == pytest.approx(math.hypot(END[0] + 0.61, END[1] - 0.61), abs=2e-3)
-    end = 0.5 - END[1], -0.2 + END[0]                    # END, turned by 90 deg
-    for miss in second.measured, second.true:
-        assert miss[0] == pytest.approx(math.hypot(end[0] + 0.61, end[1] - 0.61), abs=2e-3)
-        assert math.degrees(miss[1]) == pytest.approx(-92.0, abs=0.2)
 
 
 def test_a_reset_while_it_drives_ends_the_drive():

@@ -1,12 +1,11 @@
 """The network of the simulated robot delays its messages, by jitter, stalls and cuts."""
 import math
-from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
 
 import pytest
 
-from tb3_labs.simulation.network import NetworkLink, Stalls
+from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
 SPARSE = [float(k) for k in range(20000)]           # no message waits for an earlier message [s]
@@ -59,25 +58,6 @@ def test_a_cut_delays_the_messages_under_way_until_its_end():
     assert link.pop(9.5) == [(9.0, 'held'), (9.25, 'late')]
 
 
-def test_stalls_have_the_lengths_and_the_rate_that_were_asked_for():
-    every, seventh = (Stalls(1.0, 0.4, 100.0, seed='3') for _ in range(2))
-    moments = [100.0 + k / 500.0 for k in range(300000)]
-    ends = [every.release(moment) for moment in moments]
-    assert [seventh.release(moment) for moment in moments[::7]] == ends[::7]
-    begins = {}
-    for moment, end in zip(moments, ends):
-        if end != moment:
-            begins.setdefault(end, moment)
-    taken = [end - begin for end, begin in begins.items()]
-    assert 0.38 < max(taken) <= 0.4 and sum(taken) / len(taken) == pytest.approx(0.2, abs=0.03)
-    # a Poisson process: the mean gap is 1 s, and 37 % of the gaps are longer
-    gaps = [begin - end for end, begin in zip(begins, list(begins.values())[1:])]
-    assert len(gaps) > 150 and sum(gaps) / len(gaps) == pytest.approx(1.0, rel=0.15)
-    assert sum(gap > 1.0 for gap in gaps) / len(gaps) == pytest.approx(math.exp(-1.0), abs=0.06)
-    again, (end, begin) = Stalls(1.0, 0.4, 100.0, seed='3'), next(iter(begins.items()))
-    assert again.release(begin) == end and again.release(end) == end     # the interval is half open
-
-
 def test_a_stall_delays_the_messages_within_it_to_its_end_in_both_directions(arrivals):
     assert [number for _, number in arrivals] == list(range(len(DENSE)))
     stalls = stalls_of(arrivals)
@@ -88,13 +68,6 @@ def test_a_stall_delays_the_messages_within_it_to_its_end_in_both_directions(arr
         assert moments[-1] < end <= moments[-1] + 0.001 + 1e-9
         assert end - moments[0] <= 0.3
     assert carry(link_of(STALLING, 'command'), DENSE) == arrivals
-
-
-def test_a_stall_delays_by_the_time_of_arrival_not_of_sending(arrivals):
-    direct = stalls_of(arrivals)
-    late = stalls_of(carry(link_of(replace(STALLING, sensor_latency=0.5)), DENSE), 0.5)
-    assert [end for end, _ in late] == [end for end, _ in direct]
-    assert [moment + 0.5 for moment in late[0][1]] == pytest.approx(direct[0][1])
 
 
 def test_a_change_of_the_stalls_ends_the_present_stall(arrivals):

@@ -93,14 +93,6 @@ def test_a_command_that_is_no_standstill_drives_a_robot_for_half_a_second(
     assert (shown['driver'], shown['command']) == (('/pad', command) if drives else ('', None))
 
 
-def test_of_two_nodes_that_command_the_latest_drives(view):
-    view.on_command('/zebra', 0.2, 0.0, 99.8)
-    view.on_command('/ant', 0.1, 0.0, 99.9)
-    assert picture(view)['command'] == [0.1, 0.0] and picture(view)['driver'] == '/ant'
-    view.on_command('/ant', 0.0, 0.0, 99.95)
-    assert picture(view)['driver'] == '/zebra'
-
-
 def test_the_holder_is_who_has_control_else_who_drives_else_who_is_said_to_hold(view):
     view.on_message('holder', 'gamepad', 99.0)
     assert picture(view)['holder'] == 'gamepad'
@@ -185,16 +177,6 @@ def test_what_was_computed_ends_when_the_odometry_is_zeroed(view, at):
 
 
 # -- a student's node may publish any value, but JSON has no NaN
-
-@pytest.mark.parametrize('kind', ['imu', 'odom'])
-def test_the_age_is_the_time_since_the_last_message(view, kind):
-    for at in (10.0, 90.0):
-        view.on_message(kind, {'imu': 0.0, 'odom': sample()}.get(kind), at)
-    for now, age in ((90.0, 0.0), (90.25, 0.25), (3690.0, 3600.0)):
-        ages = picture(view, now)['ages']
-        assert ages.pop(kind) == age
-        assert set(ages.values()) == {None}
-
 
 POSES = st.builds(Pose2, *[st.floats(-1e6, 1e6)] * 2, st.floats(-math.pi, math.pi))
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from simulated import imu_of, odom_of
 
-from tb3_labs.geometry.angles import wrap
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 
@@ -105,30 +104,6 @@ def test_a_reset_in_a_drive():
     assert math.degrees(odometry.pose.yaw) == pytest.approx(1.83, abs=0.1)
     assert replay.odometry[-1].pose.x == pytest.approx(0.0097, abs=0.004)
     assert replay.rest() == pytest.approx((0.0, 0.0), abs=0.02)
-
-
-def test_a_reset_in_a_spin():
-    replay = Replay([(0.467, 2.668, 0.0, 1.0), (2.668, 3.64, 0.0, 0.0)], 9.0, reset=2.467)
-    before, after = replay.pause()
-    assert replay.turned(0.0, 9.0) == pytest.approx(259.7, abs=2.0 * TICK_TURN)
-    turned = replay.turned(before[0], after[0])
-    seen = math.degrees(wrap(after[1] - before[1]))
-    assert turned == pytest.approx(147.3, abs=3.0) and seen - turned == pytest.approx(1.6, abs=0.7)
-    odometry = replay.odometry_after(after[0])
-    assert math.degrees(odometry.pose.yaw) == pytest.approx(148.4, abs=4.0)
-    assert replay.rest() == pytest.approx((-0.9985, -57.25), rel=0.02)
-
-
-def test_a_reset_at_rest_and_commands_in_its_pause():
-    """30 of them come 0.5 s after the reset. The latest one is obeyed after the pause, until it is
-    half a second old."""
-    replay = Replay([(1.0, 1.98, 0.2, 0.0)], 7.0, reset=0.5)
-    before, after = replay.pause()
-    assert after[0] - before[0] == pytest.approx(2.6, abs=0.1)
-    assert math.degrees(after[1] - before[1]) == pytest.approx(1.82, abs=0.1)
-    moving = replay.truth[1:, 0][np.diff(replay.way) > 5e-5]
-    assert (moving[0], moving[-1]) == pytest.approx((3.05, 3.75), abs=0.06)
-    assert replay.driven(0.0, 7.0) == pytest.approx(0.1, abs=TICK_WAY)
 
 
 def test_a_gyro_that_was_calibrated_in_motion():

@@ -1,11 +1,12 @@
-"""The simulated robot's clock and settings: steps of any length, seeds; what may change later."""
+"""The simulated robot: its clock, settings that may change later, its own reset, and faults."""
+import math
 from dataclasses import astuple, fields, replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated import QUIET, close, drive, imu_of, odom_of, switch
+from simulated import QUIET, STIFF, TICK, close, drive, imu_of, odom_of, switch
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.simulation.network import NETWORKS
@@ -18,6 +19,11 @@ def test_a_long_step_gives_every_sample_that_is_due():
     assert [s.stamp for s in imu_of(samples)] == pytest.approx([k / 200 for k in range(1, 2001)])
     assert [s.stamp for s in odom_of(samples)] == pytest.approx([k / 30 for k in range(1, 301)])
     assert [s.stamp for s in samples] == sorted(s.stamp for s in samples)
+
+
+def test_the_imu_shows_the_true_yaw_plus_its_offset_and_its_drift():
+    robot = Simulator(replace(QUIET, start_yaw_deg=30.0, imu_offset_deg=40.0, imu_drift_deg_per_min=6.0))
+    assert math.degrees(imu_of(robot.step(10.0))[-1].yaw) == pytest.approx(71.0, abs=0.01)
 
 
 def numbers(sample):
@@ -79,3 +85,50 @@ def test_physics_may_change_while_it_drives(name):
     switch(robot, **{name: changed})
     assert close(robot.truth, truth, metres=1e-6, radians=1e-6)
     assert drive(robot, 1.0, 0.1, 0.5)
+
+
+# Its own reset, and faults -------------------------------------------------------------------------
+
+def test_the_odometry_stands_in_the_world_where_the_last_reset_ended():
+    robot = Simulator(replace(STIFF, start_x=1.0, start_y=-2.0, start_yaw_deg=30.0,
+                              reset_pause=0.31))
+    assert robot.sensors.world_T_odom == Pose2()          # the odometry starts at the true pose
+    for linear, angular in ((0.1, 0.5), (-0.1, 0.3)):
+        drive(robot, 1.0, linear, angular)
+        robot.step(0.6)                 # the command has timed out, so the robot stands
+        robot.reset()
+        sample = odom_of(robot.step(0.4))[-1]
+        assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth)
+    drive(robot, 1.0, 0.1, 0.4)
+    sample = odom_of(robot.step(0.1))[-1]
+    here = robot.sensors.world_T_odom @ sample.pose
+    assert close(here, robot.truth, metres=3 * TICK + 0.1 / 30.0, radians=0.5 / 30.0)
+    drive(robot, 0.5, 0.1, 0.0)
+    robot.reset()                       # in motion
+    sample = odom_of(drive(robot, 1.0, 0.1, 0.0))[-1]
+    assert close(robot.sensors.world_T_odom @ sample.pose, robot.truth, metres=3 * TICK)
+
+
+def test_a_change_of_what_is_no_fault_leaves_a_frozen_sensor_alone():
+    robot, yaws = Simulator(SimulatorConfig(imu_rate=60.0, imu_frozen=True)), set()
+    for k in range(20):
+        switch(robot, motor_lag=0.001 * k)
+        yaws.update(sample.yaw for sample in imu_of(robot.step(0.1)))
+    assert len(yaws) == 1
+
+
+def test_without_battery_the_odometry_repeats_its_last_step_and_the_wheels_stand():
+    """The firmware does so, also after a reset. The speeds in joint_states go on, too."""
+    robot = Simulator(STIFF)
+    before, wheels = odom_of(drive(robot, 1.0, 0.2, 0.0))[-1], robot.sensors.odometer
+    angles, speeds = wheels.wheel_angles, wheels.wheel_speeds
+    switch(robot, battery_cut=True)
+    place, last = robot.truth, odom_of(drive(robot, 5.0, 0.0, 0.0))[-1]
+    assert robot.truth.distance_to(place) < 0.01
+    assert last.pose.x - before.pose.x == pytest.approx(5.0 * before.linear, abs=0.01)
+    robot.reset()
+    last = odom_of(drive(robot, 3.0, 0.0, 0.0))[-1]
+    assert last.linear == pytest.approx(before.linear) and last.pose.x > 0.05
+    assert wheels.wheel_angles == angles and wheels.wheel_speeds == pytest.approx(speeds)
+    switch(robot, battery_cut=False)
+    assert odom_of(drive(robot, 1.0, 0.0, 0.0))[-1].linear == 0.0

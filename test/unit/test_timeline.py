@@ -9,13 +9,11 @@ from html import escape
 import numpy as np
 import pytest
 from hypothesis import given, strategies
-from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, states, turn
+from made_run import TIME, X, ZERO, goals, made, poses, reset_lines, states
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import timeline
 from tb3_labs.report.page.moments import moments
 from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Numbers
@@ -93,14 +91,6 @@ def test_a_reset_is_a_mark_and_the_frame_jumps_there():
     assert at[jump] == pytest.approx(8.0, abs=0.051)
 
 
-def test_the_true_robot_stands_in_odom_where_its_first_pose_says():
-    """The truth has a frame of its own: turned by 90 degrees, and elsewhere."""
-    truth = poses(x=5.0 - ZERO, y=2.0 + X, yaw=ZERO + math.pi / 2.0)
-    at, (x, y, yaw), _ = decoded(data_of(made(ground_truth=truth))['truth'])
-    assert np.interp([0.5, 3.5, 9.0], at, x) == pytest.approx([0.0, 0.5, 1.0], abs=0.004)
-    assert list(y) == pytest.approx(0.0 * y, abs=0.004) and list(yaw) == pytest.approx(0.0 * yaw)
-
-
 def test_marks_name_stops_silences_and_who_may_drive():
     keep = TIME[(TIME < 2.0) | (TIME > 3.0)]
     run = made(imu=ImuSamples(keep, keep, 0.0 * keep, 0.0 * keep),
@@ -109,12 +99,6 @@ def test_marks_name_stops_silences_and_who_may_drive():
     assert ('lost', 'imu silent for 1.1 s') in words
     assert [word for word in words if 'control' in word[1]] == [
         ('start', 'control given to the node'), ('stop', 'control taken from the node')]
-
-
-def test_a_turn_is_one_mark_and_a_line_is_driven_by_hand():
-    run = completed(driven([turn(1.0, 90.0), (5.0, 7.0, 0.2, 0.0)]))
-    marks = [(mark['kind'], mark['begin'], mark['end']) for mark in moments(run, turn_reports(run), [])]
-    assert marks == [('turn', 1.0, pytest.approx(2.05, abs=0.02)), ('hand', 5.0, 7.0)]
 
 
 def test_a_command_ends_with_the_robots_timeout():

@@ -57,18 +57,6 @@ def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
     assert status_at(watch, 10.0 + silence) is SensorStatus.FRESH    # said once
 
 
-def test_a_silence_before_the_motion_does_not_count():
-    imu = received_at(10.0)
-    watch = SensorMonitor(imu)
-    imu.received(15.0)
-    watch.forget_silences()
-    assert status_at(watch, 15.0) is SensorStatus.FRESH
-    imu.received(15.3)
-    assert status_at(watch, 15.6) is SensorStatus.SILENT and watch.hold_reason == 'no imu'
-    watch.forget_silences()
-    assert watch.hold_reason == ''
-
-
 def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
     watch = SensorMonitor(received_at(1000.0))
     for now, sight in ((10.0, SensorStatus.FRESH), (10.21, SensorStatus.FRESH), (10.23, SensorStatus.SILENT)):
@@ -90,20 +78,3 @@ def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, m
         imu.received(DT * k, reading(k))
         imu.check_repetition(must_change, DT * k)
     assert ('imu repeats one reading' in SensorMonitor(imu).frozen_text()) is frozen
-
-
-def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after_a_rest():
-    imu = Sensor('imu')
-    imu.received(0.0, 7)
-    imu.check_repetition(True, 0.0)
-    for now, told, repeated_for in [(0.3, True, 0.3), (0.4, False, 0.0), (0.5, True, 0.1),
-                                    (-9.0, True, 0.0), (-8.9, True, 0.1)]:
-        imu.check_repetition(told, now)
-        assert imu.repeated_for == pytest.approx(repeated_for)
-    imu.forget_silences()
-    for now, repeated_for in [(5.0, 0.0), (5.2, 0.2)]:
-        imu.check_repetition(True, now)
-        assert imu.repeated_for == pytest.approx(repeated_for)
-    imu.received(5.3, 'new')
-    imu.check_repetition(True, 5.4)
-    assert imu.repeated_for == pytest.approx(0.1)

@@ -69,25 +69,6 @@ def test_a_turn_that_goes_too_far_and_comes_back():
     assert math.degrees(found.overshoot) == pytest.approx(10.0, abs=0.15)
 
 
-def test_two_turns_in_quick_succession_are_two():
-    first = turn(3.0, 90.0)
-    found = turn_reports(driven([first, turn(first[1] + 0.6, -90.0)]))
-    assert [round(math.degrees(each.turned)) for each in found] == [90, -90]
-    assert found[1].begin == pytest.approx(first[1] + 0.6)
-
-
-@pytest.mark.parametrize('spins', [(1.0, 3.0), (4.0, 9.0)])
-def test_the_robot_rests_before_and_after_a_turn(spins):
-    """A person turns the robot by hand during this time."""
-    run = driven([turn(3.0, 90.0)])
-    time = run.imu.time
-    carried = np.interp(time, spins, [0.0, 0.3 * (spins[1] - spins[0])])
-    now = (time > spins[0]) & (time < spins[1])
-    run = replace(run, imu=replace(
-        run.imu, yaw=run.imu.yaw + carried, yaw_rate=run.imu.yaw_rate + 0.3 * now))
-    assert turn_reports(run) == []
-
-
 def test_a_turn_whose_first_commands_the_recorder_missed():
     run = driven([turn(3.0, 90.0)])
     found, = turn_reports(replace(run, commands=run.commands.take(slice(3, None))))

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import pytest
 from pages import ROOT
-from squaternion import Quaternion
 
 from tb3_labs.simulation.ros_fake_robot import PITCH, ROLL
 
@@ -40,24 +39,6 @@ def test_a_place_and_a_heading_in_the_local_frame():
     assert complex(x, y) + turn * complex(local_x, local_y) == pytest.approx(
         complex(here_x, here_y), abs=1e-3)
     assert local == pytest.approx(heading - theta)
-
-
-def test_the_steps_of_that_example():
-    dx, dy = numbers('transformation_lab.md', '(1 - 2, 3 - 1) = (#, #)')
-    assert (dx, dy) == (1 - 2, 3 - 1)
-    a, b, c, d, x = numbers('transformation_lab.md', '* dy = # * (#) + # * # = # y_B')
-    assert a * b + c * d == pytest.approx(x)
-    a, b, c, d, y = numbers('transformation_lab.md', '* dy = # * (#) + # * # = # theta_B')
-    assert a * b + c * d == pytest.approx(y)
-
-
-def test_the_arc_of_the_local_pose():
-    linear, angular = numbers('transformation_lab.md', '/cmd_vel geometry_msgs/Twist \'{linear: {x: #}, '
-                              'angular: {z: #}}\'')
-    seconds, x, y, heading = numbers('transformation_lab.md', 'After # seconds: about #, # and # (rad).')
-    place = 1j * linear / angular * (1.0 - cmath.exp(1j * angular * seconds))
-    assert (x, y) == (round(place.real, 2), round(place.imag, 2))
-    assert heading == round(angular * seconds, 1)
 
 
 def test_the_values_of_the_four_states():
@@ -100,41 +81,7 @@ def test_the_lines_after_the_goal():
     assert node.state == 'GOAL_REACHED' and len(sent) == 1
 
 
-def test_the_far_goal_is_out_of_reach():
-    x, y, away = numbers('transformation_lab.md', '(#, #) is # m away. The first')
-    angle, again, beside, near = numbers('transformation_lab.md', '# x # = # m is more than # m.')
-    assert away == again == round(abs(complex(x, y)), 2) and beside == round(angle * away, 2) > near
-    reach, = numbers('transformation_lab.md', '; a goal # m away: section 6')
-    assert reach == pytest.approx(near / angle)
-    farther = numbers('transformation_lab.md', 'a farther goal, (#, #)?')
-    assert abs(complex(*farther)) < reach
-
-
-def test_a_quaternion_and_its_heading():
-    x, y, z, w, yaw, heading = numbers('imu_lab.md', 'x = #, y = #, z = #, w = # is a yaw of # '
-                                       'degrees, hence a heading of # degrees.')
-    assert Quaternion(w, x, y, z).to_euler(degrees=True)[2] == pytest.approx(yaw, abs=0.01)
-    assert heading == yaw % 360.0
-
-
 def test_the_quaternion_that_the_imu_sends_at_rest():
     """A robot that leans by roll and pitch, at a yaw of 0; the odometry's has neither."""
     w, = numbers('imu_lab.md', 'orientation: w: # angular_velocity:')
     assert w == pytest.approx(math.cos(ROLL / 2.0) * math.cos(PITCH / 2.0), abs=1e-8)
-
-
-def test_the_error_the_short_way_round():
-    begin, turn, beyond, goal = numbers('imu_lab.md', 'has the goal # + # = #, which is # degrees.')
-    assert begin + turn == beyond and beyond % 360.0 == goal
-    wrong, error = numbers('imu_lab.md', 'between -180 and 180 degrees: # + 360 = #.')
-    assert wrong == goal - begin and error == turn
-
-
-def test_the_commands_of_the_proportional_law():
-    gain, fastest = numbers('imu_lab.md', '`K_HDG` = # rad/s') + numbers(
-        'imu_lab.md', '`MAX_ANG_Z` = # rad/s')
-    error, requested, sent = numbers('imu_lab.md', 'an error of # degrees asks for # rad/s: the command '
-                                     'is #.')
-    assert requested == pytest.approx(gain * error) and sent == fastest < requested
-    error, requested, sent = numbers('imu_lab.md', 'An error of # degrees asks for #: the command is #.')
-    assert requested == pytest.approx(gain * error) and sent == requested
