@@ -3,7 +3,7 @@
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
 the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
-this message is not a turn if its angle is below `MIN_TURN` or above `MAX_TURN`.
+this message is not a turn if its angle is below `MIN_TURN`.
 
 Units: radians, positive to the left; seconds. The IMU's yaw is unwrapped, so that an angle may be
 larger than half a turn. Edge case: without ground truth, the true values are NaN.
@@ -15,8 +15,7 @@ from typing import Callable, List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.motion.movements import (
-    NO_SPEED, TERMINAL, Movement, MovementKind, movements, programs)
+from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 from tb3_labs.robot.samples import REST_ANGULAR
@@ -30,11 +29,8 @@ REST_MEAN = 0.3
 #: The recorder may miss the first commands of a new node. So the rest before a turn may end this
 #: time before the turn's first recorded command [s].
 MAX_MISSED = 1.0
-#: If the sender is not known, a movement is a turn only if its angle is between these two [rad].
+#: Without a message on `turn`, a movement is a turn only if its angle is at least this [rad].
 MIN_TURN = math.radians(45.0)
-MAX_TURN = math.radians(225.0)
-#: If a node is the sender, a movement is a turn if its angle is above this [rad].
-MIN_TURN_BY_NODE = math.radians(5.0)
 #: At most this many turns of one movement are found.
 MAX_PARTS = 100
 #: The request of a turn comes at most this long before the turn begins [s].
@@ -164,9 +160,7 @@ def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[f
     sent = run.turn_requests.between(since, end)
     if len(sent):
         return float(sent.value.sum()), True
-    is_by_node = len({*programs(run, since, end)} - {TERMINAL}) > 0
-    is_nodes_turn = is_by_node and abs(turned) > MIN_TURN_BY_NODE
-    if not is_nodes_turn and not MIN_TURN <= abs(turned) <= MAX_TURN:
+    if abs(turned) < MIN_TURN:
         return 0.0, False
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
     return math.copysign(quarters * math.pi / 2.0, turned), False

@@ -46,7 +46,7 @@ MAX_FIGURES = 12
 MAX_SHOWN_VARIABLES = 40
 #: A variable with more different texts than this has no figure.
 MAX_LEVELS = 8
-#: The line of a variable differs from each recorded value by at most this share of the line's range.
+#: A figure differs from each recorded value by at most this share of the variable's range.
 BOUND_SHARE = 1.0 / 500.0
 #: A larger number is not drawn, since the difference of two such numbers could be infinite.
 MAX_DRAWN_NUMBER = 1e300
