@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from real_recordings import arrays_of
 
+from tb3_labs.geometry.angles import wrap
 from tb3_labs.report.bag.messages import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.motion.resets_and_goals import declared_by
-from tb3_labs.report.motion.drives import drives, yaw_offset
+from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
@@ -92,8 +93,8 @@ def test_recordings_of_a_real_robot(name, offset_deg, metres):
                      for table in (imu, odometry))
     run = RunData(name=name, start=0.0, duration=float(odometry[0][-1]), imu=ImuSamples(*imu),
                   odometry=OdometrySamples(*odometry))
-    mean, _ = yaw_offset(run)
-    assert math.degrees(mean) == pytest.approx(offset_deg, abs=0.05)
+    offset = np.unwrap(run.imu.yaw_at(run.odometry.time) - np.unwrap(run.odometry.yaw)).mean()
+    assert math.degrees(wrap(offset)) == pytest.approx(offset_deg, abs=0.05)
     assert run.odometry.length == pytest.approx(metres, abs=0.01)
     assert drives(completed(run)) == []
 

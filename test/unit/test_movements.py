@@ -108,7 +108,6 @@ def test_a_drive_by_numbers():
     assert found.measured == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
     assert found.true == pytest.approx((off, math.radians(-2.0)), abs=2e-3)
     times = math.radians(135.0) / 1.5 + 0.1, 4.0 + 0.1, math.radians(133.0) / 1.5
-    assert found.seconds == pytest.approx((times[0], times[1] - 0.1, times[2] + 0.1), abs=1e-6)
     assert found.duration == pytest.approx(sum(times))
     assert found.drift == pytest.approx(0.0, abs=1e-3)
     assert run.derived == ('local_pose', 'frames', 'states', 'goals')
@@ -133,7 +132,6 @@ def test_a_reset_while_it_drives_ends_the_drive():
     first, second = drives(run)
     assert (first.outcome, second.outcome) == ('ended by a reset', CAME_TO_REST)
     assert second.begin == pytest.approx(8.1)
-    assert second.seconds == pytest.approx((0.0, 3.9, 0.0))
 
 
 def test_a_person_who_takes_control_ends_the_drive():

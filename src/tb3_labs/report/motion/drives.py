@@ -1,4 +1,4 @@
-"""Finds the drives of a recorded run, and measures their errors, drift and times.
+"""Finds the drives of a recorded run, and measures their errors and drift.
 
 The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
@@ -12,7 +12,7 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
-from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
@@ -37,7 +37,6 @@ class DriveReport:
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # final change of the heading in MOVE_FORWARD [rad]
-    seconds: Tuple[float, ...]        # the time in each state of DRIVING
 
     @property
     def duration(self) -> float:
@@ -87,13 +86,9 @@ def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
     true_error = UNKNOWN
     if epoch.local_T_world is not None:
         true_error = _final_error(truth.seen_from(epoch.local_T_world), whole)
-    seconds = {state: 0.0 for state in DRIVING}
-    for part in parts:
-        if part.state in DRIVING:
-            seconds[part.state] += part.end - part.begin
     return DriveReport(
         whole.begin, whole.end, whole.goal, _outcome(frames, whole, next_states),
-        _final_error(local, whole), true_error, _drift(run, parts), tuple(seconds.values()))
+        _final_error(local, whole), true_error, _drift(run, parts))
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
@@ -126,12 +121,3 @@ def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) 
     if following.goal != drive.goal:
         return 'replaced by a new goal'
     return 'begun anew' if _is_same_epoch(frames, drive, following) else 'ended by a reset'
-
-
-def yaw_offset(run: RunData) -> Tuple[float, float]:
-    """Returns (mean, drift) of the IMU's yaw minus the odometry's yaw [rad]. The drift is the mean
-    of the recording's last tenth minus the mean of its first tenth."""
-    offset = np.unwrap(run.imu.yaw_at(run.odometry.time) - np.unwrap(run.odometry.yaw))
-    tenth = max(1, len(offset) // 10)
-    drift = offset[-tenth:].mean() - offset[:tenth].mean()
-    return wrap(float(offset.mean())), float(drift)

@@ -44,7 +44,6 @@ class TurnReport:
     begin: float
     end: float                        # when the robot rests again
     requested: float
-    was_sent: bool                    # was the request sent on topic `turn`?
     turned: float                     # by the IMU
     true_turned: float                # by the ground truth
     peak_rate: float                  # [rad/s], by the gyro
@@ -134,12 +133,12 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
     if not is_at_rest.any():
         is_at_rest = imu.time >= rest_after
     turned = float(yaw[is_at_rest].mean())
-    requested, was_sent = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
+    requested = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
     if not requested:
         return None
     beyond = math.copysign(1.0, requested) * yaw - abs(requested)
     return TurnReport(
-        rest_before, rest_after, requested, was_sent, turned, _true_turn(run, rest_before, last),
+        rest_before, rest_after, requested, turned, _true_turn(run, rest_before, last),
         float(np.abs(imu.yaw_rate).max()), max(0.0, float(beyond.max())))
 
 
@@ -154,16 +153,15 @@ def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
     return len(rates) > 0 and bool(abs(rates.mean()) < REST_ANGULAR)
 
 
-def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
-    """Returns (requested angle, whether it was sent on topic `turn`). The angle is 0 if the
-    movement was not a turn."""
+def _requested(run: RunData, since: float, end: float, turned: float) -> float:
+    """Returns the requested angle; 0 if the movement was not a turn."""
     sent = run.turn_requests.between(since, end)
     if len(sent):
-        return float(sent.value.sum()), True
+        return float(sent.value.sum())
     if abs(turned) < MIN_TURN:
-        return 0.0, False
+        return 0.0
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
-    return math.copysign(quarters * math.pi / 2.0, turned), False
+    return math.copysign(quarters * math.pi / 2.0, turned)
 
 
 def _true_turn(run: RunData, begin: float, end: float) -> float:

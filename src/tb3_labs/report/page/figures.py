@@ -7,7 +7,7 @@ Units on the axes: metres, degrees, rad/s, seconds since a turn's first command.
 import math
 import os
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, Optional, Sequence, Tuple, Union
+from typing import Any, BinaryIO, Dict, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -66,12 +66,10 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
                   bbox_to_anchor=(0.5, 0.0))
 
 
-def turns_figure(run: RunData) -> Optional[Figure]:
-    """Returns a figure of the remaining angle and of the rate of turn, or None without a turn. Both
-    are positive in the requested direction."""
+def turns_figure(run: RunData) -> Figure:
+    """Returns a figure of the remaining angle and of the rate of turn. Both are positive in the
+    requested direction. The run has a turn."""
     found = turn_reports(run)
-    if not found:
-        return None
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in found[1:]] + [math.inf]
