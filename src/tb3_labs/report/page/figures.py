@@ -39,13 +39,9 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
-#: The legend names at most this many turns.
-MAX_NAMED_TURNS = 12
 #: The places of names, from the origins of their frames, as shares of a panel's width. Frames with
 #: the same origin have different places.
 NAME_PLACES = ((-0.06, -0.06), (0.06, -0.06), (-0.06, 0.06), (0.06, 0.06))
-#: The frames and paths have names up to this reset, since there is no room for more names.
-MAX_NAMED_RESETS = 6
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -82,8 +78,7 @@ def turns_figure(run: RunData) -> Figure:
         colour, style = STYLES[number % len(STYLES)]
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
-        left.plot(imu.time - turn.begin, np.degrees(remaining),
-                  label=name if number < MAX_NAMED_TURNS else None, **looks)
+        left.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
@@ -109,8 +104,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
-        looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label=name if number <= MAX_NAMED_RESETS else None)
+        looks = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
         draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
@@ -176,13 +170,10 @@ def _draw_frames(axes: Axes, width: float, own: str,
             axes.annotate('', end, begin, arrowprops=dict(
                 arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
                 linewidth=1.0 if number else 1.8))
-        # before the first reset, a panel already has the names of its own and of the other frame
-        if number < MAX_NAMED_RESETS + 2:
-            place = pose.act(width * np.array(NAME_PLACES[number % len(NAME_PLACES)]))
-            axes.annotate(name, (pose.x, pose.y), xytext=tuple(place), fontsize=8,
-                          textcoords='data', fontweight='normal' if number else 'bold', ha='center',
-                          va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0,
-                                                 pad=0.0))
+        place = pose.act(width * np.array(NAME_PLACES[number % len(NAME_PLACES)]))
+        axes.annotate(name, (pose.x, pose.y), xytext=tuple(place), fontsize=8, textcoords='data',
+                      fontweight='normal' if number else 'bold', ha='center', va='center',
+                      bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
 
 
 def _draw_ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:
