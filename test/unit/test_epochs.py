@@ -11,7 +11,8 @@ from recorded_run import (  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs
+from tb3_labs.report.motion.drives import epoch_of
+from tb3_labs.report.motion.resets_and_goals import epochs
 
 
 @pytest.fixture(params=[True, False])

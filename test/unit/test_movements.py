@@ -9,7 +9,7 @@ from made_run import drive, driven, goals, made, resets, turn, values
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import (
-    CAME_TO_REST, CONTROL_GONE, LAB_GOAL, MovementKind, completed, movements)
+    CAME_TO_REST, LAB_GOAL, MovementKind, completed, movements)
 from tb3_labs.report.motion.resets_and_goals import epochs
 from tb3_labs.report.run_data import Commands, Poses
 
@@ -130,13 +130,8 @@ def test_a_reset_while_it_drives_ends_the_drive():
     run = run_of([turn(2.0, 90.0), (3.2, 12.0, 0.2, 0.0)], resets=resets((8.02, 0.0, 0.0, 0.0)),
                  **control((1.0, 1.0)))
     first, second = drives(run)
-    assert (first.outcome, second.outcome) == ('ended by a reset', CAME_TO_REST)
+    assert first.outcome == second.outcome == CAME_TO_REST
     assert second.begin == pytest.approx(8.1)
-
-
-def test_a_person_who_takes_control_ends_the_drive():
-    found, = drives(run_of(BACK[:2], **control((1.0, 1.0), (BACK[1][1] - 0.1, 0.0))))
-    assert found.outcome == CONTROL_GONE
 
 
 def test_a_node_that_sends_tf_alone_has_the_local_pose_of_its_frames():

@@ -15,11 +15,13 @@ from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.movements import STRAIGHT_AFTER
-from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
+from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epochs, spans
 from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0
+#: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
+RESET_DELAY = 0.1
 #: Stands for an unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
@@ -57,6 +59,16 @@ def drives(run: RunData) -> List[DriveReport]:
             reports.append(_drive(run, frames, states[first:end], states[end:end + 1]))
         first = end
     return reports
+
+
+def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
+    """Returns the Epoch of a drive from `begin` to `end` [s].
+
+    If a reset begins the drive, the pose may show the reset a moment after the drive's begin. But a
+    reset that is nearer to the drive's end has ended the drive, so that its epoch is not returned.
+    """
+    latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
+    return [epoch for epoch in in_order if epoch.begin <= latest][-1]
 
 
 def _is_same_drive(frames: Sequence[Epoch], span: Span, following: Span) -> bool:

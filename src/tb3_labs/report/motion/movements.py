@@ -48,10 +48,8 @@ STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 MIN_DRIVE_LENGTH = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-#: A drive is followed by one of these states: the robot came to rest, or the node lost control.
-CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
-#: The loss of control ended a drive if it came within this time before or after its end [s].
-TAKEN_WITHIN = 0.3
+#: The state after a drive.
+CAME_TO_REST = 'came to rest'
 
 
 class MovementKind(Enum):
@@ -85,16 +83,11 @@ def movements(run: RunData) -> List[Movement]:
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
     # a reset, or the loss of control, cuts off a movement
-    cuts = np.concatenate([run.resets.time, _losses_of_control(run)])
+    cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
     is_cut = np.diff(np.searchsorted(np.sort(cuts), time[moves])) > 0
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE
     parts = np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)
     return [_movement(run, part, ends) for part in parts]
-
-
-def _losses_of_control(run: RunData) -> np.ndarray:
-    """Returns the times of the messages False on ctrl_relinq [s]."""
-    return run.control.time[run.control.value == 0.0]
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
@@ -170,16 +163,11 @@ def _with_local(run: RunData) -> RunData:
 
 def _with_states(run: RunData, goal: Pose2) -> RunData:
     begins: List[Tuple[float, str]] = []
-    taken = _losses_of_control(run)
-    drives = [movement for movement in movements(run) if movement.kind is MovementKind.DRIVE]
-    next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
-    for drive, next_begin in zip(drives, next_begins):
-        begins += _states_of_drive(drive)
-        was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
-        goes_on = was_reset and next_begin < drive.end + MOVEMENT_PAUSE
-        if drive.end < run.duration and not goes_on:
-            was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
-            begins.append((drive.end, CONTROL_GONE if was_taken else CAME_TO_REST))
+    for movement in movements(run):
+        if movement.kind is MovementKind.DRIVE:
+            begins += _states_of_drive(movement)
+            if movement.end < run.duration:
+                begins.append((movement.end, CAME_TO_REST))
     if not begins:
         return run
     time = np.array([begin for begin, _ in begins])

@@ -19,7 +19,7 @@ clock. Edge case: a reset before the first local_pose, or after the last one, be
 import math
 import re
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Set, Tuple
+from typing import List, Optional, Set, Tuple
 
 import numpy as np
 
@@ -46,8 +46,6 @@ LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
 #: new frame, but at most this time before the first message of the new frame [s].
 MAX_TIME_BEFORE = 0.05
-#: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
-RESET_DELAY = 0.1
 #: A goal belongs to a state if it arrived at most this time after the state [s].
 SAME_MOMENT = 0.1
 
@@ -126,16 +124,6 @@ def _epoch_begins(run: RunData) -> List[float]:
 def _displacements(poses: Poses) -> Poses:
     """Returns each pose after the first, seen from the pose before it."""
     return poses.take(slice(None, -1)).inverse() @ poses.take(slice(1, None))
-
-
-def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
-    """Returns the Epoch of a drive from `begin` to `end` [s].
-
-    If a reset begins the drive, the pose may show the reset a moment after the drive's begin. But a
-    reset that is nearer to the drive's end has ended the drive, so that its epoch is not returned.
-    """
-    latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
-    return [epoch for epoch in in_order if epoch.begin <= latest][-1]
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:

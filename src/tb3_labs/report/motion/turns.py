@@ -31,8 +31,8 @@ REST_MEAN = 0.3
 MAX_MISSED = 1.0
 #: Without a message on `turn`, a movement is a turn only if its angle is at least this [rad].
 MIN_TURN = math.radians(45.0)
-#: At most this many turns of one movement are found.
-MAX_PARTS = 100
+#: Two turns are separate if no command turns the robot for longer than this [s].
+TURN_PAUSE = 0.5
 #: The request of a turn comes at most this long before the turn begins [s].
 REQUESTED_BEFORE = 2.0
 
@@ -92,24 +92,16 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 def _separate_turns(run: RunData, movement: Movement,
                     until: float) -> List[Tuple[float, float, float]]:
     """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
-    the time of the first command after the movement. Two turns are separate if the robot rests
-    between them, and each is large enough. So a small correction is a part of the turn that it
+    the time of the first command after the movement. Two turns are separate if no command turns the
+    robot for TURN_PAUSE between them. So a quick correction is a part of the turn that it
     corrects."""
     commands = run.commands.between(movement.begin, movement.end)
-    turning = np.abs(commands.angular) > NO_SPEED
-    stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
-    parts = []
-    begin = movement.begin
-    for k in stops[:MAX_PARTS]:
-        stop = float(commands.time[k])
-        if not turning[k:].any():
-            break
-        go = float(commands.time[k + int(np.argmax(turning[k:]))])
-        is_turn = _turn(run, begin, stop, go, math.inf) is not None
-        if is_turn and _turn(run, go, movement.end, until, math.inf) is not None:
-            parts.append((begin, stop, go))
-            begin = go
-    return parts + [(begin, movement.end, until)]
+    times = commands.time[np.abs(commands.angular) > NO_SPEED]
+    first_after_pause = np.flatnonzero(np.diff(times) > TURN_PAUSE) + 1
+    begins = [movement.begin, *times[first_after_pause].tolist()]
+    next_begins = [*begins[1:], until]
+    ends = [*times[first_after_pause - 1].tolist(), movement.end]
+    return list(zip(begins, ends, next_begins))
 
 
 def _turn(run: RunData, begin: float, end: float, next_command: float,

@@ -24,8 +24,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import DriveReport
-from tb3_labs.report.motion.resets_and_goals import Epoch, epoch_of, epochs, local_in_odom
+from tb3_labs.report.motion.drives import DriveReport, epoch_of
+from tb3_labs.report.motion.resets_and_goals import Epoch, epochs, local_in_odom
 from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 from tb3_labs.report.run_data import Poses, RunData
 
