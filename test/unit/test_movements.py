@@ -25,12 +25,6 @@ def control(*times_and_values):
     return {'control': values(*zip(*times_and_values))}
 
 
-def arc(degrees):
-    """A turn, then both speeds at once, by a law that steers a little, or in an arc. Its first 0.3 s are ignored."""
-    first = turn(2.0, 90.0)
-    return [first, (first[1], first[1] + 4.3, 0.2, math.radians(degrees) / 4.0)]
-
-
 ARC = [(2.0, 6.0, 0.2, 0.5)]
 
 
@@ -40,10 +34,9 @@ MOUSE, PAD = {'devices': ('mouse_info',)}, {'devices': ('joy',)}
 @pytest.mark.parametrize('parts, segments, kind', [
     # one turn of a drive may be missing
     ({}, DRIVE[:2], MovementKind.DRIVE), ({}, DRIVE[1:], MovementKind.DRIVE), ({}, DRIVE[1:2], MovementKind.BY_HAND),
-    # a drive moves the robot by a tenth of a metre, and its line keeps the heading
+    # a drive moves the robot by a tenth of a metre
     ({}, drive(2.0, 90.0, 0.09, 90.0), MovementKind.BY_HAND),
     ({}, drive(2.0, 90.0, 0.11, 90.0), MovementKind.DRIVE),
-    ({}, arc(19.0), MovementKind.DRIVE), ({}, arc(21.0), MovementKind.BY_HAND),
     # if a mouse is there, only a turn faster than the mouse's is a turn, and nothing is a drive
     (MOUSE, [turn(2.0, 90.0, 0.5)], MovementKind.BY_HAND), (MOUSE, [turn(2.0, 90.0, 0.51)], MovementKind.TURN),
     ({}, [turn(2.0, 90.0, 0.5)], MovementKind.TURN), (MOUSE, DRIVE, MovementKind.BY_HAND),

@@ -14,12 +14,13 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.movements import STRAIGHT_AFTER
 from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epochs, spans
 from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0
+#: The turn before a straight line may go on for this time after the line's first command [s].
+STRAIGHT_AFTER = 0.3
 #: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
 #: Stands for an unknown (distance, angle).
@@ -76,12 +77,8 @@ def _is_same_drive(frames: Sequence[Epoch], span: Span, following: Span) -> bool
         return following.state in DRIVING or is_stopped(following.state)
     # after a stop or a final error that is too large, the robot drives to the same goal again
     is_again = span.state == FINAL_TURN or is_stopped(span.state)
-    return is_again and span.goal == following.goal and _is_same_epoch(frames, span, following)
-
-
-def _is_same_epoch(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
-    return epoch_of(frames, span.begin, span.end) is epoch_of(
-        frames, following.begin, following.end)
+    epoch, next_epoch = (epoch_of(frames, each.begin, each.end) for each in (span, following))
+    return is_again and span.goal == following.goal and epoch is next_epoch
 
 
 def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
@@ -99,7 +96,7 @@ def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
     if epoch.local_T_world is not None:
         true_error = _final_error(truth.seen_from(epoch.local_T_world), whole)
     return DriveReport(
-        whole.begin, whole.end, whole.goal, _outcome(frames, whole, next_states),
+        whole.begin, whole.end, whole.goal, _outcome(next_states),
         _final_error(local, whole), true_error, _drift(run, parts))
 
 
@@ -122,14 +119,10 @@ def _drift(run: RunData, parts: Sequence[Span]) -> float:
     return float(yaw[-1] - yaw[0]) if len(yaw) > 1 else math.nan
 
 
-def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) -> str:
+def _outcome(next_states: Sequence[Span]) -> str:
     if not next_states:
         return 'recording ended'
-    following = next_states[0]
-    if following.state == GoalState.GOAL_REACHED.name:
+    following = next_states[0].state
+    if following == GoalState.GOAL_REACHED.name:
         return 'reached'
-    if following.state != TURN_TO_GOAL:
-        return following.state
-    if following.goal != drive.goal:
-        return 'replaced by a new goal'
-    return 'begun anew' if _is_same_epoch(frames, drive, following) else 'ended by a reset'
+    return 'begun anew' if following == TURN_TO_GOAL else following

@@ -9,8 +9,7 @@ A *movement* is a stretch of commands that are not zero. Its pauses are shorter 
 `MOVEMENT_PAUSE`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A movement is a
 
 * turn, if no command has a forward speed;
-* drive, if a turn, a straight line and a turn were commanded; one of the two turns may be missing.
-  The line is straight if the heading stays within `MAX_BEND` of the heading at the line's start;
+* drive, if a turn, a way forward and a turn were commanded; one of the two turns may be missing;
 * movement by hand, if it is not a turn and not a drive.
 
 Other topics decide if they were recorded. With `ctrl_relinq` or `joy`, a movement is a drive while
@@ -22,7 +21,6 @@ Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next command, at most for the robot's timeout. A run
 without commands has no movements.
 """
-import math
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import List, Tuple
@@ -41,10 +39,6 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 MOVEMENT_PAUSE = 1.0
 #: A speed below this counts as zero [m/s], [rad/s].
 NO_SPEED = 1e-3
-#: On a straight line the heading differs by at most this from the heading at its start [rad].
-MAX_BEND = math.radians(20.0)
-#: The turn before a straight line may go on for this time after the line's first command [s].
-STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 MIN_DRIVE_LENGTH = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
@@ -105,7 +99,8 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
         may_be_drive = has_turn and 'mouse_info' not in run.devices
-        is_drive = may_be_drive and _is_line(run, forward, turns_again)
+        length = run.odometry.at(forward).distance_to(run.odometry.at(turns_again))
+        is_drive = may_be_drive and length >= MIN_DRIVE_LENGTH
         kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
     else:
         is_fast = np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED
@@ -121,14 +116,6 @@ def has_control(run: RunData, time: float) -> bool:
         return False
     before = run.control.value[run.control.time <= time]
     return bool(before[-1]) if len(before) else not run.control.value[0]
-
-
-def _is_line(run: RunData, begin: float, end: float) -> bool:
-    """Was the way from `begin` to `end` [s] straight, and long enough for a drive?"""
-    yaw = np.unwrap(run.imu.between(begin + STRAIGHT_AFTER, end).yaw)
-    if len(yaw) and np.abs(yaw - yaw[0]).max() > MAX_BEND:
-        return False
-    return run.odometry.at(begin).distance_to(run.odometry.at(end)) >= MIN_DRIVE_LENGTH
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:

@@ -34,8 +34,6 @@ NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
-#: Only this many characters of a line are searched for a reset.
-MAX_RESET_LENGTH = 500
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
 #: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
@@ -53,7 +51,7 @@ SAME_MOMENT = 0.1
 def declared_by(line: str) -> Optional[Pose2]:
     """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
     line."""
-    found = RESET_LINE.search(line[:MAX_RESET_LENGTH])
+    found = RESET_LINE.search(line)
     if found is None:
         return None
     x, y, yaw = (float(word) for word in found.groups()[:3])

@@ -46,8 +46,6 @@ class TurnReport:
     requested: float
     turned: float                     # by the IMU
     true_turned: float                # by the ground truth
-    peak_rate: float                  # [rad/s], by the gyro
-    overshoot: float                  # the largest angle beyond `requested` during the turn
 
     @property
     def duration(self) -> float:
@@ -128,10 +126,8 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
     requested = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
     if not requested:
         return None
-    beyond = math.copysign(1.0, requested) * yaw - abs(requested)
-    return TurnReport(
-        rest_before, rest_after, requested, turned, _true_turn(run, rest_before, last),
-        float(np.abs(imu.yaw_rate).max()), max(0.0, float(beyond.max())))
+    return TurnReport(rest_before, rest_after, requested, turned,
+                      _true_turn(run, rest_before, last))
 
 
 def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:

@@ -39,9 +39,9 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
-#: The places of names, from the origins of their frames, as shares of a panel's width. Frames with
-#: the same origin have different places.
-NAME_PLACES = ((-0.06, -0.06), (0.06, -0.06), (-0.06, 0.06), (0.06, 0.06))
+#: The places of names, from the origins of their frames [points]. Frames with the same origin have
+#: different places.
+NAME_PLACES = ((-30, -9), (30, -9), (-30, 9), (30, 9))
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -95,8 +95,8 @@ def turns_figure(run: RunData) -> Figure:
 
 
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
-    """Returns a figure with two panels of the same scale: the path in odom, and the path in local.
-    Both panels have the axes of both frames, and the goals of the drives."""
+    """Returns a figure with two panels: the path in odom, and the path in local. Both panels have
+    the axes of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
@@ -119,13 +119,11 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     _draw_ends(in_local, local, [goal for _, goal in goals])
     chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
               for number, epoch in enumerate(frames)]
-    size = _same_scale((in_odom, [pose for pose, _ in chosen]),
-                       (in_local, [pose.inverse() for pose, _ in chosen]))
-    _draw_frames(in_odom, size, 'odom', [(pose, 'local' + after) for pose, after in chosen])
-    _draw_frames(in_local, size, 'local', [
-        (pose.inverse(), 'odom' + after) for pose, after in chosen])
+    _draw_frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in chosen])
+    _draw_frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in chosen])
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
         axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
+        axes.set_aspect('equal', adjustable='datalim')
         axes.grid(True, linewidth=0.3)
     legend_below(figure, *in_odom.get_legend_handles_labels())
     return figure
@@ -144,36 +142,21 @@ def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Po
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 
-def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give all `panels` the same scale and size. Each panel is (axes, poses of frames). Returns the
-    width of a panel [m]."""
-    boxes = []
-    for axes, frames in panels:
-        places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
-        axes.update_datalim(places)
-        boxes.append(axes.dataLim.get_points())
-    width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
-    for (axes, _), box in zip(panels, boxes):
-        x, y = box.mean(axis=0)
-        axes.set(xlim=(x - width / 2.0, x + width / 2.0), ylim=(y - width / 2.0, y + width / 2.0))
-        axes.set_aspect('equal', adjustable='box')
-    return width
-
-
-def _draw_frames(axes: Axes, width: float, own: str,
-                 others: Sequence[Tuple[Pose2, str]]) -> None:
+def _draw_frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]]) -> None:
     """Draw the names and axes of the panel's `own` frame and of the frames `others`, each (pose,
     name). The x axis is longer than the y axis."""
     for number, (pose, name) in enumerate([(Pose2(), own), *others]):
-        for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
+        for tip in ((0.2, 0.0), (0.0, 0.13)):       # [m]
             begin, end = pose.act([(0.0, 0.0), tip])
             axes.annotate('', end, begin, arrowprops=dict(
                 arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
                 linewidth=1.0 if number else 1.8))
-        place = pose.act(width * np.array(NAME_PLACES[number % len(NAME_PLACES)]))
-        axes.annotate(name, (pose.x, pose.y), xytext=tuple(place), fontsize=8, textcoords='data',
-                      fontweight='normal' if number else 'bold', ha='center', va='center',
+        axes.annotate(name, (pose.x, pose.y), xytext=NAME_PLACES[number % len(NAME_PLACES)],
+                      fontsize=8, textcoords='offset points', ha='center', va='center',
+                      fontweight='normal' if number else 'bold',
                       bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
+    axes.update_datalim([(pose.x, pose.y) for pose, _ in others] + [(0.0, 0.0), (1.0, 0.0)])
+    axes.autoscale_view()
 
 
 def _draw_ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:

@@ -65,9 +65,6 @@ TURN_COLUMNS = (
     Column('error_deg', 'beyond (+), short (-) [deg]', lambda turn: math.degrees(turn.error),
            '{:+.2f}'),
     Column('time_s', 'time [s]', lambda turn: turn.duration, '{:.2f}'),
-    Column('peak_rate_rad_s', 'peak rate [rad/s]', lambda turn: turn.peak_rate, '{:.2f}'),
-    Column('overshoot_deg', 'overshoot [deg]', lambda turn: math.degrees(turn.overshoot),
-           '{:.2f}'),
     Column('true_error_deg', 'truly beyond [deg]', lambda turn: math.degrees(turn.true_error),
            '{:+.2f}'))
 DRIVE_COLUMNS = (

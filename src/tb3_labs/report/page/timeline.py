@@ -236,6 +236,5 @@ def section(data: Dict[str, Any]) -> str:
         curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
         nodes=escape(', '.join(data['nodes'])), marks=''.join(mark_line(data)),
         mark_list=mark_list, log=log, data=text,
-        bounds=', '.join(f'{bound:g} {unit}' for unit, bound in BOUNDS.items()),
         script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'
