@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_run import STATES, TIME, X, ZERO, goals, made, poses, states
+from made_run import STATES, TIME, X, ZERO, goals, imu_samples, made, poses, states
 from recorded_run import MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import goal_errors, spans
-from tb3_labs.report.run_data import ImuSamples
 
 #: A shift of local_pose that is too small for a reset [m].
 SHIFT = 0.015
@@ -61,7 +60,7 @@ def test_the_true_error_is_seen_from_where_local_truly_stands():
 
 def heading(times, degrees):
     yaw = np.radians(np.interp(TIME, times, degrees))
-    return ImuSamples(TIME, TIME, yaw, ZERO)
+    return imu_samples(TIME, TIME, yaw, ZERO)
 
 
 def test_drift_counts_from_three_tenths_into_the_straight_part():

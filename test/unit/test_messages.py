@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from real_recordings import arrays_of
 
+from made_run import imu_samples
+
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.report.bag.messages import RecordedClock, times_on_recorders_clock
 from tb3_labs.report.motion.resets_and_goals import declared_by
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
+from tb3_labs.report.run_data import OdometrySamples, RunData
 
 #: The robot's clock is ahead of the recorder's by this much [s].
 AHEAD = 0.775
@@ -91,7 +93,7 @@ def test_recordings_of_a_real_robot(name, offset_deg, metres):
     clock = RecordedClock.of(odometry[0], odometry[1])
     imu, odometry = ([table[0], times_on_recorders_clock(table[0], table[1], clock), *table[2:]]
                      for table in (imu, odometry))
-    run = RunData(name=name, start=0.0, duration=float(odometry[0][-1]), imu=ImuSamples(*imu),
+    run = RunData(name=name, start=0.0, duration=float(odometry[0][-1]), imu=imu_samples(*imu),
                   odometry=OdometrySamples(*odometry))
     offset = np.unwrap(run.imu.yaw_at(run.odometry.time) - np.unwrap(run.odometry.yaw)).mean()
     assert math.degrees(wrap(offset)) == pytest.approx(offset_deg, abs=0.05)

@@ -4,15 +4,17 @@ import math
 import numpy as np
 import pytest
 
+from made_run import imu_samples
+
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import ImuSamples, Poses
+from tb3_labs.report.run_data import Poses
 
 
 def test_a_yaw_is_interpolated_across_half_a_turn():
     times, yaws = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
-    for samples in (ImuSamples(times, times, yaws, 0.0 * times), Poses(times, times, times, times, yaws)):
+    for samples in (imu_samples(times, times, yaws, 0.0 * times), Poses(times, times, times, times, yaws)):
         assert samples.yaw_at([0.5, 1.0, 2.0]) == pytest.approx(
             [math.pi, WHOLE_TURN - 3.0, WHOLE_TURN - 2.0])
         assert samples.yaw_at([-5.0, 9.0]) == pytest.approx([3.0, WHOLE_TURN - 2.0])

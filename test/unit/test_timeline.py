@@ -9,7 +9,9 @@ from html import escape
 import numpy as np
 import pytest
 from hypothesis import given, strategies
-from made_run import TIME, X, ZERO, driven, goals, made, poses, reset_lines, states, turn
+from made_run import (
+    TIME, X, ZERO, driven, goals, imu_samples, made, poses, reset_lines, speeds_sent, states,
+    turn)
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
@@ -18,7 +20,7 @@ from tb3_labs.report.motion.movements import completed
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import timeline
 from tb3_labs.report.page.moments import moments
-from tb3_labs.report.run_data import Commands, ImuSamples, LogLines, Numbers
+from tb3_labs.report.run_data import LogLines, Numbers
 from tb3_labs.robot.turtlebot3 import robot_model
 
 BURGER = robot_model('burger')
@@ -64,7 +66,7 @@ def test_ten_minutes_with_noise_fit_a_page():
     """120,000 samples of a gyro with the noise of the real Burger's, while it turns to and fro."""
     time = np.arange(120000) / 200.0
     noise = np.random.RandomState(3).normal(0.0, 1.0, (2, len(time)))
-    run = made(duration=600.0, imu=ImuSamples(
+    run = made(duration=600.0, imu=imu_samples(
         time, time, 2.0 * np.sin(time / 3.0) + math.radians(0.03) * noise[0],
         2.0 / 3.0 * np.cos(time / 3.0) + 0.01 * noise[1]))
     assert len(timeline.section(data_of(run))) < 1e6
@@ -103,7 +105,7 @@ def test_the_true_robot_stands_in_odom_where_its_first_pose_says():
 
 def test_marks_name_stops_silences_and_who_may_drive():
     keep = TIME[(TIME < 2.0) | (TIME > 3.0)]
-    run = made(imu=ImuSamples(keep, keep, 0.0 * keep, 0.0 * keep),
+    run = made(imu=imu_samples(keep, keep, 0.0 * keep, 0.0 * keep),
                control=Numbers(*np.array([(0.5, 4.0), (0.5, 4.0), (1.0, 0.0)])))
     words = [(mark['kind'], mark['text']) for mark in data_of(run)['marks']]
     assert ('lost', 'imu silent for 1.1 s') in words
@@ -118,8 +120,8 @@ def test_a_turn_is_one_mark_and_a_line_is_driven_by_hand():
 
 
 def test_a_command_ends_with_the_robots_timeout():
-    run = made(commands=Commands(*np.array([(1.0, 1.1, 4.0), (1.0, 1.1, 4.0), (0.1, 0.1, 0.2),
-                                            (0.0, 0.0, 0.0)])))
+    run = made(commands=speeds_sent(*np.array([
+        (1.0, 1.1, 4.0), (1.0, 1.1, 4.0), (0.1, 0.1, 0.2), (0.0, 0.0, 0.0)])))
     assert data_of(run)['commands'] == [
         (1.0, 0.1, 0.0), (1.6, None, None), (4.0, 0.2, 0.0), (4.5, None, None)]
 
@@ -134,8 +136,8 @@ def path_in(page, curve, kind):
 
 def test_the_curves_are_the_tracks_and_the_commands_are_steps():
     keep = (TIME < 2.0) | (TIME > 3.0)
-    run = made(imu=ImuSamples(TIME[keep], TIME[keep], 0.1 * TIME[keep], ZERO[keep] + 0.1),
-               commands=Commands(*np.array([(1.0, 1.4), (1.0, 1.4), (0.1, -0.2), (0.0, 0.0)])))
+    run = made(imu=imu_samples(TIME[keep], TIME[keep], 0.1 * TIME[keep], ZERO[keep] + 0.1),
+               commands=speeds_sent(*np.array([(1.0, 1.4), (1.0, 1.4), (0.1, -0.2), (0.0, 0.0)])))
     page = timeline.section(data_of(run))
     before, after = path_in(page, 'heading', 'measured')
     for piece, ends in ((before, (0.0, 1.95)), (after, (3.05, 10.0))):

@@ -155,7 +155,7 @@ def _draw_frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]]) -> N
                       fontsize=8, textcoords='offset points', ha='center', va='center',
                       fontweight='normal' if number else 'bold',
                       bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
-    axes.update_datalim([(pose.x, pose.y) for pose, _ in others] + [(0.0, 0.0), (1.0, 0.0)])
+    axes.update_datalim([(pose.x, pose.y) for pose, _ in others] + [(-0.5, 0.0), (0.5, 0.0)])
     axes.autoscale_view()
 
 

@@ -35,12 +35,9 @@ FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2}
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
 #: The paragraph of a page on the values that were not recorded.
 COMPUTED = (
-    'Some values are computed, because their topics were not recorded. Without goal_state, drives '
-    'are found by the commands on cmd_vel; a movement that is neither a turn nor a drive counts as '
-    'by hand. Without the topic turn, the asked angle is the nearest multiple of 90 degrees. '
-    'Without tf, the local frame is declared (0, 0, 0) at the first sample, and again at each '
-    'reset; a place in it is by the odometry, a heading by the IMU. Without current_goal, each '
-    'goal is the goal of the lab, or the goal of the option --goal.')
+    'Some topics were not recorded, so their values are computed: drives and turns by the commands '
+    'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
+    'of resets, the odometry and the IMU, and goals by the lab or the option --goal.')
 
 
 def _goal(drive: DriveReport) -> Tuple[float, float, float]:
