@@ -1,7 +1,7 @@
 """Runs a program of tb3_labs.ros: python3 PATH/run.py NAME ARGUMENTS
 
-`python3 -m` would look for each module in the current folder first, even for the modules of Python
-and ROS: a copy.py in this folder would run. A script looks first in the folder of the script.
+`python3 -m` would look for each module in the current folder first, even for Python's own modules.
+So a copy.py in this folder would run. A script looks first in the folder of the script.
 """
 import runpy
 import sys

@@ -47,7 +47,7 @@ from tb3_labs.srv import ResetPose
 MESSAGE_TIMEOUT = 120.0
 #: Longest wait for the recorder, which may have ended because the disk was full [s, wall clock].
 RECORDER_TIMEOUT = 15.0
-#: If move_to_goal does not take control within this time, control is given again [s, wall clock].
+#: The node gives control again if move_to_goal does not take it within this time [s, wall clock].
 GRANT_PERIOD = 1.0
 #: Time from the end of a drive to the reading of the true pose [s].
 REST_TIME = 0.5
@@ -194,8 +194,8 @@ class Demo:
                          world_T_local.inverse() @ reached, ended - begun)
 
     def _give_control(self):
-        """Publish permissions until move_to_goal has control. A node that has just started ignores
-        a permission that may be old. After a person's stop no permission is published."""
+        """Publish permissions until move_to_goal has control. If a node has just started, it
+        ignores a permission that may be old. After a person's stop no permission is published."""
         def try_to_give():
             if self._control_taken or self._value('has_control'):
                 return True
@@ -210,8 +210,8 @@ class Demo:
         return value
 
     def _await(self, topic, since=0.0, matches=lambda value: True):
-        """Wait for the first value of `topic` that arrived at `since` [s] or later, and for which
-        `matches(value)` is true. Returns (time of arrival [s], value)."""
+        """Wait for a value of `topic` with `matches(value)`, which arrived at `since` [s] or later.
+        Returns (time of arrival [s], value)."""
         def values():
             if self._control_taken:
                 raise ControlTaken

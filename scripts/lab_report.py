@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 """Makes a report of a recorded run: timeline, paths, turns and tables, as a page, PNG and CSV.
 
-Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. Drives
-and turns are found in goal_state. If a node of your own does not publish goal_state, they are found
-in cmd_vel. Resets are found in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To
-compare runs, put their turns.csv or drives.csv into one spreadsheet.
+Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. The
+report finds drives and turns in goal_state, or in cmd_vel if your node does not publish goal_state.
+The report finds resets in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To compare
+runs, put their turns.csv or drives.csv into one spreadsheet.
 """
 import sys
 from pathlib import Path
 
 from tb3_labs.command_line import Parser, failure_text, number_or_text, printable
-from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, robot_model
+from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
 #: A line on the terminal has at most this many characters.

@@ -8,8 +8,6 @@ it. MARKS is a folder that gets marks.csv, overview.html, and for each student a
 results.json. A marked submission is not tried again until it changes. The instructors' page on
 marking has more.
 """
-import tb3_labs.ros.early_signals    # noqa: F401 (first, so that Ctrl+C works in later imports)
-
 import os
 import shlex
 import signal
@@ -31,7 +29,7 @@ from tb3_labs.marking.trial_runner import (
     POLL_PERIOD, MarkingInterrupted, TrialRunner, marking_environment, new_marks)
 from tb3_labs.terminal import run_tool
 
-#: The signals of Ctrl+C, of the command kill, and of a closed terminal.
+#: These signals come from Ctrl+C, the command kill, and a closed terminal.
 END_SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
 INTERRUPTED = threading.Event()
 
@@ -87,7 +85,7 @@ def main(argv):
 
 def mark_class(arguments, work):
     """Mark a class by the arguments, with temporary files in the folder `work`. Returns the exit
-    status. This function replaces the environment of the process by that of a separate ROS."""
+    status. This function gives the process the environment of a separate ROS."""
     environment = marking_environment(work / 'ros', os.environ)
     os.environ.clear()
     os.environ.update(environment)
@@ -127,7 +125,7 @@ def _submissions(arguments):
 
 def _choose_protection(arguments, work):
     """Returns True if the programs of the submissions run in sandboxes. ``ValueError`` if sandboxes
-    do not work on this computer, and no argument allows the marking without them."""
+    do not work on this computer, and --unprotected is not given."""
     problem = protection_problem(Sandbox([]))
     if not problem:
         return True

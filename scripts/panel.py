@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Shows the robot on a page in any browser, and lets it be driven there.
+"""Shows the robot on a page in any browser. A person can drive the robot there.
 
 The panel prints the page's address. A page drives as a pad or as a mouse. So the node `gamepad` or
 the node `controller` must run. One page drives at a time. Every page may stop the robot.

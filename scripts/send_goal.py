@@ -24,10 +24,10 @@ from std_msgs.msg import String
 
 from tb3_labs.command_line import number_or_text
 from tb3_labs.control.goal_state import WAITING_FOR_CONTROL, is_over
-from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.ros.conversions import to_pose_stamped
 from tb3_labs.ros.node import Interrupted, catch_signals, pause
 from tb3_labs.ros.topics import require_master, subscribe
+from tb3_labs.supervision.goal_requests import TypedPose
 from tb3_labs.terminal import run_tool
 
 HELP = 'usage: send_goal.py X Y YAW_DEG, three numbers in m, m and degrees with blanks between ' \
@@ -66,7 +66,7 @@ def drive(goal):
     ended = threading.Event()
 
     def on_transition(handle):
-        # SimpleActionClient (1.14.0) loses an answer that comes before its send_goal() has returned
+        # if an answer comes before send_goal() has returned, SimpleActionClient (1.14.0) loses it
         if handle.get_comm_state() == actionlib.CommState.DONE:
             ended.set()
 
@@ -110,5 +110,5 @@ def main(argv):
 
 
 if __name__ == '__main__':
-    # without run_tool() the error of a closed terminal would hide the Interrupted
+    # run_tool() is needed: otherwise the error of a closed terminal would hide the Interrupted
     run_tool(lambda _: main(rospy.myargv()[1:]))

@@ -2,8 +2,8 @@
 """Writes the catkin package with which a student begins a lab.
 
 The folder doc/skeletons/LAB has the package's files as templates. In a template the text @PACKAGE@
-stands for the package's name. The name of a template may end in `.in`, so that ROS's tools do not
-use the template as a package or a launch file. The file in the package has its name without `.in`.
+stands for the package's name. The name of a template may end in `.in`. Then ROS's tools do not take
+the template for a package or a launch file. The file in the package has its name without `.in`.
 """
 import sys
 from pathlib import Path
@@ -11,13 +11,14 @@ from pathlib import Path
 import rospkg
 
 from tb3_labs.command_line import Parser, failure_text
-from tb3_labs.marking.names import LAB_NODES
 from tb3_labs.terminal import run_tool
 
 #: Each folder in this folder has the templates of a lab.
 FOLDER = 'doc/skeletons'
 PLACEHOLDER = '@PACKAGE@'
 SUFFIX = '.in'
+#: lab -> the name of its package in the handouts
+PACKAGES = {'imu': 'ice6', 'turn': 'lab2', 'move2goal': 'lab7_tf', 'gamepad': 'lab4_gamepad'}
 
 
 def package_files(templates, package):
@@ -66,7 +67,7 @@ def parse(argv):
         description='Writes the catkin package that a student begins a lab with: a launch file, '
         "and the lab's node with its TODOs. What is already there is not overwritten.",
         epilog='Example: rosrun tb3_labs skeleton.py turn ~/catkin_ws/src')
-    parser.add_argument('lab', metavar='LAB', choices=list(LAB_NODES), help=', '.join(LAB_NODES))
+    parser.add_argument('lab', metavar='LAB', choices=list(PACKAGES), help=', '.join(PACKAGES))
     parser.add_argument('folder', metavar='DIRECTORY', type=Path,
                         help='the folder src of a catkin workspace')
     return parser.parse_args(argv)
@@ -75,8 +76,7 @@ def parse(argv):
 def main(argv):
     """Write the package, and print the next steps. Returns the exit status."""
     options = parse(argv)
-    package = LAB_NODES[options.lab].packages[0]
-    node = LAB_NODES[options.lab].files[0]
+    package = PACKAGES[options.lab]
     templates = Path(rospkg.RosPack().get_path('tb3_labs')) / FOLDER / options.lab
     try:
         target = checked_target(options.folder.expanduser().resolve(), package)
@@ -88,7 +88,7 @@ def main(argv):
     except (OSError, RuntimeError, ValueError) as problem:      # RuntimeError: ~nobody has no home
         print(f'skeleton.py: {failure_text(problem)}', file=sys.stderr)
         return 2
-    print(f'{target} is written. The TODOs are in src/{node}. Next: cd {target.parent.parent}; '
+    print(f'{target} is written. The TODOs are in its folder src. Next: cd {target.parent.parent}; '
           f'catkin_make; source devel/setup.bash; roslaunch {package} {options.lab}.launch '
           'sim:=true')
     return 0

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Starts a Python node that shows its variables while it runs; type it before the usual command.
+"""Starts a Python node that shows its variables while it runs. Type it before the node's usual
+command.
 
     rosrun tb3_labs watch.py rosrun lab2 turtlebot_controller.py
     rostopic echo /variables
 
-In a launch file: <node ... launch-prefix="rosrun tb3_labs watch.py"/>. The process, its signals,
-terminal and exit status are the node's own.
+In a launch file: <node ... launch-prefix="rosrun tb3_labs watch.py"/>. The node keeps its own
+process, signals, terminal and exit status.
 
 Publishes, from within the node
     variables    diagnostic_msgs/DiagnosticArray, 20 times a second while somebody listens:

@@ -6,5 +6,5 @@ Imports only go down: scripts -> the tools (report, marking, panel, doctor, simu
 `ros_*.py` of `nodes` know ROS. Time comes in as `now` or `dt` in seconds. Angles are radians,
 counter-clockwise positive. Lengths are metres. `handout` has the numbers of the handouts.
 
-Each default value is in a Config, in the file that uses it. `git grep '(Config)'` lists them all.
+Each default is in a Config, in the file that uses it. `git grep '(Config)'` lists all Configs.
 """

@@ -13,7 +13,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
-        # a job of a script that was started with `&` ignores SIGINT, which must end a tool
+        # a script's background job ignores SIGINT, but SIGINT must end a tool
         if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -23,7 +23,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def number_or_text(word: str) -> Union[float, str]:
-    """Returns the number in `word`, or `word` itself, which a Config refuses."""
+    """Returns the number in `word`. Without a number, returns `word`, which a Config refuses."""
     try:
         return float(word)
     except ValueError:
@@ -43,8 +43,8 @@ def whole_number(most: int) -> Callable[[str], int]:
 
 
 def output_folder(path: Union[str, Path]) -> Path:
-    """Returns the folder for a tool's output. A missing folder is made. ``OSError`` if it cannot be
-    made, or if it is a link, since a student's files may have links."""
+    """Returns the folder for a tool's output. A missing folder is made. ``OSError`` if the folder
+    cannot be made, or if it is a link: a student's files may have links."""
     folder = Path(str(path))
     if folder.is_symlink():
         raise OSError(errno.ELOOP, 'it is a link to another folder', str(folder))
@@ -71,7 +71,7 @@ def write_output(path: Union[str, Path], content: Union[str, bytes]) -> None:
 
 
 def failure_text(problem: BaseException) -> str:
-    """Returns the reason for a failure in one line, with the name of the file if known."""
+    """Returns the reason for a failure in one line, also with the file's name if it is known."""
     if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
         return f'{problem.filename}: {problem.strerror}'
     if isinstance(problem, FileNotFoundError):    # only the error of os.getcwd() has no file name

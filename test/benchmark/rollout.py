@@ -13,7 +13,7 @@ from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig, GoalState, sum_of_turns
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference, unwrap
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
@@ -23,6 +23,7 @@ from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 from tb3_labs.nodes.controller.turns import Driver, TurnConfig, make_turn
 from tb3_labs.supervision.events import LogLine
+from tb3_labs.supervision.goal_requests import RequestedPose
 
 #: Time between two looks at the robot's true pose [s].
 POLL_PERIOD = 0.02

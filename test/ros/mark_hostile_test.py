@@ -19,7 +19,7 @@ import rospkg
 
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.intake import sandbox
-from tb3_labs.marking.node_start import MAX_DISK, MAX_OTHER_MEMORY, MAX_PROCESSES
+from tb3_labs.marking.student_nodes import MAX_DISK, MAX_OTHER_MEMORY, MAX_PROCESSES
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 

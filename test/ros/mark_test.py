@@ -24,7 +24,7 @@ from typing import NamedTuple, Optional
 
 import rospkg
 
-from tb3_labs.marking.names import LAB_NODES
+from tb3_labs.marking.student_nodes import LAB_NODES
 from tb3_labs.ros.clocks import wait_until
 
 from node_case import path_of, plain_node

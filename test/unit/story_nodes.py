@@ -1,7 +1,7 @@
 """The nodes of a story: the real cores, with messages that may wait, and with their rules."""
 from reference_rule import GoalRule, HandRule
 from tb3_labs.control.commands import LawStep
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.gamepad.core import GamepadCore
 from tb3_labs.nodes.gamepad.pad import PadConfig, read_pad
@@ -9,7 +9,7 @@ from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Event, MessageAges, Queue
-from tb3_labs.supervision.goal_requests import GoalRequest
+from tb3_labs.supervision.goal_requests import GoalRequest, RequestedPose
 
 #: A node looks at the clock, and a sensor or pad is heard, with this period.
 TICK = 0.05

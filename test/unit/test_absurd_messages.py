@@ -13,7 +13,7 @@ from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header
 
 from timed_part import TimedPart
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.msg import MouseController
 from tb3_labs.nodes.controller.mouse import to_mouse
 from tb3_labs.nodes.move_to_goal.ros_requests import to_requested_pose
@@ -21,6 +21,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.ros.conversions import to_odometry_sample, to_pose2, to_pose_stamped, to_quaternion
 from tb3_labs.ros.rospy_internals import sender_of
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
+from tb3_labs.supervision.goal_requests import RequestedPose
 
 
 def imu(rate=0.0, covariance=0.0, gyro_covariance=0.0):

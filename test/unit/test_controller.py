@@ -9,7 +9,7 @@ from rollout import control, run
 from tb3_labs.control.commands import MAX_IDLE, LawStep
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
-from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, Repetitions, TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, RepeatFilter, TurnConfig, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
@@ -112,7 +112,7 @@ def desk():
 def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_active(desk):
     for _ in range(2):
         desk.tick()
-        assert not desk.watched and desk.core.problem(desk.now) == ''
+        assert not desk.watched and desk.core.problem_text(desk.now) == ''
         desk.law.remaining, desk.law.times, desk.log_lines = 1.0, [], []
         desk.request_turn()
         assert desk.core.idle_for(desk.now) < MAX_IDLE
@@ -227,7 +227,7 @@ LONG = SENDER_PAUSE + 0.1
     (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the first one is refused by the sleep itself
     (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [False, False])])
 def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep(is_waking, requests, accepted):
-    repetitions, found = Repetitions(), []
+    repetitions, found = RepeatFilter(), []
     for at, degrees, age in requests:
         if degrees is None:
             repetitions.stop()

@@ -53,7 +53,7 @@ def test_a_recorded_robot_is_not_accused(name):
             watch.on_wheels(WheelSample(*row[1:]))
         else:
             watch.on_odometry(OdometrySample(row[1], Pose2(*row[2:5]), *row[5:]))
-        assert watch.problem() == ''
+        assert watch.problem_text() == ''
 
 
 def test_without_joint_states_or_stamps_nothing_is_said():
@@ -62,4 +62,4 @@ def test_without_joint_states_or_stamps_nothing_is_said():
         deaf.on_odometry(OdometrySample(0.033 * k, Pose2(0.007 * k, 0.0), 0.2, 0.0))
         stampless.on_odometry(OdometrySample(0.0, Pose2(0.007 * k, 0.0), 0.2, 0.0))
         stampless.on_wheels(WheelSample(0.0, 1.0, 1.0))
-    assert deaf.problem() == stampless.problem() == ''
+    assert deaf.problem_text() == stampless.problem_text() == ''

@@ -10,7 +10,7 @@ from real_recordings import NAMES, arrays_of
 from rollout import obey
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.localization.odometry_jumps import EncoderMonitor
@@ -22,6 +22,7 @@ from tb3_labs.robot.turtlebot3 import robot_model
 from tb3_labs.simulation.network import NETWORKS
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
+from tb3_labs.supervision.goal_requests import RequestedPose
 from timed_part import TimedPart
 
 BURGER = robot_model('burger')
@@ -47,8 +48,8 @@ class Watched:
         self.clock_ahead = settings.pop('clock_ahead', self.clock_ahead)
         self.robot.configure(replace(self.robot.config, **settings))
 
-    def problem(self):
-        return self.ears[0].problem()
+    def problem_text(self):
+        return self.ears[0].problem_text()
 
     def run(self, seconds, linear=0.0, angular=0.0, until=lambda: False):
         """Let time pass, with commands at 20 Hz, or with the commands of a node in `ear`."""
@@ -71,7 +72,7 @@ class Watched:
         if not isinstance(sample, ImuSample):
             self.encoders.on_odometry(sample)
             self.encoders.on_wheels(WheelSample(sample.stamp, *self._wheels[sample.stamp]))
-            assert self.robot.config.battery_cut or self.encoders.problem() == ''
+            assert self.robot.config.battery_cut or self.encoders.problem_text() == ''
         for ear in self.ears:
             stamp = sample.stamp + self.clock_ahead
             if isinstance(sample, ImuSample):
@@ -106,8 +107,8 @@ def test_no_sound_robot_is_accused(settings):
     watched = Watched(**settings)
     watched.run(0.5 * (settings in BAD_WHEELS))
     for linear, angular, seconds in MOTIONS:
-        watched.run(seconds, linear, angular, until=watched.problem)
-        assert watched.problem() == '', (linear, angular)
+        watched.run(seconds, linear, angular, until=watched.problem_text)
+        assert watched.problem_text() == '', (linear, angular)
 
 
 class Losing(Watched):
@@ -131,11 +132,11 @@ class Losing(Watched):
 def test_samples_that_were_lost_accuse_nobody(settings):
     watched = Losing(**settings)
     for linear, angular, seconds in 2 * MOTIONS:
-        watched.run(seconds, linear, angular, until=watched.problem)
-        assert watched.problem() == '', (linear, angular)
+        watched.run(seconds, linear, angular, until=watched.problem_text)
+        assert watched.problem_text() == '', (linear, angular)
     watched.set(gyro_bias_deg=5.0)
-    watched.run(2.0, until=watched.problem)
-    assert watched.problem()
+    watched.run(2.0, until=watched.problem_text)
+    assert watched.problem_text()
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
@@ -176,7 +177,7 @@ def test_a_story_of_a_gyro(words, settings, steps, sign):
             watched.set(**{name: sign * value if name in ('gyro_bias_deg', 'clock_ahead') else value
                            for name, value in step.items()})
         else:
-            assert bool(watched.problem()) is step, words
+            assert bool(watched.problem_text()) is step, words
     assert watched.ears[0].has_compared
 
 
@@ -193,7 +194,7 @@ def test_a_recorded_robot_is_accused_only_if_its_gyro_is_made_to_lie(name, bias_
     accused_at = math.inf
     for arrival, hear, sample in heard:
         hear(sample, arrival)
-        if watch.problem():
+        if watch.problem_text():
             accused_at = min(accused_at, arrival - heard[0][0])
     assert accused_at <= found_in and (accused_at < math.inf) is bool(bias_deg)
 
@@ -206,9 +207,9 @@ def test_a_lie_is_found_before_5_degrees(speeds, bias_deg, settings):
     watched.run(2.0, *speeds)
     begun = watched.robot.now
     watched.set(gyro_bias_deg=bias_deg)
-    watched.run(3.0, *speeds, until=watched.problem)
+    watched.run(3.0, *speeds, until=watched.problem_text)
     assert abs(bias_deg) * (watched.robot.now - begun) < 5.0
-    assert 'rostopic pub -1 /robot3/reset' in watched.problem()
+    assert 'rostopic pub -1 /robot3/reset' in watched.problem_text()
 
 
 # -- the orientation and its gyro
@@ -226,7 +227,7 @@ def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begi
             watch.on_wheels(WheelSample(now, -wheel, wheel))
         watch.on_imu(ImuSample(now if stamped else 0.0, orientation(yaw) + 1e-9 * (tick % 2),
                                math.copysign(speed, rate) + 1e-6 * tick), now)
-        if watch.problem():
+        if watch.problem_text():
             told.append(now - begin - 1.0)
     return told
 
@@ -237,8 +238,8 @@ def turn_from_rest(watch, orientation, seconds=1.0, rate=1.5, stamped=True, begi
 def test_an_orientation_that_stands_while_the_gyro_turns_is_found_and_forgiven(rate, stamped, noise):
     watch, chance = TimedPart(GyroMonitor(BURGER)), random.Random(1)
     told = turn_from_rest(watch, lambda _: 0.3 + chance.gauss(0.0, noise), 1.0, rate, stamped)
-    assert 0.0 < told[0] <= 0.3 and "the imu's orientation stands" in watch.problem()
-    assert 'switch the robot off and on' in watch.problem()
+    assert 0.0 < told[0] <= 0.3 and "the imu's orientation stands" in watch.problem_text()
+    assert 'switch the robot off and on' in watch.problem_text()
     told = turn_from_rest(watch, lambda yaw: 0.3 + yaw, 1.0, rate, stamped, 52.0)
     assert -0.1 < told[-1] <= 0.02      # until the gyro rested for a second, or the orientation moved
 
@@ -267,7 +268,7 @@ def test_nothing_begins_before_gyro_and_wheels_were_compared_at_rest(make, setti
     watched.run(3.0, until=lambda: watched.robot.truth != Pose2())
     assert (1.1 < watched.robot.now < 1.6) is (watched.robot.truth != Pose2()) is begins
     status = core.status(watched.robot.now) if make is navigator else None
-    problem = status.sensor_problem if status else core.problem(watched.robot.now)
+    problem = status.sensor_problem if status else core.problem_text(watched.robot.now)
     assert ('the gyro contradicts the wheels' in problem) is not begins
     if status:
         assert problem in status.text
@@ -289,7 +290,7 @@ def test_wheels_that_cannot_be_compared_are_awaited_for_a_second_at_most(sends):
             assert watch.is_checked
         elif k < 90:
             assert not watch.is_checked
-    assert not watch.has_compared and watch.problem() == ''
+    assert not watch.has_compared and watch.problem_text() == ''
     watch.on_imu(ImuSample(stamp + 2.1, 0.0, 0.0), now + 2.1)     # the board may be new
     assert watch.is_checked is (sends == 'nothing')
 
@@ -320,10 +321,10 @@ def accused(rate, said_first, said, sign):
             watch.on_wheels(WheelSample(now, -wheel, wheel))
         shown = 0.0 if tick < 150 else sign * (said_first if tick < 200 else said)
         watch.on_imu(ImuSample(now, yaw, shown), now)
-        assert tick > 200 or not watch.problem()
+        assert tick > 200 or not watch.problem_text()
         yaw += 0.01 * shown
         wheel += 0.01 * sign * turning * BURGER.wheel_separation / BURGER.wheel_radius / 2.0
-    return bool(watch.problem())
+    return bool(watch.problem_text())
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])

@@ -5,7 +5,7 @@ import pytest
 from pages import ROOT
 
 from tb3_labs import handout
-from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
+from tb3_labs.marking.student_nodes import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
 
 #: The node's file -> parts of its text, with the names of handout.py
 OWN_TEXT = {

@@ -102,7 +102,7 @@ def test_a_tool_uses_ros_only_in_files_named_ros():
 
 #: {room of marking: modules that it does not import}. An intake uses no criterion, a lab starts no process.
 APART = {'intake': {'labs', 'trial'}, 'labs': {'subprocess', 'os', 'pty', 'signal', 'processes'}}
-BELOW_ROOMS = {'names', 'node_start'}
+BELOW_ROOMS = {'student_nodes'}
 ABOVE_ROOMS = {path.stem for path in (SOURCES / 'marking').glob('[!_]*.py')} - BELOW_ROOMS
 
 

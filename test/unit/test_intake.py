@@ -222,7 +222,7 @@ def test_links_and_odd_files_among_the_submissions_are_left_out(tmp_path):
     found = submissions_in(tmp_path / 'in', told.append)
     assert [submission.student for submission in found] == ['ann']
     assert told == ['left out, because it is {}: {}'.format(why, tmp_path / 'in' / name) for name, why in (
-        ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a file'),
+        ('bo', 'a link'), ('cy', 'a link'), ('di.zip', 'a link'), ('ed.zip', 'neither a folder nor a zip file'),
         ('fay.csv', 'neither a folder nor a zip file'))]
 
 

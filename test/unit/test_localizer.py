@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from known_motion import SteadyRobot, Truth, angle_between, as_pose2, assert_pose, held_back
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.robot.samples import ImuSample
+from tb3_labs.supervision.goal_requests import RequestedPose
 from timed_part import TimedPart
 
 SPINNING = SteadyRobot(angular=2.6, odometry_start=Truth(4.8 - 0.3j, -1.8),

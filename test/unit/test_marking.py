@@ -17,7 +17,7 @@ from recorded_trial import write_trial
 from tb3_labs.marking import marks
 from tb3_labs.marking.labs import imu, stimuli, turn
 from tb3_labs.marking.trial.from_bag import read_trial
-from tb3_labs.marking import node_start
+from tb3_labs.marking import student_nodes
 from tb3_labs.marking.intake import archives
 from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Verdict
 from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
@@ -119,11 +119,11 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
                 *[each.begins_deg for each in turns]),
             '{:g} MB or {} files'.format(archives.MAX_BYTES / 1e6, archives.MAX_FILES),
             'files above {:g} MB are left out'.format(archives.MAX_COPIED_BYTES / 1e6),
-            '{} processes, {:g} GB of memory'.format(node_start.MAX_PROCESSES, node_start.MAX_MEMORY / 1e9),
-            '{:g} MB in th'.format(node_start.MAX_DISK / 1e6),      # their folders
-            'with more than {:g} MB'.format(node_start.MAX_OTHER_MEMORY / 1e6),
+            '{} processes, {:g} GB of memory'.format(student_nodes.MAX_PROCESSES, student_nodes.MAX_MEMORY / 1e9),
+            '{:g} MB in th'.format(student_nodes.MAX_DISK / 1e6),      # their folders
+            'with more than {:g} MB'.format(student_nodes.MAX_OTHER_MEMORY / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                node_start.ADDRESS_SPACE / 1e9, node_start.MAX_FILE_BYTES / 1e6)):
+                student_nodes.ADDRESS_SPACE / 1e9, student_nodes.MAX_FILE_BYTES / 1e6)):
         assert said in words
 
 

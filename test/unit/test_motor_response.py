@@ -13,13 +13,14 @@ from tb3_labs.control.goal_state import DriveConfig
 from tb3_labs.control.motor_response import (
     MIN_CRUISE_SHARE, MIN_SAMPLE_DELAY, SPEEDING_UP_SHARES, Identification, MotorResponse, identify_at_start)
 from tb3_labs.geometry.angles import difference
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import HOSTS, SimulatorConfig
 from tb3_labs.supervision.events import Event, Output
+from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import MAX_AGE
 
 PERIOD = 0.02

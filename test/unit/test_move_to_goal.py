@@ -9,13 +9,13 @@ from tb3_labs.control.commands import MAX_IDLE
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import (
     DRIVING, WAITING_FOR_CONTROL, DriveConfig, GoalState, is_over, is_stopped)
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest
+from tb3_labs.supervision.goal_requests import STAYS_ENDED, GoalOutcome, GoalRequest, RequestedPose
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE
 
 START = 100.0

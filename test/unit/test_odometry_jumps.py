@@ -4,12 +4,13 @@ import math
 import pytest
 
 from known_motion import angle_between
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.odometry_jumps import POSE_KEPT, POSE_LOST, JumpFinder
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
+from tb3_labs.supervision.goal_requests import RequestedPose
 from timed_part import TimedPart
 
 IMU = ImuSample(0.0, 1.0, 0.0)

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tb3_labs.geometry.se2 import TypedPose
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.panel.requests import BrowserPad, Grip, PageRequest, OpenPage, read_request
+from tb3_labs.supervision.goal_requests import TypedPose
 
 PAD = {'forward': 0.4, 'left': -0.1, 'a': False, 'y': False, 'hold': True}
 GOAL = {'x': 1.0, 'y': -0.5, 'yaw_deg': 90}

@@ -208,7 +208,7 @@ def test_what_an_earlier_process_said_does_not_bind_one_that_bears_its_name(send
     senders.run(3.0)
     senders.hear('pad', True, Age.RESTARTED, renews=True)
     senders.renewing.add('pad')
-    assert senders.run(0.25) and senders.permission.count == 2
+    assert senders.run(0.25) and senders.permission.grant_count == 2
 
 
 # How old is a message? ---------------------------------------------------------------------------

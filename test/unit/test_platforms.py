@@ -18,9 +18,8 @@ from sandboxes import skip_if_closed
 from students_archive import EXCLUDE, LIST, MISSING, ROOT
 from test_marking import Strict, turned
 from test_term import folder_of, write
-from tb3_labs.marking.node_start import MAX_FILE_BYTES, MAX_TASKS
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, OtherUser, protection_problem
-from tb3_labs.marking.names import LAB_NODES
+from tb3_labs.marking.student_nodes import LAB_NODES, MAX_FILE_BYTES, MAX_TASKS
 
 sys.path.insert(0, str(ROOT / 'scripts'))
 import mark

@@ -16,7 +16,7 @@ from tb3_labs.marking.trial import processes
 from tb3_labs.marking.intake import sandbox
 from tb3_labs.marking.trial.processes import ResourceWatch
 from tb3_labs.marking.trial_runner import kill_processes, trial_environment
-from tb3_labs.marking.node_start import (
+from tb3_labs.marking.student_nodes import (
     ADDRESS_SPACE, HOME, IDENTITY, MAX_FILE_BYTES, MAX_TASKS, OWN_FOLDERS)
 from tb3_labs.marking.intake.sandbox import UNUSED_USER_IDS, Protection, Sandbox, protection_problem
 

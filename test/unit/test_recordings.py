@@ -11,8 +11,9 @@ import pytest
 
 from known_motion import angle_between
 from real_recordings import NAMES, arrays_of
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import ImuSample, OdometrySample
+from tb3_labs.supervision.goal_requests import RequestedPose
 from timed_part import TimedPart
 
 METRES, RADIANS = 0.001, math.radians(0.2)

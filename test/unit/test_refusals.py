@@ -27,7 +27,7 @@ CASES = [
     ('mark.py', MARK + ['--parts', 'turn'], 'IMU lab has these parts: turns, mouse,'),
     ('mark.py', MARK + ['--pad', 'xbx'], "there is no pad 'xbx'; valid: "),
     ('mark.py', MARK + ['--jobs', '17'], "--jobs: '17' is not valid: a whole number from 1 to 16; --help"),
-    ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; near it: miller'),
+    ('mark.py', MARK + ['--only', 'millr'], 'no submission is called millr; these are: miller'),
     ('mark.py', ['.', '--lab', 'turn', '-o', 'inside'], 'the marks would lie among the submissions'),
     ('lab_report.py', ['run_1.bag', 'run_2.bag'], 'run_2.bag'),
     ('skeleton.py', ['turn', '.', 'x\ny'], 'x\\ny'),

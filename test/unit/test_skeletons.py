@@ -12,7 +12,7 @@ from roslaunch.config import ROSLaunchConfig
 from roslaunch.xmlloader import XmlLoader
 from test_refusals import main_of
 
-from tb3_labs.marking.names import LAB_NODES
+from tb3_labs.marking.student_nodes import LAB_NODES
 
 PROGRAM = runpy.run_path(str(SCRIPTS / 'skeleton.py'))
 TEMPLATES = ROOT / PROGRAM['FOLDER']
@@ -128,6 +128,7 @@ def test_a_plain_node_is_read_in_one_sitting(lab):
 @by_lab
 def test_a_package_names_all_that_it_needs(lab):
     files, package = files_of(lab), LAB_NODES[lab].packages[0]
+    assert PROGRAM['PACKAGES'][lab] == package
     manifest = ET.fromstring(files['package.xml'].encode())
     assert manifest.findtext('name') == package
     named = {item.text for item in manifest if item.tag.endswith('depend')}

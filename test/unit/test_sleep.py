@@ -10,7 +10,7 @@ import pytest
 from story_nodes import Ahead
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_state import DriveConfig
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
@@ -21,7 +21,7 @@ from tb3_labs.robot.samples import ImuSample, OdometrySample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.supervision.dead_man import DeadMan
 from tb3_labs.supervision.events import Event
-from tb3_labs.supervision.goal_requests import GoalRequest
+from tb3_labs.supervision.goal_requests import GoalRequest, RequestedPose
 
 BURGER = robot_model('burger')
 WHILE_ASLEEP = 'while this node did not run'

@@ -21,7 +21,7 @@ from tb3_labs.marking.intake.archives import NotJudged
 from tb3_labs.marking.intake.submissions import Submission, read, read_in_this_process
 from tb3_labs.marking.intake.find_node import WHAT_IS_READ, find_node
 from tb3_labs.marking.intake.packages import is_aside, modules_of, source_of
-from tb3_labs.marking.names import LAB_NODES
+from tb3_labs.marking.student_nodes import LAB_NODES
 from tb3_labs.marking.labs.ros_gamepad import is_origin, is_unit
 from tb3_labs.marking.labs.ros_move2goal import fill_pose
 from tb3_labs.marking import trial_runner
@@ -161,8 +161,6 @@ HANDED_IN = {
     'another Python': (course('#!/usr/bin/python3.1\n'), None, '#!/usr/bin/python3.1, which this machine lacks'),
     'no first line': (course('print(1)'), None, 'turtlebot_controller.py does not begin with #!/usr/bin/env '
                       'python3, so that rosrun cannot start it.'),
-    'nothing': (course(' \n'), None, 'turtlebot_controller.py is empty.'),
-    'UTF-16': (course(NODE.encode('utf-16')), None, 'is not text in UTF-8'),
     'a shell': (course('#!/bin/sh\necho hello\n'), 'hello\n', ''),
 }
 

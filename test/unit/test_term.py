@@ -6,11 +6,8 @@ import json
 import os
 import pathlib
 import re
-import signal
-import subprocess
 import sys
 import threading
-import time
 import weakref
 import zipfile
 from dataclasses import replace
@@ -89,17 +86,18 @@ def test_a_students_page_has_what_the_student_may_see_as_text(written):
     assert ' of {:g} points'.format(FULL) not in unjudged
 
 
-def test_the_overview_tells_the_instructor_and_each_zero_has_its_reason(written):
+def test_the_overview_has_the_cells_of_the_table_and_lines_for_the_instructor(written):
     folder, lines = written
     page = (folder / 'overview.html').read_text(encoding='utf-8')
     assert lines == [UNPROTECTED, 'To look at: <xx>=Bobby: It did <that>.',
                      'To look at: Di: Not judged: It lacks cv2.']
-    first, _, rest = Strict(page).words.partition('4 submissions, 1 not judged. Median ')
-    assert all(line in first for line in ['For the instructor alone', *lines]) and '<td data-head="short way">' in page
-    assert '0 / {:g}'.format(FULL) in rest and 'xx' not in Strict(page).tags
-    rows = [re.findall('<td class="words"[^>]*>(.*?)</td>', row)[0] for row in page.split('<tr>')[2:]]
-    assert [bool(row) for row in rows] == [False, False, True, True]
-    assert 'it ended at once' in rows[2] and rows[3] == 'It lacks cv2.'
+    words = Strict(page).words
+    assert all(line in words for line in ['For the instructor alone', *lines]) and '<td data-head="short_way">' in page
+    assert 'xx' not in Strict(page).tags
+    rows = [re.findall('<td[^>]*>(.*?)</td>', row) for row in page.split('<tr>')[2:]]
+    table = list(rows_of((folder / 'marks.csv').read_text()).values())
+    assert [row[1:3] for row in rows] == [[row['points'] or 'not judged', row['of']] for row in table]
+    assert ['class="verdict"' in row[3] for row in rows] == [True, True, True, False]
     other = folder_of(folder / 'other')
     write(other, 'smith', turned(90.0), '')
     assert 'For the instructor' not in other.write_overview()[0].read_text()
@@ -457,17 +455,6 @@ def test_marks_that_are_ready_at_an_interruption_are_written(tmp_path, monkeypat
     assert list(marks_below(tmp_path / 'marks')) == ['ann', 'bob']
 
 
-def test_ctrl_c_in_the_middle_of_an_import_ends_mark_py_without_a_traceback(tmp_path):
-    script = pathlib.Path(__file__).resolve().parents[2] / 'scripts' / 'mark.py'
-    marking = subprocess.Popen([sys.executable, str(script), str(tmp_path), '--lab', 'turn', '-o', str(tmp_path / 'm')],
-                               stderr=subprocess.PIPE, universal_newlines=True)
-    maps = pathlib.Path('/proc/{}/maps'.format(marking.pid))
-    while marking.poll() is None and '_multiarray_umath' not in maps.read_text():      # numpy is imported
-        time.sleep(0.001)
-    marking.send_signal(signal.SIGINT)
-    assert marking.communicate(timeout=60.0)[1] == '' and marking.returncode == -signal.SIGINT
-
-
 def test_what_was_marked_and_has_not_changed_is_not_tried_again(tmp_path, capsys):
     marking, found = marked(tmp_path, {'ann': None})
     assert marking.mark_all(found, 1) is False
@@ -540,10 +527,8 @@ STUDENTS = 'Ann Miller', 'Bo Lee', 'Bo Leeds'
 
 
 @pytest.mark.parametrize('students, name, words', [
-    (STUDENTS, 'miller', 'no submission is called miller; near it: Ann Miller'),
-    (STUDENTS, 'Bo Laeds', 'near it: Bo Leeds'), (STUDENTS, 'xyz', 'these are: Ann Miller, Bo Lee, Bo Leeds'),
-    (['Ann', 'ann'], 'anN', 'no submission is called anN; near it: ann'),
-    (list(map(str, range(24))), 'Nobody', 'these are: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 14 more')])
-def test_names_near_an_unknown_student_are_named(students, name, words):
+    (STUDENTS, 'miller', 'no submission is called miller; these are: Ann Miller, Bo Lee, Bo Leeds'),
+    (list(map(str, range(104))), 'Nobody', 'these are: 0, 1, .*, 98, 99 and 4 more')])
+def test_the_names_of_a_class_are_listed_for_an_unknown_student(students, name, words):
     with pytest.raises(ValueError, match=words):
         check_names([name], students)

@@ -30,11 +30,11 @@ def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
 def test_complaints_name_each_silent_source_and_how_long():
     imu, odom, joy = received_at(10.0, 'imu'), received_at(8.74, 'odom'), Sensor('joy')
     watch = SensorMonitor(imu, odom, joy)
-    assert watch.problem(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
-    assert watch.problem(10.0) == 'no odom, no joy yet'
-    assert watch.problem(10.10) == 'no odom, no joy yet'        # half of the IMU's timeout: 0.11 s
-    assert watch.problem(10.12) == 'no imu, no odom, no joy yet'
-    assert SensorMonitor(imu).problem(10.1) == ''
+    assert watch.problem_text(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
+    assert watch.problem_text(10.0) == 'no odom, no joy yet'
+    assert watch.problem_text(10.10) == 'no odom, no joy yet'        # half of the IMU's timeout: 0.11 s
+    assert watch.problem_text(10.12) == 'no imu, no odom, no joy yet'
+    assert SensorMonitor(imu).problem_text(10.1) == ''
 
 
 @pytest.mark.parametrize('silence, sight', [
@@ -89,7 +89,7 @@ def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, m
     for k in range(MANY):
         imu.received(DT * k, reading(k))
         imu.check_repetition(must_change, DT * k)
-    assert ('imu repeats one reading' in SensorMonitor(imu).frozen()) is frozen
+    assert ('imu repeats one reading' in SensorMonitor(imu).frozen_text()) is frozen
 
 
 def test_a_repetition_counts_from_its_first_sample_and_from_the_first_look_after_a_rest():

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tb3_labs.robot.turtlebot3 import (
-    MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, WHEEL_WIDTH, Twist2, robot_model, saturate)
+    MODELS, MOTOR_SPEED_STEP, TICKS_PER_TURN, WHEEL_WIDTH, Twist2, model_of_environment, robot_model,
+    saturate)
 
 SPEEDS = st.floats(-10.0, 10.0)
 
@@ -28,13 +29,12 @@ def test_the_burgers_limits_are_its_motors():
 
 
 def test_the_environment_is_blamed_for_its_own_word_alone():
-    environment = {'TURTLEBOT3_MODEL': 'burgr'}
     with pytest.raises(ValueError, match="^TURTLEBOT3_MODEL = 'burgr' is not valid: one of burger"):
-        robot_model('default', environment)
+        model_of_environment({'TURTLEBOT3_MODEL': 'burgr'})
     with pytest.raises(ValueError, match="^model = 'wafle' is not valid: one of burger, waffle, w"):
-        robot_model('wafle', environment)
-    assert robot_model('waffle', environment) is MODELS['waffle']
-    assert robot_model('default', {'TURTLEBOT3_MODEL': ''}) is MODELS['burger']
+        robot_model('wafle')
+    assert model_of_environment({'TURTLEBOT3_MODEL': 'waffle'}) is MODELS['waffle']
+    assert model_of_environment({'TURTLEBOT3_MODEL': ''}) is MODELS['burger']
 
 
 def wheels(twist, model):

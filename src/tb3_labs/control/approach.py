@@ -1,8 +1,8 @@
 """An approach drives until the remaining way is zero, and stops there in spite of delays.
 
-A controller that looks only at the measured position brakes too late, and overshoots. An approach
-is a Smith predictor: it looks at the *way after a stop*, which is the way that would remain if the
-robot were commanded to stop now,
+If a controller looks only at the measured position, it brakes too late, and overshoots. An approach
+is a Smith predictor: it looks at the *way after a stop*. If the robot were commanded to stop now,
+this way would remain:
 
     remaining - (speed of the motors) * lag - gain * (travel of the commands under way)
 
@@ -23,9 +23,9 @@ from tb3_labs.control.commands import CommandHistory, Estimate, first_order_resp
 from tb3_labs.control.motor_response import TIME_DEVIATION, Identification, MotorResponse
 from tb3_labs.geometry.angles import clamp
 
-#: Two times that differ by less than this belong to the same sample, since times are rounded [s].
+#: If two times differ by less than this [s], they are of the same sample: times are rounded.
 SAME_SAMPLE_TIME = 1e-6
-#: For nudges this is added to the divisor of the gain, since a nudge may last two periods.
+#: The divisor of the gain is larger by this for nudges, since a nudge may last two periods.
 NUDGE_GAIN_DIVISOR = 0.5
 
 
@@ -47,7 +47,7 @@ class ApproachConfig:
     #: The robot stops if the way after a stop is nearer to zero than this. Otherwise it would drive
     #: to and fro about zero at the lowest speed.
     close_enough: float
-    #: For nudges, the larger value of this and `close_enough` is used.
+    #: A nudge uses this or `close_enough`, whichever is larger.
     nudge_dead_band: float = 0.0
     #: The robot backs up only if it would come to rest beyond zero by more than this.
     backwards_from: float = 0.0
@@ -61,7 +61,7 @@ class ApproachConfig:
 def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
     """Returns the fastest speed from which a robot can stop within the remaining way.
 
-    At a large distance d the speed is the braking profile sqrt(2 a d) of the `deceleration` a
+    At a large distance d the speed is the braking profile, sqrt(2 a d) for the `deceleration` a
     [1/s^2]. The slope of this profile is infinite at 0, and no motor can follow that slope. So near
     0 the speed is the line `gain` d, with the gain in [1/s]. Line and profile meet without a kink.
     """
@@ -73,7 +73,7 @@ def braking_speed(remaining: float, deceleration: float, gain: float) -> float:
 
 
 class Approach:
-    """One axis (turning or driving) that comes to rest where `remaining` is zero."""
+    """The motion of one axis, turning or driving, until it rests where `remaining` is zero."""
 
     def __init__(self, config: ApproachConfig, response: MotorResponse) -> None:
         """`response` has the values of the robot. This approach improves them."""
@@ -91,10 +91,10 @@ class Approach:
         self._reversals = 0          # number of changes of the direction
         self._has_stopped = False    # was a stop commanded after the first motion?
         self._identification = Identification(self._response, self._config.speed_is_prompt)
-        self._begin(math.nan, 0.0)    # the first step begins again, with its sample
+        self._begin(math.nan, 0.0)    # the first step begins again, from its own sample
 
     def extend(self, by: float) -> None:
-        """Add `by` to the remaining way, since the goal was moved."""
+        """Add the length `by` to the remaining way, since the goal was moved."""
         self._start_remaining += by
         self.way_after_stop.shift(by, 0.0)
 
@@ -161,14 +161,14 @@ class Approach:
             self._motor_speed, self._history.arrived(estimate.delay), estimate.lag, dt)
 
     def _predicted_way(self, remaining: float, age: float) -> float:
-        """Returns the way after a stop by one sample, which is `age` [s] old."""
+        """Returns the way after a stop, computed from one sample that is `age` [s] old."""
         estimate = self._identification.estimate
         under_way = self._history.travel_under_way(estimate.delay + age)
         return remaining - self._motor_speed * estimate.lag - estimate.gain * under_way
 
     def _speed_to_zero(self, fastest: float) -> float:
-        """Returns the speed with which the way after a stop becomes zero, without the limit of the
-        acceleration. The speed is 0 if the way is close enough to zero."""
+        """Returns the speed that brings the way after a stop to zero. The acceleration is not
+        limited here. The speed is 0 if the way is close enough to zero."""
         config = self._config
         distance = self.way_after_stop.value
         dead_band = config.close_enough

@@ -16,18 +16,18 @@ from typing import Deque, NamedTuple, Optional, Tuple
 from tb3_labs.geometry.angles import clamp
 from tb3_labs.robot.turtlebot3 import Twist2
 
-#: Each step but the first is due before the end of a period by this time [s], since the sample of a
+#: Each step but the first is due this long before the end of a period [s], since the sample of a
 #: step may come 5 ms late. Until the command arrives, the robot obeys the previous command.
 STEP_LEAD = 0.0035
-#: A node that does not drive reads the next sample after this time, about one period [s].
+#: If a node does not drive, it reads the next sample after this time [s], about one period.
 MAX_IDLE = 0.036
 #: In 95 of 100 cases the estimate is off by less than this [standard deviations].
 STANDARD_ERRORS = 2.0
-#: A sample that is off by more standard deviations than this contradicts the estimate.
+#: If a sample is off by more standard deviations than this, it contradicts the estimate.
 CONTRADICTING_DEVIATIONS = 4.0
 #: Commands are remembered for this long [s], more than any delay and any age of a sample.
 COMMAND_MEMORY = 1.4
-#: Smaller lags are raised to this, which avoids a division by zero [s].
+#: The least lag [s]. A smaller lag is raised to it, to avoid a division by zero.
 MIN_LAG = 1e-6
 
 
@@ -145,19 +145,19 @@ class CommandHistory:
         return 0.0
 
     def only_stops_since(self, time: float) -> bool:
-        """Was each command a stop, in all periods that start at `time` or later?"""
+        """Are all commands stops in the periods that start at `time` or later?"""
         return not any(command for begin, command in self._sent if begin >= time)
 
 
 def first_order_response(speed: float, command: float, lag: float, dt: float) -> float:
-    """Returns the speed of a motor `dt` [s] after it had `speed`, at a constant `command`."""
+    """A motor has `speed`. Returns its speed `dt` [s] later, after a constant `command`."""
     share = -math.expm1(-dt / max(lag, MIN_LAG))
     return speed + share * (command - speed)
 
 
 class Estimate:
-    """A Kalman filter of one number. The estimate of a number that does not change is the mean of
-    all samples. After a change of the number, new samples have more weight."""
+    """A Kalman filter of one number. If the number does not change, its estimate is the mean of all
+    samples. After a change of the number, new samples have more weight."""
 
     def __init__(self) -> None:
         #: The estimate. It is 0 before the first sample.
@@ -177,7 +177,7 @@ class Estimate:
     def add(self, sample: float, noise: float) -> None:
         """Take in a sample with the standard deviation `noise`.
 
-        A sample that contradicts the estimate, or has no noise, replaces the estimate.
+        If a sample contradicts the estimate, or has no noise, it replaces the estimate.
         """
         spread = noise * noise
         largest_surprise = CONTRADICTING_DEVIATIONS * math.sqrt(self._variance + spread)

@@ -15,7 +15,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.robot.samples import REST_LINEAR, Motion
 from tb3_labs.robot.turtlebot3 import RobotModel, Twist2, saturate
 
-#: A robot that would stop beyond the goal by more than this share of the tolerance backs up.
+#: The robot backs up if it would stop beyond the goal by more than this share of the tolerance.
 BACKUP_SHARE = 0.8
 
 
@@ -38,13 +38,13 @@ class DriveLaw:
     period = PreciseTurn.period
     #: The robot starts to drive when its heading is off the line by less than this [rad].
     FACING_ANGLE = 0.1
-    #: The drive ends when a stop now would end at most this distance before the goal [m].
+    #: The drive ends when a stop now would be at most this distance before the goal [m].
     STOP_AHEAD = 0.0005
     #: The robot steers towards a point on the line, at this distance ahead [m]. A larger distance
     #: makes the steering calmer, a smaller distance keeps the robot nearer to the line.
     LOOK_AHEAD = 0.20
-    #: A moving robot overshoots if it would stop beyond the goal by more than this share of the
-    #: tolerance.
+    #: A moving robot overshoots if a stop now would end beyond the goal, by more than this share of
+    #: the tolerance.
     OVERSHOOT_SHARE = 0.3
 
     def __init__(self, config: DriveConfig, model: RobotModel,

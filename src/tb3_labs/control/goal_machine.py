@@ -1,9 +1,9 @@
 """Driving to a goal in the four states of :class:`tb3_labs.control.goal_state.GoalState`.
 
-The *law* (:mod:`tb3_labs.control.drive_law`) gives the command in each of the three driving states,
-and decides when the state is finished. This module chooses the next state. A drive is given up if
-the robot gets no nearer to its goal. The goal is reached when the robot has settled, and a later
-sample shows the robot at the goal.
+The *law*, :mod:`tb3_labs.control.drive_law`, gives the command in each of the three driving states.
+The law also decides when a state is finished. This module chooses the next state. A drive is given
+up if the robot gets no nearer to its goal. The goal is reached when the robot has settled, and a
+later sample shows the robot at the goal.
 
 Units: metres, radians, seconds. Poses are in the local frame. After GOAL_REACHED or a failure
 there is no command (None).
@@ -20,7 +20,7 @@ from tb3_labs.robot.samples import Motion, is_at_rest
 from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.supervision.sensors_and_stalls import StallMonitor
 
-#: A drive that ends outside its tolerance, for instance since the network stalled, starts again
+#: If a drive ends outside its tolerance, for instance after a stall of the network, it starts again
 #: from there. This is the greatest number of such starts.
 MORE_TRIES = 2
 
@@ -85,7 +85,7 @@ class GoalMachine:
         self._time += dt
         rests = is_at_rest(motion.linear, motion.angular)
         self._settling.update(rests, measured_at=self._time - motion.imu_age)
-        while self.active:    # the state after a finished state gives the command of this step
+        while self.active:    # if a state is finished, the next state gives the command
             step = self._law_step(motion, goal, dt)
             if not step.finished:
                 self.failure = self._stalls[self.state].update(

@@ -58,7 +58,7 @@ def to_go(distance: float, angle_deg: float) -> str:
 
 
 def sum_of_turns(start: float, face: float, end: float) -> float:
-    """Returns the sum of the turn from yaw `start` to `face`, and the turn to `end` [rad]."""
+    """Returns the sum of two turns [rad]: from yaw `start` to `face`, and from `face` to `end`."""
     return abs(difference(face, start)) + abs(difference(end, face))
 
 

@@ -7,10 +7,10 @@ distance between the wheels differs from robot to robot. A robot that started fr
 
     the travel   x(t) = gain U(t - delay) - lag v(t)
 
-with the travel U that was commanded until then, and the speed v. Each sample of a robot that speeds
-up, or is at steady speed, is one such equation. The equations are solved by least squares. An
-approach starts with the values of earlier approaches. The weight of such a start value is smaller
-if its standard deviation is larger.
+with the travel U that was commanded until then, and the speed v. If a robot speeds up or has a
+steady speed, each of its samples is one such equation. The equations are solved by least squares.
+An approach starts with the values of earlier approaches. The weight of such a start value is
+smaller if its standard deviation is larger.
 
 At steady speed the equation shows only the sum of delay and lag. So the first sample of a motion is
 used in a different way. From rest, with the command u, a first-order motor has
@@ -20,8 +20,8 @@ this sample,
     lag = w / (-log(1 - r) - r)         delay = t - w - lag r
 
 This delay is the time of the round trip, to the robot and back. A robot sets its clock over the
-same slow link, so the stamps of late samples look fresh. A command is assumed to need
-`COMMAND_TIME`, which was measured. The rest of the delay is the *sample delay*.
+same slow link, so the stamps of late samples look fresh. A command needs `COMMAND_TIME`, as was
+measured once. The rest of the delay is the *sample delay*.
 
 Units: seconds; radians or metres for travel, per second for speeds.
 Source: the step response of a first-order system with dead time, as in K. J. Astrom and
@@ -48,7 +48,7 @@ FIRST_DELAY = 0.5 / CONTROL_RATE + 0.025
 COMMAND_TIME = 0.5 / CONTROL_RATE + 0.008
 #: The delays of two commands differ by up to this [s]. So a smaller excess is not a sample delay.
 COMMAND_SPREAD = 0.025
-#: A sample delay is clipped to these limits [s]. The least is that of the firmware on a fast host.
+#: A sample delay is clipped to these limits [s]. The lower limit is for a fast host.
 MIN_SAMPLE_DELAY, MAX_SAMPLE_DELAY = 0.0135, 0.15
 #: A measured delay and a measured lag are clipped to these limits [s].
 MAX_DELAY, MAX_LAG = 0.4, 0.15
@@ -56,13 +56,13 @@ MAX_DELAY, MAX_LAG = 0.4, 0.15
 FIRST_GAIN_DEVIATION = 0.03
 FIRST_DELAY_DEVIATION = 0.03    # [s]
 FIRST_LAG_DEVIATION = 0.05      # [s]
-#: Standard deviation of the lag if the measured speed is a mean, which does not show the lag [s].
+#: Standard deviation of the lag if the measured speed is a mean [s]. A mean does not show the lag.
 FIXED_LAG_DEVIATION = 1e-6
 #: Standard deviation of the time of a sample, or of a command [s].
 TIME_DEVIATION = 0.002
 #: Weight of each measurement at steady speed in the start values of the next approach.
 LEARNING_WEIGHT = 0.1
-#: Least weight of a measurement in the usual delay, which is learned over several approaches.
+#: The usual delay is learned over several approaches. A measurement has at least this weight in it.
 MIN_LEARNING_WEIGHT = 0.01
 #: A steady speed differs from the command by less than this share of the command.
 CRUISE_DEVIATION = 0.08
@@ -72,11 +72,11 @@ CRUISE_TIME = 0.12
 MIN_CRUISE_SHARE = 0.5
 #: Samples are used until this time after the start [s].
 LEARNING_TIME = 1.5
-#: A robot that is faster than this has begun to move [rad/s or m/s].
+#: Above this speed a robot has begun to move [rad/s or m/s].
 ONSET_SPEED = 0.03
-#: A robot that speeds up has a speed between these shares of the command.
+#: A robot speeds up if its speed is between these shares of the command.
 SPEEDING_UP_SHARES = 0.1, 1.5
-#: A first command that is slower than this does not show delay and lag well [rad/s].
+#: If the first command is slower than this [rad/s], it does not show delay and lag well.
 MIN_FIRST_COMMAND = 0.2
 #: If the first sample shows more than this share of the commanded speed, the lag is 0.
 PROMPT_SHARE = 0.98

@@ -15,7 +15,7 @@ from tb3_labs.geometry.angles import difference, unwrap
 from tb3_labs.robot.samples import is_at_rest
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE, Twist2
 
-#: From the first to the latest sample at rest this time must pass, nearly one control period [s].
+#: Least time from the first to the latest sample at rest [s], nearly one control period.
 SETTLING_TIME = 0.03
 
 

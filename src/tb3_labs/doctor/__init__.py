@@ -25,8 +25,8 @@ ok, warning, fault = (partial(Finding, severity) for severity in ('ok', 'warning
 
 
 def as_text(finding: Finding) -> str:
-    """Returns a finding as one line of text. Line ends and terminal codes, which texts of other
-    programs may contain, become spaces."""
+    """Returns a finding as one line of text. Texts of other programs may contain line ends and
+    terminal codes, which become spaces."""
     text = '{:<7} {:<8} {}'.format(finding.severity, finding.subject, finding.text)
     if finding.remedy:
         text += '. Do: ' + finding.remedy

@@ -128,8 +128,8 @@ class RobotGraph:
                                     if topic.endswith('/odom')} - {namespace})
 
     def right_topic(self, topic, node, names):
-        """Returns the topic of this robot, with one of `names`, that `topic` of a node probably
-        means; '' if `topic` is right, belongs to another robot, or is not like a right topic."""
+        """A node uses `topic`. Returns the robot's topic that the node probably means, with one of
+        `names`; '' if `topic` is right, of another robot, or not like a right topic."""
         is_right = topic in [self.namespace + name for name in LAB_TOPICS]
         if is_right or self._is_of_another_robot(topic, node):
             return ''
@@ -173,8 +173,8 @@ def judge_robot(graph: RobotGraph) -> Finding:
 
 
 def judge_names(graph: RobotGraph) -> Iterator[Finding]:
-    """Yields a finding if nodes listen to a wrong name, such as imu_data, and another one if nodes
-    publish a wrong name, such as turtle1/cmd_vel."""
+    """Yields a finding for nodes that listen to a wrong name, such as imu_data, and a finding for
+    nodes that publish a wrong name, such as turtle1/cmd_vel."""
     wrong_hearers = _mistakes(
         '{} listens to {}, which nobody publishes; {} is published by {}',
         graph, graph.subscribers, graph.publishers, LAB_TOPICS)
@@ -195,9 +195,9 @@ def _mistakes(text, graph, users, partners, names):
             right = graph.right_topic(topic, node, names)
             if right not in partners:
                 continue
-            # a node that also uses the right name is not mistaken
+            # if a node also uses the right name, it makes no mistake
             if node not in [*graph.robot_nodes, *partners[right], *users.get(right, [])]:
-                # the text names a node of the robot if there is one, and not a recorder
+                # a recorder is named only if the robot has no node
                 of_robot = [each for each in partners[right] if each in graph.robot_nodes]
                 partner = (of_robot or partners[right])[0]
                 found.append(text.format(node, topic, right, partner))

@@ -11,14 +11,13 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, JointState
 
-from tb3_labs.config import NOT_GIVEN
 from tb3_labs.doctor.graph import SENSORS
 from tb3_labs.doctor.streams import (
     LISTENING_TIME, drift_of, judge_clock, judge_drift, judge_drivers, judge_gyro, judge_stream)
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.robot.samples import ImuSample, WheelSample
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import model_of_environment
 from tb3_labs.ros.rospy_internals import connection_of, sender_of
 from tb3_labs.ros.conversions import to_odometry_sample
 from tb3_labs.ros.sensor_topics import to_imu_sample, to_wheel_sample
@@ -54,13 +53,13 @@ def examine_messages(graph, address, is_wall_time):
         yield judge_clock(min(delays))
     samples = read_samples(received)
     watch = gyro_watch_of(samples, graph.namespace + 'reset')
-    cause, _, remedy = watch.problem().partition(': ')
+    cause, _, remedy = watch.problem_text().partition(': ')
     yield judge_gyro(cause, remedy, is_compared=watch.has_compared)
     yaws = [(sample.stamp, sample.yaw) for _, sample in samples if isinstance(sample, ImuSample)]
     wheel_angles = [(sample.left, sample.right) for _, sample in samples
                     if isinstance(sample, WheelSample)]
     drift = drift_of(yaws, wheel_angles)
-    if drift is not None and watch.has_compared and not watch.problem():
+    if drift is not None and watch.has_compared and not watch.problem_text():
         yield judge_drift(drift, graph.namespace)
 
 
@@ -99,7 +98,7 @@ def read_samples(received):
 
 def gyro_watch_of(samples, reset_topic):
     """Returns a GyroMonitor that has taken in the samples of :func:`read_samples`."""
-    watch = GyroMonitor(robot_model(NOT_GIVEN, os.environ), reset_topic)
+    watch = GyroMonitor(model_of_environment(os.environ), reset_topic)
     timing = SampleTiming()
     for at, sample in samples:
         if isinstance(sample, ImuSample):

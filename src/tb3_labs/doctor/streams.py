@@ -28,7 +28,7 @@ def judge_drivers(sent: Mapping[str, int]) -> Finding:
                                for node, count in sorted(sent.items()))
         return fault('Drivers', drivers + ' send commands at the same time: the robot obeys both '
                      'in turn', 'stop all but one of them')
-    # several of the labs' nodes may publish cmd_vel, since only one of them drives at a time
+    # the labs' own nodes may all publish cmd_vel, since only one of them drives at a time
     for node in sent:
         return ok('Drivers', f'{node} drives the robot')
     return ok('Drivers', 'no node drives the robot now; if it jerks, call the doctor at that time')

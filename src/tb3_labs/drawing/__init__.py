@@ -9,8 +9,8 @@ EXPORT = re.compile(r'^export (?=(?:class|function|const) (\w+))', re.MULTILINE)
 
 
 def one_script(page: Path) -> str:
-    """Returns one script with the program `page` and all its imports, since a browser does not load
-    modules for a page that is a local file. Each module becomes a function, so that two modules may
+    """Returns one script with the program `page` and all its imports. If a page is a local file, a
+    browser does not load modules for it. Each module becomes a function, so that two modules may
     use the same name.
 
     Imports look like ``import {a, b} from './c.js';`` and must not form a circle.

@@ -1,7 +1,7 @@
 """Angles and times in arrays, for recorded runs.
 
-Units: radians. An infinite angle becomes NaN, without an error, since one invalid sample must not
-hide the valid samples.
+Units: radians. An infinite angle becomes NaN, and is not an error, since one invalid sample must
+not hide the valid samples.
 """
 import math
 from typing import Any, Sequence, Tuple, Union
@@ -43,7 +43,7 @@ def yaws_from_quaternions(w: np.ndarray, x: np.ndarray, y: np.ndarray,
 
 
 def last_until(times: Any, time: Any) -> Any:
-    """Returns the index of the last of `times` that is not after `time`; -1 if all are after it.
+    """Returns the index of the latest of `times` that is at `time` or before; -1 if all are later.
     `times` are sorted. If `time` is an array, an array of indices is returned."""
     return np.searchsorted(times, time, side='right') - 1
 

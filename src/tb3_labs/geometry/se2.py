@@ -7,22 +7,16 @@ A pose ``A_T_B`` is the place of frame B in frame A. It transforms a point p_B i
 and the way back is ``p_B = R(theta)^-1 (p_A - t)`` (``A_T_B.inverse().act(p_A)``).
 Poses chain by the names of their frames, so ``A_T_B @ B_T_C`` is ``A_T_C``.
 
-Units: metres and radians. A computed yaw is in (-pi, pi].
-Sources: the Transformation lab's handout, and the Sophus library for the names of pairs of frames.
+Units: metres and radians. A computed yaw is in (-pi, pi]. Sources: the Transformation lab's
+handout. The names, such as A_T_B, are those of the Sophus library.
 """
 import math
 from dataclasses import dataclass
-from typing import Optional, Sequence, Union
+from typing import Sequence, Union
 
 import numpy as np
 
-from tb3_labs.config import Config, setting
 from tb3_labs.geometry.angles import interpolate_angle, wrap
-
-#: A typed coordinate is at most this far from 0, since a larger number may have a wrong unit [m].
-MAX_DISTANCE = 100.0
-#: A typed heading is at most a whole turn [deg].
-MAX_YAW_DEG = 360.0
 
 
 def rotation_matrix(theta: float) -> np.ndarray:
@@ -73,37 +67,3 @@ def interpolate(start: Pose2, end: Pose2, fraction: float) -> Pose2:
     return Pose2(start.x + fraction * (end.x - start.x),
                  start.y + fraction * (end.y - start.y),
                  interpolate_angle(start.yaw, end.yaw, fraction))
-
-
-@dataclass(frozen=True)
-class TypedPose(Config):
-    """A pose in the local frame that a person types, with the heading in degrees."""
-
-    x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
-    y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
-    yaw_deg: float = setting(0.0, 'heading', 'deg', -MAX_YAW_DEG, MAX_YAW_DEG)
-
-    @property
-    def pose(self) -> Pose2:
-        return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
-
-
-@dataclass(frozen=True)
-class RequestedPose:
-    """The pose of a goal or a reset, in ``local`` or in ``odom``, as its sender chose."""
-
-    pose: Pose2
-    in_odom: bool = False
-
-    def in_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
-        """Returns this pose in ``local``. Raises ``ValueError`` if there is no local frame, or if
-        the pose is too far away."""
-        pose = self.pose
-        if self.in_odom:
-            if odom_T_local is None:
-                raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
-                                 'pose is lost; give the pose in local')
-            pose = odom_T_local.inverse() @ pose
-        # TypedPose raises the error; it accepts only Python's floats, not numpy's
-        TypedPose(float(pose.x), float(pose.y))
-        return pose

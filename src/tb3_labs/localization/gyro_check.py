@@ -1,9 +1,9 @@
 """Does the gyro contradict the wheels, or the orientation of its own IMU?
 
-A board that calibrates its gyro while the robot turns takes this rate of turn for zero. From then
-on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with the rates at
-which the wheels turned the robot a little earlier and later. Delay, slip and uneven wheels explain
-a part of the difference; the rest is added up. A robot that is carried also contradicts its wheels.
+If a board calibrates its gyro while the robot turns, the board takes this rate of turn for zero.
+From then on the gyro is wrong by this rate, even at rest. Each rate of the gyro is compared with
+the rates of the wheels, from a little earlier to a little later. Delay, slip and uneven wheels
+explain a part of the difference; the rest is added up. A carried robot contradicts its wheels, too.
 
 Times are the samples' stamps, so delays of the network do not matter. Cases:
 
@@ -30,9 +30,9 @@ from tb3_labs.supervision.sensors_and_stalls import SURE_TURN_RATE
 from tb3_labs.supervision.timeouts import (
     GYRO_GAP, INTERPOLATED_GAP, MEAN_ONLY_GAP, RESUME_TIME, SMALL_STEP)
 
-#: The gyro shows a turn of the wheels at most this time after the wheels [s].
+#: The gyro may show a turn later than the wheels, by at most this time [s].
 MAX_GYRO_LAG = 0.13
-#: The gyro shows a turn of the wheels at most this time before the wheels [s].
+#: The gyro may show a turn earlier than the wheels, by at most this time [s].
 MAX_GYRO_LEAD = 0.04
 #: A healthy gyro differs from slipping wheels by up to this share of the turn.
 SLIP_SHARE = 0.055
@@ -86,13 +86,14 @@ class OrientationMonitor:
         self.is_stuck = False                 # does the orientation contradict the gyro?
 
     def on_imu(self, timed: TimedSample) -> None:
-        (_, yaw, yaw_rate), last, seconds = timed.sample, timed.before, timed.step
+        sample, last = timed.sample, timed.before
+        yaw, seconds = sample.yaw, timed.step
         if last is None or self._first_yaw is None:
             self._first_yaw = yaw
             return
-        rate = 0.5 * (last.yaw_rate + yaw_rate)
+        rate = 0.5 * (last.yaw_rate + sample.yaw_rate)
         self._rested_for += seconds
-        if yaw == last.yaw and yaw_rate == last.yaw_rate:
+        if yaw == last.yaw and sample.yaw_rate == last.yaw_rate:
             return    # sensors_and_stalls finds a frozen IMU
         if abs(rate) < SURE_TURN_RATE:
             self._turned = 0.0
@@ -166,7 +167,7 @@ class _Comparison:
         return lowest, highest, margin + MAX_UNEVEN_SHARE * one_wheel
 
     def learn_slip(self, reading: _GyroRate, least: float, most: float) -> None:
-        """If the gyro is calibrated, learn the share of a steady turn that the wheels lose."""
+        """If the gyro is calibrated, learn which share of a steady turn is slip of the wheels."""
         needs_turn = self.is_calibrated and self.turned_for < SLIP_TIME
         is_fast = least * most > STEADY_TURN_RATE ** 2
         is_steady = most - least < STEADY_TURN_SPREAD * abs(most)
@@ -223,7 +224,7 @@ class GyroMonitor:
         while readings and readings[0].end + MAX_GYRO_LEAD <= sample.stamp:
             self._compare_with_wheels(readings.popleft())
 
-    def problem(self) -> str:
+    def problem_text(self) -> str:
         """Returns a text about the contradiction and its remedy, or ''."""
         if self._orientation.is_stuck:
             return STUCK_ORIENTATION

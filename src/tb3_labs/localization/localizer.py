@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import List, Optional
 
 from tb3_labs.geometry.angles import wrap
-from tb3_labs.geometry.se2 import Pose2, RequestedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.localization.local_frame import LocalFrame
 from tb3_labs.localization.odometry_jumps import POSE_LOST, Jump, JumpFinder
@@ -23,6 +23,7 @@ from tb3_labs.localization.sample_timing import SampleTiming, TimedSample, YawNo
 from tb3_labs.robot.samples import Motion, heading_jump
 from tb3_labs.robot.turtlebot3 import CONTROL_RATE
 from tb3_labs.supervision.events import Queue
+from tb3_labs.supervision.goal_requests import RequestedPose
 from tb3_labs.supervision.timeouts import RESET_SILENCE
 
 #: The robot is assumed to keep its latest speed for at most two control periods [s].
@@ -118,8 +119,8 @@ class Localizer:
 
     def pop_fix(self) -> Optional[Fix]:
         """Returns the latest Fix once; None without a new Fix, or while the pose is lost. While a
-        reset waits, samples after its request give None, since their Fix would be in the old frame.
-        The first Fix declares the frame, unless a reset has done so before."""
+        reset waits, this returns None for samples after the request, since their Fix would be in
+        the old frame. The first Fix declares the frame, unless a reset has done so before."""
         pair = self._buffer.pop_pair()
         if pair is None or self.is_lost:
             return None
@@ -175,7 +176,7 @@ class Localizer:
                       yaw_noise=self._yaw_noise.deviation, extrapolated=extrapolated)
 
     def _awaits_reset(self, stamp: float) -> bool:
-        """Is `stamp` after the request of a waiting reset, but before the samples for it?"""
+        """Is `stamp` after the request of a waiting reset, but before the reset's samples?"""
         return any(reset.stamp is not None and 0.0 < stamp - reset.stamp <= reset.sample_delay
                    for reset in self._waiting)
 

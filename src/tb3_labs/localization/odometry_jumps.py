@@ -5,11 +5,11 @@ The odometry has three kinds of jumps:
 * When the IMU crosses +/-180 deg, the firmware reverses one displacement. The rate of turn of this
   message has a spike, and the displacement is opposite to the speed of the same message.
 * A `reset` or restart of the robot's board sets the odometry's place to zero after a silence.
-  Meanwhile the motors keep their speed. So a robot that was at rest before the silence has not
+  Meanwhile the motors keep their speed. So if a robot was at rest before the silence, it has not
   moved, and a turn of the IMU comes from its calibration. Otherwise the pose is lost.
 * The odometry jumps without a silence, for example if the wheels spin while the robot is carried.
-  Then the robot is assumed to be at its last place, turned as the IMU shows. If the IMU jumps
-  as well, the pose is lost.
+  Then this file assumes that the robot is at its last place, turned as the IMU shows. If the IMU
+  jumps as well, the pose is lost.
 
 A jump moves the frame ``odom``. The *shift* is the pose of the old ``odom`` in the new ``odom``.
 Each pose in ``odom`` must be multiplied by the shift.
@@ -40,7 +40,7 @@ TURN_SLACK = 0.3
 SPIKE_RATE = 10.0
 #: The odometry is at zero if x and y are exactly zero, and the yaw is below this [rad].
 ZERO_YAW = 0.01
-#: A step to zero shows a reset of the odometry only from a place farther away than this [m].
+#: A step to zero is a reset only if the place before the step was farther from zero than this [m].
 ZERO_PLACE = 0.001
 #: The first place after a reset may be this far from zero, since the robot may move [m].
 NEAR_ZERO_PLACE = 0.03
@@ -50,7 +50,7 @@ NEAR_ZERO_YAW = 0.1
 RESTING_TURN = 0.1
 #: If the IMU turns farther than this in a silence, it was calibrated [rad].
 CALIBRATION_TURN = 0.005
-#: A turning robot whose messages stop comes to rest within this time [s].
+#: If the messages of a turning robot stop, the robot comes to rest within this time [s].
 STOPPING_TIME = 0.5
 #: The odometry contradicts the wheels if it moves for this time while the wheels rest [s].
 CONTRADICTION_TIME = 0.5
@@ -90,15 +90,15 @@ class _Gap:
 
     @property
     def shortest(self) -> float:
-        """The time by stamps or by arrivals, whichever is shorter [s]. Neither a delay nor a clock
-        that is set makes this time longer."""
+        """The time by stamps or by arrivals, whichever is shorter [s]. A delay does not make this
+        time longer, and neither does a clock that is set."""
         if self._by_stamps > 0.0:
             return min(self._by_stamps, self._by_arrival)
         return self._by_arrival
 
 
 class _JumpSample(NamedTuple):
-    """An odometry message, and the latest sample of the IMU at the arrival of the message."""
+    """An odometry message, and the latest sample of the IMU when the message arrived."""
 
     sample: OdometrySample
     arrival: float
@@ -189,7 +189,7 @@ class JumpFinder:
 
 def _stand_still(problem: str, last: _JumpSample,
                  now: _JumpSample) -> Tuple[Optional[Pose2], Jump]:
-    """Returns (shift, jump) for a robot that is still at its place of `last`."""
+    """Returns (shift, jump) for a robot that has not moved since `last`."""
     turned = difference(now.imu.yaw, last.imu.yaw)
     if abs(turned) > RESTING_TURN + STOPPING_TIME * abs(last.imu.yaw_rate):
         return None, Jump(problem, POSE_LOST)
@@ -225,7 +225,7 @@ def _is_backwards(before: Pose2, sample: OdometrySample) -> bool:
 
 
 class _Interval:
-    """The time during which a condition was true, by the stamps of the samples."""
+    """For how long was a condition true, by the stamps of the samples?"""
 
     def __init__(self) -> None:
         self.begin, self.end = math.inf, -math.inf
@@ -242,8 +242,8 @@ class EncoderMonitor:
     """Does the odometry contradict the angles of the wheels?
 
     If the servos do not answer (battery empty, or a cable out), the firmware repeats the last step
-    of its encoders. So the odometry moves at its last speed for ever, while the robot is at rest
-    and the angles in `joint_states` do not change.
+    of its encoders. So the odometry moves at its last speed for ever. But the robot is at rest, and
+    the angles in `joint_states` do not change.
 
     Stamps are compared, so delays of the network do not matter. Without stamps, or without samples
     of the wheels, a contradiction is not found. Source: OpenCR firmware 1.2.6, which calls
@@ -253,21 +253,22 @@ class EncoderMonitor:
     def __init__(self) -> None:
         self._wheels: Optional[WheelSample] = None           # the latest sample
         self._odometry: Optional[OdometrySample] = None      # the latest sample
-        self._stand, self._rolls = _Interval(), _Interval()
+        self._wheels_rest = _Interval()       # the angles of the wheels do not change
+        self._odometry_moves = _Interval()
 
     def on_wheels(self, sample: WheelSample) -> None:
-        wheels_stand = self._wheels is not None and self._wheels[1:] == sample[1:]
-        self._stand.update(wheels_stand, sample.stamp)
+        rests = self._wheels is not None and self._wheels[1:] == sample[1:]
+        self._wheels_rest.update(rests, sample.stamp)
         self._wheels = sample
 
     def on_odometry(self, sample: OdometrySample) -> None:
         """Take in a sample of the odometry. A repeated pose is not a motion."""
         moves = self._odometry is not None and self._odometry.pose != sample.pose
-        self._rolls.update(moves and abs(sample.linear) > REST_LINEAR, sample.stamp)
+        self._odometry_moves.update(moves and abs(sample.linear) > REST_LINEAR, sample.stamp)
         self._odometry = sample
 
-    def problem(self) -> str:
+    def problem_text(self) -> str:
         """Returns SERVOS_SILENT, or ''."""
-        together = (min(self._stand.end, self._rolls.end)
-                    - max(self._stand.begin, self._rolls.begin))
-        return SERVOS_SILENT if together > CONTRADICTION_TIME else ''
+        begin = max(self._wheels_rest.begin, self._odometry_moves.begin)
+        end = min(self._wheels_rest.end, self._odometry_moves.end)
+        return SERVOS_SILENT if end - begin > CONTRADICTION_TIME else ''

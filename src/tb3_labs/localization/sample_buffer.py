@@ -1,7 +1,7 @@
 """The recent samples of both sensors, and the values of both sensors at one instant.
 
-A node reads every message of the odometry, but not every sample of the IMU. In a gap of the IMU
-longer than `INTERPOLATED_GAP`, the yaw of the IMU is assumed to turn as the odometry does.
+A node reads every message of the odometry, but not every sample of the IMU. If the IMU has a gap
+longer than `INTERPOLATED_GAP`, its yaw turns in this gap as the odometry does.
 
 Units: seconds on the sender's clock (:mod:`tb3_labs.localization.sample_timing`), metres, radians.
 Edge cases: A new epoch of the sender's clock empties the buffer. A gap of the odometry longer than
@@ -102,7 +102,7 @@ class SampleBuffer:
                                for time, sample in self._unpaired)
 
     def pop_pair(self) -> Optional[Tuple[OdometrySample, float]]:
-        """Returns the latest (OdometrySample, yaw of the IMU at its stamp [rad]) once, or None."""
+        """Returns the latest OdometrySample and the IMU's yaw [rad] at its stamp, once, or None."""
         pair = None
         while self._unpaired and self._unpaired[0][0] <= self._imu.newest:
             time, sample = self._unpaired.popleft()

@@ -1,7 +1,7 @@
 """The timing of samples, and the noise of an IMU.
 
 SampleTiming measures the silence before each sample, and learns the sender's clock. It makes a
-TimedSample with all times that other files need, so that no file measures a time again.
+TimedSample. This has all times that other files need, so that no file measures a time again.
 
 Header stamps show intervals well. But they come from the robot's clock, which may be off by a
 second, may be set, or may always show zero. Arrivals are on the receiver's clock, but a network
@@ -11,7 +11,7 @@ other. If the stamps are not a clock, the arrivals replace the stamps of both se
 
 Units: seconds. Cases:
 
-* If a stamp is merely old, the message was delayed. The stamp is used.
+* If a stamp is merely old, the message was delayed, and its stamp is used.
 * A stamp that goes back by less than `SMALL_STEP` shows a clock that is being corrected. Time
   stands still for this source until its stamps reach the earlier value again.
 * A stamp that goes back further, comes from the future, or follows a long silence, begins a new
@@ -46,7 +46,7 @@ class TimedSample(NamedTuple):
     arrival: float        # time of arrival [s, receiver's clock]
     time: float           # measured at this time [s, sender's clock]; without stamps: `arrival`
     epoch: int            # epoch of the sender's clock
-    measured_at: float    # `time` [s, receiver's clock], if the fastest message needs no time
+    measured_at: float    # `time` on the receiver's clock [s], if the fastest message needs no time
     silence: float        # this sensor's silence before the sample [s]; infinite for the first
     all_silent: float     # silence of both sensors before the sample [s]; infinite for the first
     by_stamps: float      # stamp minus the stamp of `before` [s]; 0 for the first sample
@@ -130,8 +130,8 @@ class SenderClock:
         return None if self._least.value is None else now - self._least.value
 
     def measured_at(self, time: float, arrival: float) -> float:
-        """Returns the time of measurement of a sample that has just arrived [s, receiver's clock],
-        if the fastest message needs no time. `time` is the result of :meth:`time_of`."""
+        """A sample has just arrived. Returns when it was measured [s, receiver's clock], if the
+        fastest message needs no time. `time` is the result of :meth:`time_of`."""
         assert self._least.value is not None
         return min(arrival, time + self._least.value)
 
@@ -178,14 +178,15 @@ class YawNoise:
         self._count = 0
 
     def learn(self, timed: TimedSample) -> None:
-        before, (_, yaw, rate), step = timed.before, timed.sample, timed.step
+        before, sample = timed.before, timed.sample
+        rate, step = sample.yaw_rate, timed.step
         if before is None or not 0.0 < step < NOISE_GAP:
             return
         if abs(rate) > SLOW_TURN_RATE or abs(rate - before.yaw_rate) > EVEN_TURN_CHANGE:
             return
         turned = 0.5 * (before.yaw_rate + rate) * step
         # the difference of two samples has twice the variance of one sample
-        square = 0.5 * (difference(yaw, before.yaw) - turned) ** 2
+        square = 0.5 * (difference(sample.yaw, before.yaw) - turned) ** 2
         self._count += 1
         variance = self.deviation ** 2
         self.deviation = math.sqrt(

@@ -19,7 +19,7 @@ import yaml
 from tb3_labs.command_line import failure_text, printable
 from tb3_labs.marking.labs import gamepad, imu, move2goal, turn
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts_of
-from tb3_labs.marking.names import GAMEPAD, IMU, MOVE2GOAL, TURN
+from tb3_labs.marking.student_nodes import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import (
     remarks_on, tracebacks_before_the_end, version_errors)
 from tb3_labs.marking.trial.observation import LONGEST, MAX_FAIR_GAP, NO_RECORDING, Observation
@@ -130,16 +130,12 @@ class Marks:
     @property
     def decision_sentences(self) -> List[str]:
         """The sentences on a person's decision; [] without a decision."""
-        gave = f'A person gave these points; the marker gave {self.earned:g}.'
-        is_decided = self.decided_points is not None
-        return [gave] * is_decided + [self.decision_reason] * bool(self.decision_reason)
-
-    @property
-    def why_no_points(self) -> str:
-        """The reason why the submission was not judged, or has 0 points; else ''."""
-        if self.unjudged or self.points:
-            return self.unjudged
-        return next((verdict.reason for verdict in self.graded if verdict.reason), '')
+        sentences = []
+        if self.decided_points is not None:
+            sentences.append(f'A person gave these points; the marker gave {self.earned:g}.')
+        if self.decision_reason:
+            sentences.append(self.decision_reason)
+        return sentences
 
     @property
     def points(self) -> float:

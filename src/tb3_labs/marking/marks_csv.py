@@ -136,52 +136,30 @@ def _decided_points(cell: str, student: str) -> Optional[float]:
 
 # -- the page of all students
 
-#: The heading of a wide column with sentences.
-WHY_NO_POINTS = 'why no points'
-#: The style of a wide page in landscape. The names of the criteria are upright.
+#: The style of a wide page in landscape. The headings are upright.
 LANDSCAPE_STYLE = '''
 @page { size: A4 landscape; }
 body { max-width: 269mm; }
+th { writing-mode: vertical-rl; white-space: nowrap; }
 th, td { padding: 1px 2px; text-align: center; }
-td:first-child { min-width: 7em; overflow-wrap: anywhere; } td:nth-child(2) { white-space: nowrap; }
-td.words { min-width: 9em; overflow-wrap: anywhere; }
-td:nth-child(3):not(:empty) { min-width: 24em; }
-tr { break-inside: avoid; } td details, td summary { margin: 0; font-weight: normal; }
-.upright { writing-mode: vertical-rl; transform: rotate(180deg); white-space: nowrap; }'''
+td.words { min-width: 24em; overflow-wrap: anywhere; }'''
 
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
-    """Returns the page of all students, HTML. `lab` is the title of the lab. `notes` are sentences
-    for the instructor alone."""
-    some = all_marks[0]
-    names = [escape(v.criterion.name.replace('_', ' ')) for v in some.graded + some.extra]
-    heads = ['student', 'points', WHY_NO_POINTS,
-             *(Markup(f'<span class="upright">{name}</span>') for name in names), REMARKS]
+    """Returns the page of all students, HTML, with the cells of the table, and a link to each
+    student's page. `lab` is the title of the lab. `notes` are sentences for the instructor
+    alone."""
     rows = []
     for marks in all_marks:
-        rows.append([
-            Markup(f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>'),
-            f'{marks.points:g} / {marks.full_points:g}' if marks.is_known else NOT_JUDGED,
-            marks.why_no_points,
-            *('' if marks.unjudged else symbol(verdict) for verdict in marks.graded + marks.extra),
-            _folded(marks.decision_sentences + marks.remarks)])
-    own = [f'<p>{escape(note)}</p>' for note in notes]
-    if own:
-        own.insert(0, '<h2>For the instructor alone</h2>')
-    totals = sorted(marks.points for marks in all_marks if marks.is_known)
-    noun = 'submission' if len(all_marks) == 1 else 'submissions'
-    summary = f'{len(all_marks)} {noun}'
-    if len(totals) < len(all_marks):
-        summary += f', {len(all_marks) - len(totals)} {NOT_JUDGED}'
-    if totals:
-        summary += f'. Median {totals[len(totals) // 2]:g} of {some.full_points:g} points'
-    summary += f'. The last {len(some.extra)} criteria are beyond the handout.'
-    return document(f'{lab}: overview', own + [
-        f'<p>{summary}</p>', table(heads, rows, texts=(WHY_NO_POINTS, REMARKS))], LANDSCAPE_STYLE)
-
-
-def _folded(sentences):
-    if not sentences:
-        return ''
-    return Markup(f'<details><summary>{len(sentences)}</summary>{escape(" ".join(sentences))}'
-                  '</details>')
+        cells = cells_of(marks)
+        cells[STUDENT] = Markup(
+            f'<a href="{quote(marks.student)}.html">{escape(marks.student)}</a>')
+        cells[POINTS] = cells[POINTS] or NOT_JUDGED
+        if not marks.unjudged:
+            cells.update({verdict.criterion.label: symbol(verdict) for verdict in marks.verdicts})
+        rows.append(list(cells.values()))
+    parts = [f'<p>{escape(note)}</p>' for note in notes]
+    if notes:
+        parts.insert(0, '<h2>For the instructor alone</h2>')
+    heads = list(cells_of(all_marks[0]))
+    return document(f'{lab}: overview', [*parts, table(heads, rows, (REMARKS,))], LANDSCAPE_STYLE)

@@ -5,8 +5,8 @@
     gradescope/STUDENT/          results.json
     logs/                        STUDENT.bag (the trial), STUDENT.marks.json, output
 
-A trial is kept as long as no file and no setting that acts on the trial changes (`trial_key`). Each
-run of mark.py makes verdicts, points and sentences from the bags.
+A trial is kept as long as no setting and none of the `trial_files` changes. Each run of mark.py
+makes verdicts, points and sentences from the bags.
 """
 import fcntl
 import hashlib
@@ -23,7 +23,7 @@ from tb3_labs.marking.intake.sandbox import UNPROTECTED
 from tb3_labs.marking.labs.gamepad import HANDOUT_PAD
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial
 from tb3_labs.marking.marks_csv import MarksTable, overview
-from tb3_labs.marking.node_start import OWN_PACKAGE
+from tb3_labs.marking.student_nodes import OWN_PACKAGE
 from tb3_labs.marking.student_page import results, student_page
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.report.page.document import safe
@@ -63,8 +63,9 @@ class MarksFolder:
         self.logs = output_folder(self._path / 'logs')
         self.lab, self.parts, self.options = lab, parts, options
         self._criterion_points = criterion_points
+        files = b''.join(path.read_bytes() for path in trial_files(lab))
         self._key = {'lab': lab, 'parts': sorted(parts), 'options': options._asdict(),
-                     'version': trial_key(lab)}
+                     'version': hashlib.sha256(files).hexdigest()}
         #: student -> the content of STUDENT.marks.json
         self._records: Dict[str, Dict[str, Any]] = {}
         #: student -> the Marks whose page this run has written
@@ -211,14 +212,9 @@ def locked(path: Path) -> Iterator[None]:
 
 # -- the trials
 
-def trial_key(lab: str) -> str:
-    """Returns a hash of the files that act on a trial of a lab. Criteria, points and sentences do
-    not act on a trial, since each run makes verdicts from the bag."""
-    return hashlib.sha256(b''.join(path.read_bytes() for path in trial_files(lab))).hexdigest()
-
-
 def trial_files(lab: str) -> List[Path]:
-    """Returns the files that act on the node in a trial of a lab."""
+    """Returns the files that act on the node in a trial of a lab. Criteria, points and sentences do
+    not act on a trial, since each run makes verdicts from the bag."""
     scripts = [path for path in [*MARKING.glob('trial/*.py'), *MARKING.glob('labs/ros_*.py')]
                if path.name not in READING_FILES]
     return sorted(path for path in [

@@ -13,7 +13,7 @@ from html import escape
 from typing import Any, Dict
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.marking.labs.criteria import NOT_TRIED, Outcome, Verdict
+from tb3_labs.marking.labs.criteria import Outcome, Verdict
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.from_bag import samples_from_rows
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, Observation
@@ -106,11 +106,8 @@ def recording_for_timeline(observation: Observation) -> RunData:
 
 def _verdicts(verdicts, has_timeline):
     rows = []
-    shown_reasons = set()
     for v in verdicts:
-        shown = replace(v, reason='the same') if v.reason in shown_reasons else v
-        sentence = shown.sentence
-        shown_reasons |= {v.reason} - {'', NOT_TRIED}
+        sentence = v.sentence
         if has_timeline and v.moment is not None and v.outcome is Outcome.MISSED:
             sentence = Markup(f'{escape(sentence)} <a href="#t={v.moment:.1f}">Watch it</a>')
         points = f'{v.points:g} / {v.worth:g}' if v.worth else ''

@@ -27,8 +27,7 @@ from tb3_labs.marking.intake.workspace import COPY, prepare
 from tb3_labs.marking.labs.gamepad import pad_text
 from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.marks_folder import MarksFolder
-from tb3_labs.marking.names import GAMEPAD, LAB_NODES
-from tb3_labs.marking.node_start import IDENTITY, OWN_PACKAGE
+from tb3_labs.marking.student_nodes import GAMEPAD, IDENTITY, LAB_NODES, OWN_PACKAGE
 from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import NodeProcess
 

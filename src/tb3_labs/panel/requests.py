@@ -24,24 +24,24 @@ import json
 from contextlib import suppress
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
-from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
+from tb3_labs.supervision.goal_requests import MAX_DISTANCE, MAX_YAW_DEG, TypedPose
 
 #: A message with more characters is refused. The longest valid message has about 250. JSON of this
 #: length cannot be nested so deeply that Python fails.
 MAX_REQUEST_LENGTH = 500
 #: The largest valid time of sending [s].
 LATEST_TIME = 1e12
-#: The clock of a browser may be ahead of the panel's clock by this [s].
+#: The clock of a browser may be ahead of the panel's clock by at most this [s].
 MAX_CLOCK_AHEAD = 0.2
 #: The largest valid turn [deg].
 MAX_TURN_DEG = 360.0
 
 
 class BrowserPad(NamedTuple):
-    """The pad of a page: the sticks from -1 to 1, forward and left positive, and for each button
-    whether a person presses the button. For B a page sends a "stop", and `b` stays False."""
+    """The pad of a page: the sticks from -1 to 1, forward and left positive. For each button: does
+    a person press it? For B a page sends a "stop", and `b` stays False."""
 
     forward: float = 0.0
     left: float = 0.0

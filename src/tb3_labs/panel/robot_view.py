@@ -43,12 +43,12 @@ from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 #: After a larger jump of its position [m] or yaw [rad] the odometry was set to zero.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: The line that the handout's node prints after a reset, with x, y [m], yaw [rad] in local.
+#: After a reset the handout's node prints this line, with x, y [m], yaw [rad] in local.
 POSE_SET_LINE = re.compile(
     PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
 MAX_TIME_APART = 0.3
-#: A robot whose odometry is slower than this is at rest [m/s], [rad/s].
+#: A robot is at rest if its odometry is slower than this [m/s], [rad/s].
 STANDSTILL_SPEED = 0.02
 
 #: A page no longer shows a node's variables after a silence of this length [s].

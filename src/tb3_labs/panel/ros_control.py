@@ -129,7 +129,7 @@ class PanelRobot:
             fulfilled = True
             try:
                 text = call_reset(typed.x, typed.y, typed.yaw_deg)
-            except Exception as problem:    # none may end the panel, which must stop robots
+            except Exception as problem:    # no exception may end the panel, which must stop robots
                 fulfilled = False
                 text = str(problem)
             self._server.call_soon(lambda: page.answer(request, fulfilled, text))
@@ -140,8 +140,8 @@ class PanelRobot:
                 'reset': _reset}
 
     def _check_age(self, request, oldest):
-        """Raises ``ValueError`` if `request` is, or may be, older than `oldest` [s]. Each request
-        that moves the robot, or the frame local, is checked."""
+        """Raises ``ValueError`` if `request` is, or may be, older than `oldest` [s]. Requests that
+        move the robot, or the frame local, are checked."""
         now = steady_time()
         self.dead_man.check(request.stops, now, request.lateness(now), oldest)
 
@@ -161,7 +161,7 @@ class PanelRobot:
         """Stop the robot, whichever node drives."""
         self._control.publish(False)
         self._send_pad(BrowserPad(b=True))    # the handout's gamepad reads no ctrl_relinq
-        self._send_mouse((0.0, 0.0))    # active, so that _release() deactivates it and ends a turn
+        self._send_mouse((0.0, 0.0))    # an active mouse, so that _release() ends a turn
         self._release()
         self._cmd_vel.publish(Twist())    # for drivers that do not read ctrl_relinq
         self.dead_man.stop()
@@ -186,8 +186,8 @@ class PanelRobot:
             self.stop()
 
     def _confirm(self, page, request, since):
-        """Answer a STOP of `page` when the robot stands still, or after CONFIRM_WITHIN with the
-        reason why the stop is not confirmed. `since` is the time of the stop [s]."""
+        """Answer a STOP of `page` when the robot stands still. After CONFIRM_WITHIN the answer is
+        the reason why the stop is not confirmed. `since` is the time of the stop [s]."""
         hearers = subscribers_of(self._control) | subscribers_of(self._cmd_vel)
         if not hearers - {rospy.get_name()}:
             page.answer(request, fulfilled=False, text='no node hears it')
@@ -220,8 +220,8 @@ class PanelRobot:
 
     def _send_mouse(self, position):
         """Publish `mouse_info`. `position` is (x, y), or None if no mouse is held. As in
-        mouse_client.py, an inactive message is sent before the first active message and after the
-        last active message."""
+        mouse_client.py, an inactive message precedes the first active message, and follows the last
+        one."""
         if self._mouse_active != bool(position):
             self._publish_mouse(active=False)
         self._mouse_active = bool(position)
@@ -237,6 +237,6 @@ class PanelRobot:
         """Read the numbers of axes and buttons from the parameters of the node gamepad."""
         try:
             self._pad_config = read_config(PadConfig, of=rospy.resolve_name('gamepad'))
-        except Exception as problem:    # none may end the panel, which must stop robots
+        except Exception as problem:    # no exception may end the panel, which must stop robots
             rospy.logwarn('the pad has the usual numbers: %s', problem)
             self._pad_config = PadConfig()

@@ -18,7 +18,7 @@ from tb3_labs.ros.topics import subscribe
 DEAD_MAN_PERIOD = 20.0
 #: At its end the node waits at most this long for the stop of the robot [s].
 RELEASE_TIMEOUT = 0.5
-#: A new page gets at most this number of log lines from the time before it was opened.
+#: A new page gets at most this many older log lines.
 LINES_KEPT = 200
 #: A log line is cut after this number of characters.
 MAX_LINE_LENGTH = 500
@@ -121,7 +121,7 @@ class Pages:
             answer = self._robot.carry_out(page, request)
         except ValueError as problem:
             page.answer(request, fulfilled=False, text=str(problem))
-        except Exception as problem:    # none may end the panel, which must stop robots
+        except Exception as problem:    # no exception may end the panel, which must stop robots
             rospy.logerr('a page asked for what cannot be done (%s): %s', problem, text)
             self._robot.on_lost(page)
             page.answer(request, fulfilled=False, text=f'this cannot be done: {problem}')

@@ -27,16 +27,16 @@ DRAWING_NAMES = '|'.join(re.escape(path.name) for path in drawing.FOLDER.iterdir
                          if path.suffix in PUBLIC_SUFFIXES)
 #: Time between two pings of a page [s].
 PING_PERIOD = 1.0
-#: A page that does not answer a ping within this time is disconnected [s]. Its computer may be
-#: suspended, or the network stalls. Later the page connects again, and shows the present picture.
+#: The server disconnects a page without an answer to a ping within this time [s]. Its computer may
+#: be suspended, or the network stalls. Later the page connects again.
 PONG_TIMEOUT = 3.0
-#: A connection that sends no complete request within this time is closed [s].
+#: The server closes a connection without a complete request after this time [s].
 REQUEST_TIMEOUT = 10.0
 #: Most open connections of one address.
 MAX_OF_ONE_ADDRESS = 32
 #: Most open connections of all addresses, since this node may open about 1000 files.
 MAX_CONNECTIONS = 128
-#: The panel tries at most this number of ports.
+#: The panel tries at most this many ports.
 MAX_PORTS = 10
 #: With these headers the page loads files of this server only, and no site shows it in a frame.
 HEADERS = {
@@ -112,9 +112,9 @@ class Server:
 
 class _ConnectionLimit(httpserver.HTTPServer):
     """Limits the number of open connections. Above a limit the server closes the oldest connection
-    that belongs to no page. A browser does not need such a connection, since a browser sends its
-    request as soon as it has connected. If all older connections belong to pages, the new
-    connection is closed."""
+    that belongs to no page. No browser needs such a connection, since a browser sends its request
+    as soon as it has connected. If all older connections belong to pages, the new connection is
+    closed."""
 
     #: The streams of the open pages.
     admitted = frozenset()
@@ -140,13 +140,13 @@ class _ConnectionLimit(httpserver.HTTPServer):
 
 
 def run_in_thread(job):
-    """Run `job()`, which may wait, in a separate thread. The thread of the server must stay free,
+    """Run `job()` in a separate thread, since it may wait. The thread of the server must stay free,
     since it receives the stops."""
     threading.Thread(target=guarded(job), name='job', daemon=True).start()
 
 
 class _CheckedHandler:
-    """Answers each request that Access refuses by one line with the reason."""
+    """If Access refuses a request, the answer is one line with the reason."""
 
     def initialize(self, access, **options):
         self._access = access

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, Optional, Union
 
 from tb3_labs.geometry.angles import difference
 
-#: A robot turns at most this far between two samples of the IMU [rad], since a node that drives by
-#: the IMU stops the robot when the IMU is silent.
+#: A robot turns at most this far between two samples of the IMU [rad]. If the IMU is silent for
+#: longer, a node that drives by the IMU stops the robot.
 MAX_TURN_PER_SAMPLE = 1.0
-#: The place of the odometry is at most this far from zero, a day of driving [m].
+#: The odometry's place is at most this far from zero [m], which is a day of driving.
 MAX_ODOMETRY_DISTANCE = 2e4
 #: Largest speed of the odometry, if a person spins the wheels [m/s].
 MAX_DRIVE_SPEED = 3.0

@@ -6,9 +6,7 @@ up, as 0.22 m/s and 2.84 rad/s. The wheels reach only 61 rpm, and `motor_steps` 
 """
 import math
 from dataclasses import dataclass
-from typing import Dict, Mapping, NamedTuple, Optional
-
-from tb3_labs.config import NOT_GIVEN
+from typing import Dict, Mapping, NamedTuple
 
 #: Encoder steps per turn of a wheel.
 TICKS_PER_TURN = 4096
@@ -82,15 +80,14 @@ def saturate(twist: Twist2, max_linear: float, max_angular: float, model: RobotM
     return Twist2(linear, angular)
 
 
-def robot_model(name: str, environment: Optional[Mapping[str, str]] = None) -> RobotModel:
-    """Returns the model called `name`. ``ValueError`` for an unknown name. If `name` is NOT_GIVEN,
-    MODEL_VARIABLE in `environment` names the model. Without this variable the model is a Burger."""
-    source = 'model'
-    if name == NOT_GIVEN and environment is not None:
-        source = MODEL_VARIABLE
-        name = environment.get(MODEL_VARIABLE) or DEFAULT_MODEL
+def robot_model(name: str, source: str = 'model') -> RobotModel:
+    """Returns the model called `name`. ``ValueError`` with `source` for an unknown name."""
     try:
         return MODELS[name]
     except (KeyError, TypeError):     # a parameter may be a list
-        raise ValueError(
-            f'{source} = {name!r} is not valid: one of {", ".join(MODELS)}') from None
+        raise ValueError(f"{source} = {name!r} is not valid: one of {', '.join(MODELS)}") from None
+
+
+def model_of_environment(environment: Mapping[str, str]) -> RobotModel:
+    """Returns the model that MODEL_VARIABLE names, or a Burger without this variable."""
+    return robot_model(environment.get(MODEL_VARIABLE) or DEFAULT_MODEL, MODEL_VARIABLE)

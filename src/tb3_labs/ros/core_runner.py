@@ -6,8 +6,8 @@ an exception), and when its clock stands still.
 
 A thread that holds a lock takes only locks further down in this list:
     1  the locks of shutdown hooks, dynamic settings, diagnostics and actionlib, which call the
-       node. A node that calls one of these parts holds no lock.
-    2  the lock of the CoreRunner, which guards the core and the commands
+       node. When a node calls one of these parts, it holds no lock.
+    2 the CoreRunner's lock, which guards the core and the commands
     3  the locks of rospy's topics and of rospy's log
 A thread that holds the lock of a CoreRunner does not wait for a service, a message or a subscriber.
 """
@@ -37,9 +37,9 @@ REPORT_PERIOD = 1.0
 
 class CoreRunner:
     """Guards a core (:mod:`tb3_labs.nodes`) by one lock. Each message takes the lock once. The lock
-    is held while a command is sent. So a command that was decided before a stop is never sent after
-    the stop. A separate thread carries out the rest of each Output without the lock, in the order
-    of the Outputs. So a blocked terminal or actionlib cannot delay a stop."""
+    is held while a command is sent. So if a command was decided before a stop, it is never sent
+    after the stop. A separate thread carries out the rest of each Output without the lock, in the
+    order of the Outputs. So a blocked terminal or actionlib cannot delay a stop."""
 
     def __init__(self, tick, publish=lambda output: None, carry_out=lambda output: None):
         """``tick()`` returns the present Output. ``publish(output)`` is called with the lock held,
@@ -54,8 +54,8 @@ class CoreRunner:
 
     def handle(self, method, *arguments):
         """Call ``method(*arguments)`` of the core, which takes in a message. Then let the core
-        decide. Returns the Output. `method` itself reads the clock, because a time that was read
-        before the lock was taken may be older than the core's last time."""
+        decide. Returns the Output. `method` itself reads the clock. A time that is read before the
+        lock is taken may be older than the core's last time."""
         with self._lock:
             method(*arguments)
             output = self._decide()
@@ -111,7 +111,7 @@ class CmdVel:
         self._clock_runs = is_wall_time()
         self._drives = False
         self._closed = False           # does the node end?
-        self._message = Twist()        # one object, since publish() writes at once
+        self._message = Twist()        # reused, since publish() writes the message at once
         self._publisher = rospy.Publisher('cmd_vel', Twist, queue_size=1, tcp_nodelay=True)
         write_at_once(self._publisher)
 

@@ -1,4 +1,4 @@
-"""Import this module first. Then Ctrl+C ends a node at once, even during the other imports.
+"""Import this module first. After that Ctrl+C ends a node at once, even during its other imports.
 
 Python itself would raise KeyboardInterrupt in the middle of an import. If nothing catches the
 exception, Python prints a traceback. If a library catches the exception, the node ignores Ctrl+C,

@@ -1,7 +1,7 @@
 """Start, signals, failure and end of every node of this package.
 
-A ``ValueError`` at the start, such as an invalid parameter, ends the node with one fatal line and
-exit status 1, and ends the roslaunch of the node. An exception in a callback also ends the node,
+A ``ValueError`` at the start ends the node with one fatal line and exit status 1, and ends the
+node's roslaunch. An invalid parameter raises it. An exception in a callback also ends the node,
 because with rospy alone the robot would continue with the last command.
 
 rospy's own signal handlers hang if the main thread holds a lock of rospy. Here a signal raises an
@@ -29,7 +29,7 @@ from tb3_labs.terminal import SafeStream
 MAIN_PERIOD = 0.2
 #: Time for rospy's queues to send the last messages [s].
 LOG_TIME = 0.1
-#: A node that ends waits at most this long for its shutdown hooks and its master [s].
+#: At its end a node waits at most this long for its shutdown hooks and its master [s].
 END_TIMEOUT = 4.0
 END_POLL_PERIOD = 0.01
 #: The signals that end a node: Ctrl+C, `kill`, a closed terminal, Ctrl+Z.
@@ -42,7 +42,7 @@ _shutdown_has_begun = threading.Event()    # rospy.is_shutdown() is false until 
 
 def run(name, make_node, interface=None):
     """Initialise the node `name`, call ``make_node()``, wait for the end of the node, and exit.
-    --help prints `interface`, by default the docstring of the module of `make_node`."""
+    --help prints `interface`, by default the docstring of the file that has `make_node`."""
     sys.stdout, sys.stderr = SafeStream(sys.stdout), SafeStream(sys.stderr)
     if set(rospy.myargv()[1:]) & {'-h', '--help'}:
         text = make_node.__init__.__globals__['__doc__'] if interface is None else interface
@@ -50,7 +50,7 @@ def run(name, make_node, interface=None):
         sys.exit(0)
     catch_signals()
     try:
-        if not rosgraph.is_master_online():    # rospy does not wait if a parameter is typed
+        if not rosgraph.is_master_online():    # with typed parameters rospy does not wait
             print(f'Waiting for a ROS master at {rosgraph.get_master_uri()}: roslaunch starts one, '
                   'roscore too')
             while not rosgraph.is_master_online():
@@ -134,7 +134,7 @@ def roslaunch_of_this():
 
 
 def end_roslaunch():
-    """End the roslaunch of this process by SIGTERM, after which roslaunch prints no red lines."""
+    """End the roslaunch of this process by SIGTERM, since roslaunch then prints no red lines."""
     if roslaunch_of_this():
         os.kill(roslaunch_of_this(), signal.SIGTERM)
 
@@ -144,8 +144,8 @@ class Interrupted(BaseException):
 
 
 def catch_signals():
-    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread, also in a
-    background job, which ignores SIGINT at its start. After nohup, SIGHUP stays ignored."""
+    """From now on the first signal of END_SIGNALS raises Interrupted in the main thread. A
+    background job ignored SIGINT before. After nohup, SIGHUP stays ignored."""
     for number in END_SIGNALS:
         if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _interrupt)

@@ -6,7 +6,7 @@ from dataclasses import fields
 import rospy
 
 from tb3_labs.config import NOT_GIVEN, from_parameters, hint_for
-from tb3_labs.robot.turtlebot3 import robot_model
+from tb3_labs.robot.turtlebot3 import model_of_environment, robot_model
 
 
 def read_config(*kinds, of=None, typed=()):
@@ -38,4 +38,5 @@ def read_config(*kinds, of=None, typed=()):
 
 def read_model():
     """Returns the RobotModel of the parameter ``~model``, else of TURTLEBOT3_MODEL."""
-    return robot_model(rospy.get_param('~model', NOT_GIVEN), os.environ)
+    name = rospy.get_param('~model', NOT_GIVEN)
+    return model_of_environment(os.environ) if name == NOT_GIVEN else robot_model(name)

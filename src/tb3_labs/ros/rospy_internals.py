@@ -1,7 +1,7 @@
 """The private parts of rospy that the nodes read or change. Each part has one function here.
 
-A docstring describes the harm without the function, and names the parts (of rospy 1.15.15) and the
-test that fails if they change.
+A docstring describes the harm without the function. It names the parts of rospy 1.15.15, and the
+test that fails if these parts change.
 """
 import select
 import socket
@@ -52,16 +52,16 @@ def log_without_the_master():
 
 
 def serve_connections_in_threads(server=None):
-    """Serve each connection in a separate thread, so that a client that is not a node, such as a
-    browser, blocks no other client. Call this function after init_node(). Parts: `_tcpros_server`,
+    """Serve each connection in a separate thread. Otherwise a client that is not a node, such as a
+    browser, would block all clients. Call this function after init_node(). Parts: `_tcpros_server`,
     `inbound_handler`; test: test/unit/test_node.py.
 
-    A subscriber that gets two lists of publishers in a moment connects twice, and closes its first
-    connection. A publisher keeps the one that it serves last. If a thread is late, this is the
-    closed one (10 of 200 pairs on a busy computer). So a closed connection is not served."""
+    If a subscriber gets two lists of publishers in a moment, it connects twice, and closes its
+    first connection. A publisher keeps the connection that it serves last. If a thread is late, it
+    keeps the closed one (10 of 200 pairs on a busy computer). So no closed connection is served."""
     server = server or tcpros_base._tcpros_server.tcp_ros_server
     serve = server.inbound_handler
-    serving = threading.Lock()    # the order of closing, connecting anew, and serving is kept
+    serving = threading.Lock()    # keeps the order of closing, connecting anew, and serving
 
     def serve_node(connection, address):
         length, closed = b'', select.poll()
@@ -78,7 +78,7 @@ def serve_connections_in_threads(server=None):
 
     server.inbound_handler = lambda *client: threading.Thread(
         target=serve_node, args=client, daemon=True).start()
-    server.server_sock.listen(128)    # with rospy's own limit a seventh client waits for 1 s
+    server.server_sock.listen(128)    # otherwise a seventh client waits for 1 s
 
 
 def is_wall_time():
@@ -101,8 +101,8 @@ def find_late_publishers(manager=None):
     """Find publishers that register just after a subscriber. Call this function after init_node().
 
     The master answers a new subscriber with a list of publishers. If a publisher registers just
-    then, the master sends a second list. rospy uses the list that arrives last. If this is the
-    answer, the two nodes never connect (1 of 1200 pairs that registered within 4 ms). So all
+    then, the master sends a second list. rospy uses the list that arrives last. If the answer
+    arrives last, the two nodes never connect (1 of 1200 pairs that registered within 4 ms). So all
     waiting lists are joined. A dead publisher refuses the connection. Parts: `updates`,
     `publisher_update` of RegManager; test: test/unit/test_node.py."""
     manager = manager or next(listener for listener in get_registration_listeners().listeners
@@ -128,7 +128,7 @@ def subscribers_of(publisher):
 
 def write_at_once(publisher, most=1):
     """From now on ``publish()`` itself writes to each subscriber, since messages in rospy's own
-    queue are lost when the process ends. For a subscriber whose buffers are full the latest `most`
+    queue are lost when the process ends. If the buffers of a subscriber are full, the latest `most`
     messages wait. Parts: `impl`, its `add_connection`; test: test/unit/test_node.py."""
     topic = publisher.impl
     add_connection = topic.add_connection

@@ -1,8 +1,8 @@
 """How a node subscribes. A node needs only the latest sample of a sensor, but every event.
 
-A permission, a turn and a goal are events, because a person sends them at one moment. A node uses
-each event once, in order, and only if the event is new (supervision/events.py). Delayed messages
-arrive all at once. So a subscriber with a queue of one message would lose events.
+A permission, a turn and a goal are events, because a person sends each of them at one moment. A
+node uses each event once, in order, and only if the event is new (supervision/events.py). Delayed
+messages arrive all at once. So a subscriber with a queue of one message would lose events.
 """
 import threading
 import time
@@ -42,10 +42,10 @@ class WarningThrottle:
 
 def subscribe(topic, kind, callback, read=None, queue_size=1, idle_for=None):
     """Returns a guarded subscriber. If several messages arrive at once, the subscriber reads only
-    the latest `queue_size` messages, or all messages with None. It does not deserialise the rest.
+    the latest `queue_size` messages, or all if it is None. It does not deserialise the rest.
 
     `read` turns the message into the argument of `callback`. If `read` raises ``ValueError``, the
-    message is dropped with one warning a second, and counted in INVALID_COUNTS.
+    message is dropped, and counted in INVALID_COUNTS. At most one warning a second follows.
 
     With `idle_for`, the topic is not read for `idle_for(now)` seconds after each message. This
     saves most of a node's computing time. With simulated time every message is read.

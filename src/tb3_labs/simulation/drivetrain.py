@@ -18,7 +18,7 @@ from tb3_labs.simulation.imu import ImuModel, TurnCurve
 
 #: Longest arc while the speed changes [s].
 MAX_ARC_TIME = 1.0 / 60.0
-#: A motor whose speed differs from the goal by less than this has reached the goal [rad/s].
+#: A motor has reached its goal if its speed is off by less than this [rad/s].
 STEADY_SPEED = 1e-6
 
 
@@ -123,7 +123,7 @@ class Body:
         self.drivetrain = Drivetrain(model, start)
         self.imu = ImuModel(start.yaw, imu_offset, seed)
         self._moved_until = 0.0    # the drivetrain has moved up to this time [s]
-        # (start [s], drivetrain) of each motion that the readings of the wheels have not passed yet
+        # (start [s], drivetrain) of each motion that is still needed for readings of the wheels
         self._unread_motions: Deque[Tuple[float, Drivetrain]] = deque()
 
     @property

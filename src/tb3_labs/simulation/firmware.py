@@ -7,11 +7,11 @@ The faults of the real firmware are copied, because the labs have to work with t
 - A motor runs at a whole number of speed steps, rounded towards zero, at most `motor_steps`.
 - rosserial reads infinity as 1, and NaN as 1.5.
 - The odometry takes its heading from the IMU. The turn ``theta - theta_last`` is *not* wrapped.
-  When the IMU crosses +/-180 deg, the displacement of one sample points backwards, and its rate of
-  turn has a spike of 2 pi times the odometry's rate, about 190 rad/s. The yaw stays correct.
+  When the IMU crosses +/-180 deg, the displacement of one sample points backwards. Its rate of turn
+  is off by 2 pi times the odometry's rate, about 190 rad/s. The yaw stays correct.
 - The board obeys the newest command for half a second after reading the command.
 - On `reset` the board first calibrates its gyro. Meanwhile the motors keep their speed, and
-  commands and further resets wait in their order. The gyro's bias becomes the mean rate of turn.
+  commands and further resets wait in their order. The mean rate of turn becomes the gyro's bias.
   Then the board sets the odometry's pose to zero, but not the IMU's yaw, so that the two yaws
   differ. The next odometry adds the turn that the IMU measured during the calibration.
 - If the servos do not answer, the odometry repeats its last step again and again, while the angles
@@ -118,7 +118,7 @@ class Board:
         self._waiting: Deque[Arrival] = deque()     # messages that the board has not read yet
         self._calibrated_at = -math.inf    # end of the last calibration [s]
         self._calibration_time = 0.0       # length of the last calibration [s]
-        self._yaw_before = 0.0             # true yaw at the begin of the last calibration [rad]
+        self._yaw_before = 0.0             # true yaw when the last calibration began [rad]
         #: Does the board calibrate its gyro? Then it does not read messages or send samples.
         self.is_calibrating = False
         #: Time at which the calibration ends [s], or infinity.

@@ -1,7 +1,7 @@
 """The IMU that measures the turning of the robot, with noise, drift and bias.
 
 The yaw of the IMU is the true yaw plus a constant, a drift that grows with time, and white noise.
-The rate of turn of the IMU is the true rate plus the rate of the drift, the bias of the last
+The rate of turn of the IMU is the sum of the true rate, the rate of the drift, the bias of the last
 calibration, and another white noise. The gyro has a dead zone. A sample has the yaw and the rate of
 the moment that is `lag` seconds before its stamp.
 
@@ -21,7 +21,7 @@ from tb3_labs.robot.samples import ImuSample
 UNCALIBRATED_BIAS = math.radians(0.71)
 #: The resolution of the gyro [rad/s]. 16 bits cover the range of +/-2000 deg/s.
 GYRO_STEP = math.radians(2000.0 / 2 ** 15)
-#: The firmware shows a rate of at most this as 0 [rad/s].
+#: The firmware sends 0 for a rate up to this [rad/s].
 GYRO_DEAD_ZONE = 3.0 * GYRO_STEP
 
 
@@ -54,8 +54,8 @@ class ImuModel:
 
     def configure(self, yaw_noise: float, rate_noise: float, drift: float, lag: float) -> None:
         """Set the standard deviations `yaw_noise` [rad] and `rate_noise` [rad/s], the `drift`
-        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. A gyro that drifts, or is
-        noisier than the firmware's gyro, does not have a dead zone."""
+        [rad/s] and the `lag` [s]. Call :meth:`begin_motion` afterwards. If a gyro drifts, or is
+        noisier than the firmware's gyro, it does not have a dead zone."""
         self._yaw_noise, self._rate_noise = yaw_noise, rate_noise
         self._drift, self._lag = drift, lag
         self._dead_zone = -math.inf if drift or rate_noise > GYRO_STEP else GYRO_DEAD_ZONE

@@ -1,4 +1,4 @@
-"""A mystery robot is a simulated robot with one hidden fault, which a student finds by measuring.
+"""A mystery robot is a simulated robot with one hidden fault. A student measures to find it.
 
 A number from 1 to LAST_NUMBER always gives the same robot. In each block of numbers (1 to 11, 12 to
 22, ...) each of the FAULT_KINDS occurs once, in a random order. Neighbouring numbers have different

@@ -1,9 +1,9 @@
 """The network between the simulated robot and a computer decides when each message arrives.
 
 A link is one direction of the network. As in TCP, messages are not lost, and keep their order. A
-message arrives after its `delay` and a random `jitter`, which is drawn for each message. A message
-that would arrive during a stall waits for the end of the stall. A cut is a stall that lasts until
-the setting is switched off. Both links have the same stalls.
+message arrives after its `delay` and a random `jitter`, which is drawn for each message. If a
+message would arrive during a stall, it waits for the end of the stall. A cut is a stall that lasts
+until the setting is switched off. Both links have the same stalls.
 
 Stalls begin at random (a Poisson process). A stall does not begin within another stall. Each kind
 of random number has a separate generator with the seed, and does not depend on how often
@@ -11,12 +11,11 @@ of random number has a separate generator with the seed, and does not depend on 
 
 Units: seconds. Edge cases: A message due at the very end of a stall is not delayed by the stall. A
 change of delay or jitter does not change messages under way. A change of the stalls ends the
-present stall. If messages follow each other fast, they wait for earlier messages, so the mean delay
-is more than delay and jitter together.
-Source: recordings of real TurtleBot3s over a WLAN, which stalls for 0.1 to 0.4 s. A sender of
-802.11 waits for a random time before each frame, and tries again if the frame is lost. So some
-delays are much longer than the mean (Malone, Leith and Dangerfield, "Inferring queue state by
-measuring delay in a WiFi network").
+present stall. If messages follow each other fast, a message waits for earlier messages. So the mean
+delay is more than delay and jitter together. Source: recordings of real TurtleBot3s over a WLAN,
+which stalls for 0.1 to 0.4 s. A sender of 802.11 waits for a random time before each frame, and
+tries again if the frame is lost. So some delays are much longer than the mean (Malone, Leith and
+Dangerfield, "Inferring queue state by measuring delay in a WiFi network").
 """
 import math
 import random
@@ -88,7 +87,7 @@ class NetworkLink:
             if rate:
                 # Both links have this seed, so a stall delays the messages of both directions.
                 self._stalls = Stalls(rate, longest, now, f'stalls {self._seed}')
-        # messages that waited for the end of a stall are due now
+        # the messages that waited for the end of a stall arrive now
         self._in_flight = deque((max(due, now), message) for due, message in self._in_flight)
 
     def send(self, messages: Sequence[Any], moments: Sequence[float]) -> None:

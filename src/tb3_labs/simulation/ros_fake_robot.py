@@ -31,7 +31,7 @@ SIMULATION_STEP = 1.0 / 200.0    # [s]
 STEPS_PER_TRUTH = 4    # steps from one message of the ground truth to the next
 #: If the computer pauses for at most this time [s], the robot catches up.
 MAX_CATCH_UP = 0.5
-#: A robot that publishes /clock catches up after a pause of at most this time [s, wall clock].
+#: If a robot publishes /clock, it catches up after a pause of at most this time [s, wall clock].
 #: After a longer pause it does not catch up, since /clock would jump, and nodes would treat the
 #: sensors as silent.
 MAX_CATCH_UP_ON_CLOCK = 0.02
@@ -183,9 +183,9 @@ class SensorTopics:
         self._tf = make_publisher('/tf', TFMessage)
 
     def send(self, burst, epoch, wheels):
-        """Publish the samples of a `burst`, which arrive at one moment, in one write per topic. For
-        `epoch` see FakeRobot.tick. `wheels` is Sensors.wheel_readings, from which the rows that are
-        older than the burst are removed."""
+        """The samples of a `burst` arrive at one moment. Publish them by one write per topic. For
+        `epoch` see FakeRobot.tick. `wheels` is Sensors.wheel_readings. Rows that are older than the
+        burst are removed from it."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (

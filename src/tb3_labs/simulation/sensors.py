@@ -16,8 +16,8 @@ from tb3_labs.simulation.firmware import Odometer, encoder_ticks
 from tb3_labs.simulation.network import Arrival
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: After a stall at most this number of samples of a sensor is sent, since buffers are finite. An
-#: IMU at 200 Hz makes this many samples in the longest stall.
+#: After a stall a sensor sends at most this many samples, since buffers are finite. An IMU at 200
+#: Hz makes this many samples in the longest stall.
 MAX_SAMPLES = 2000
 #: Values of the left and the right wheel.
 WheelPair = Tuple[float, float]
@@ -59,8 +59,8 @@ class Rhythm:
 
 
 class BoardClock:
-    """The clock of the board. Each time sync gives the clock a new random error, from -`largest` to
-    `largest` [s]."""
+    """The clock of the board. Each synchronisation gives the clock a new random error, from
+    -`largest` to `largest` [s]."""
 
     def __init__(self, largest: float, seed: int) -> None:
         self._largest, self._seed = largest, seed

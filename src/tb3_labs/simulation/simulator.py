@@ -29,7 +29,7 @@ from tb3_labs.simulation.network import NetworkLink
 from tb3_labs.simulation.sensors import Rhythm, Sensors
 from tb3_labs.simulation.simulator_config import SimulatorConfig
 
-#: An event that is at most this time after the end of a step [s] belongs to the step, since the sum
+#: An event belongs to a step if it comes at most this time after the step's end [s], since the sum
 #: of many small steps is not exactly one large step.
 TIME_ROUNDING = 1e-9
 

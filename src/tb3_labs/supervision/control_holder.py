@@ -1,6 +1,6 @@
 """Does a pad or move_to_goal hold the robot? A table gives the holder after an event.
 
-A node that no longer holds the robot sends one zero, and then no more commands. A pad gives and
+When a node no longer holds the robot, it sends one zero, and then no more commands. A pad gives and
 takes the permission of move_to_goal by ControlMessages. Source: the course's gamepad lab.
 """
 import math
@@ -11,7 +11,7 @@ from tb3_labs.supervision.timeouts import RENEWAL_PERIOD
 
 
 class ControlHolder(Enum):
-    """The node that may drive, from the view of one `gamepad` node."""
+    """The node that may drive, as one `gamepad` node knows it."""
 
     NOBODY = 'nobody'
     GAMEPAD = 'gamepad'

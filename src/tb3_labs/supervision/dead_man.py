@@ -41,12 +41,12 @@ class DeadMan:
 
     def hold(self, page: object, known_stops: Optional[int], now: float, lateness: float,
              is_first: bool) -> bool:
-        """Let `page`, which a person grips, drive. Raises ``ValueError`` if it may not drive.
+        """A person grips `page`: let this page drive. Raises ``ValueError`` if it may not drive.
 
         `lateness` is the delay of the message [s]. Returns False if the delay is more than
-        `PAD_TIMEOUT`, since such a message is treated as silence. `is_first`: is this the first
-        message of the grip? A grip whose first message is missing is refused, since the robot
-        would move too late.
+        `PAD_TIMEOUT`. Such a late message is the same as silence. `is_first`: is this the first
+        message of the grip? A grip without its first message is refused, since the robot would move
+        too late.
         """
         if lateness > PAD_TIMEOUT:
             return False
@@ -72,7 +72,7 @@ class DeadMan:
         self.page = None
 
     def lost_for(self, now: float) -> float:
-        """Returns how long the page that drives has been silent [s]; 0 if the page is not lost."""
+        """Returns the silence of the page that drives [s]; 0 if the page is not lost."""
         self._sleep.update(now)
         if self.page is None or self._source.is_fresh(now):
             return 0.0

@@ -1,8 +1,8 @@
 """The Event that a core receives, and the Output that it returns.
 
 An Event is a message that a person may have caused, such as a True, a False, or a turn. An Event is
-doubtful if it may be older than this node, or than its connection. Only the first message on a
-connection can be so old, if the sender existed before this node, or had an earlier connection. If
+doubtful if it may be older than this node, or older than its connection. Only the first message on
+a connection can be so old, if the sender existed before this node, or had an earlier connection. If
 such a message is not latched, it is doubtful only for the first `REPEATS_WITHIN` of the connection.
 
 Units: seconds on a clock that never stands still and never goes back (`at`).
@@ -43,7 +43,7 @@ class Event(Generic[Content]):
     at: float
     sender: str = ''
     age: Age = Age.NEW
-    #: Does the sender announce that it will renew the permission that it gives?
+    #: Does the sender announce that it will renew its permission?
     renews: bool = False
     #: Time of sending [s, sender's clock]; 0 if unknown.
     sent_at: float = 0.0

@@ -1,26 +1,67 @@
-"""Is a goal accepted, and which goal does a cancel end?
+"""Is the pose of a request valid? Is a goal accepted, and which goal does a cancel end?
 
-Each goal replaces the previous goal, even that of another sender. A sender *repeats* a goal if it
+Each goal replaces the previous goal, even a goal of another sender. A sender *repeats* a goal if it
 sends the goal again within `SENDER_PAUSE`, perhaps with another stamp. The rules:
 
-* A cancel ends the goal that has the cancel's name, or each goal whose stamp is not after the
-  cancel's stamp, or every goal.
+* A cancel ends the goal with the cancel's name, or all goals up to the cancel's stamp, or every
+  goal.
 * A repeated goal that was canceled or given up stays ended until the sender changes the goal, or
-  pauses. A goal that was sent only once before the end is accepted again at once.
+  pauses. If a goal was sent only once before its end, it is accepted again at once.
 * A repetition of the present goal changes nothing.
 
 Units: seconds on a clock that never stands still or goes back (`now`). Edge cases: A sleep of this
 process is not a pause of a sender. A delay of `SENDER_PAUSE` on the network looks like a pause.
 """
+import math
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Dict, NamedTuple, Optional
 
+from tb3_labs.config import Config, setting
+from tb3_labs.geometry.angles import wrap
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.supervision.events import Queue
 from tb3_labs.supervision.timeouts import SENDER_PAUSE, Freshness, SleepMonitor
 
+#: A typed coordinate is at most this far from 0, since a larger number may have a wrong unit [m].
+MAX_DISTANCE = 100.0
+MAX_YAW_DEG = 360.0     # a typed heading is at most a whole turn [deg]
 #: The reason for rejecting a repeated goal that was ended before.
 STAYS_ENDED = ('its sender repeats it since before it was ended: change it, or pause for '
                f'{SENDER_PAUSE:.0f} s')
+
+
+@dataclass(frozen=True)
+class TypedPose(Config):
+    """A pose in the local frame that a person types, with the heading in degrees."""
+
+    x: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
+    y: float = setting(0.0, 'in the local frame', 'm', -MAX_DISTANCE, MAX_DISTANCE)
+    yaw_deg: float = setting(0.0, 'heading', 'deg', -MAX_YAW_DEG, MAX_YAW_DEG)
+
+    @property
+    def pose(self) -> Pose2:
+        return Pose2(self.x, self.y, wrap(math.radians(self.yaw_deg)))
+
+
+@dataclass(frozen=True)
+class RequestedPose:
+    """The pose of a goal or a reset, in ``local`` or in ``odom``, as its sender chose."""
+
+    pose: Pose2
+    in_odom: bool = False
+
+    def in_local(self, odom_T_local: Optional[Pose2]) -> Pose2:
+        """Returns this pose in ``local``. Raises ``ValueError`` if there is no local frame, or if
+        the pose is too far away."""
+        pose = self.pose
+        if self.in_odom:
+            if odom_T_local is None:
+                raise ValueError('no local frame now: nothing was heard from imu and odom, or the '
+                                 'pose is lost; give the pose in local')
+            pose = odom_T_local.inverse() @ pose
+        TypedPose(float(pose.x), float(pose.y))     # raises the error; it takes no float of numpy
+        return pose
 
 
 class GoalRequest(NamedTuple):
@@ -59,7 +100,7 @@ class GoalAnswer(NamedTuple):
     text: str
 
 
-class Repetition:
+class SenderGoal:
     """The latest goal of one sender, and its repetitions since the last pause."""
 
     def __init__(self, request: GoalRequest) -> None:
@@ -85,24 +126,24 @@ class GoalRequests:
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()
-        self._repetitions: Dict[str, Repetition] = {}    # by sender
+        self._sender_goals: Dict[str, SenderGoal] = {}    # by sender
 
-    def note(self, request: GoalRequest, now: float) -> Repetition:
+    def note(self, request: GoalRequest, now: float) -> SenderGoal:
         """Take in a goal that arrives. Call this for each goal, even if it is then refused."""
         self._forget(now)
-        repetition = self._repetition_of(request)
-        if repetition is None:
-            repetition = Repetition(request)
-            self._repetitions[request.sender] = repetition
+        sender_goal = self._sender_goal_of(request)
+        if sender_goal is None:
+            sender_goal = SenderGoal(request)
+            self._sender_goals[request.sender] = sender_goal
         else:
-            repetition.is_repeated = True
-            repetition.latest = request
-        repetition.source.received(now)
-        return repetition
+            sender_goal.is_repeated = True
+            sender_goal.latest = request
+        sender_goal.source.received(now)
+        return sender_goal
 
-    def repeats_present(self, repetition: Repetition) -> bool:
-        """Does this Repetition of a noted goal belong to the present goal?"""
-        return repetition.is_repeated and repetition is self._repetition_of(self.present)
+    def repeats_present(self, sender_goal: SenderGoal) -> bool:
+        """Does the sender repeat the present goal?"""
+        return sender_goal.is_repeated and sender_goal is self._sender_goal_of(self.present)
 
     def accept(self, request: GoalRequest) -> None:
         """Make `request` the present goal. Cancel the previous goal."""
@@ -124,28 +165,28 @@ class GoalRequests:
     def give_up(self, now: float) -> None:
         """Give up the present goal. A repetition does not start the drive again."""
         self._forget(now)
-        repetition = self._repetition_of(self.present)
-        if repetition is not None:
-            repetition.end()
+        sender_goal = self._sender_goal_of(self.present)
+        if sender_goal is not None:
+            sender_goal.end()
 
     def cancel(self, now: float, name: str = '', stamp: int = 0) -> bool:
         """Take in a cancel. Returns True if the cancel ends the present goal."""
         self._forget(now)
-        for repetition in self._repetitions.values():
-            if repetition.latest.is_named_by(name, stamp):
-                repetition.end()
+        for sender_goal in self._sender_goals.values():
+            if sender_goal.latest.is_named_by(name, stamp):
+                sender_goal.end()
         if not self.present.is_named_by(name, stamp):
             return False
         self.give_up(now)
         return True
 
-    def _repetition_of(self, request: GoalRequest) -> Optional[Repetition]:
-        repetition = self._repetitions.get(request.sender)
-        if repetition is None or repetition.goal != request.goal:
+    def _sender_goal_of(self, request: GoalRequest) -> Optional[SenderGoal]:
+        sender_goal = self._sender_goals.get(request.sender)
+        if sender_goal is None or sender_goal.goal != request.goal:
             return None
-        return repetition
+        return sender_goal
 
     def _forget(self, now: float) -> None:
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
-        self._repetitions = {sender: repetition for sender, repetition in self._repetitions.items()
-                             if just_woke or repetition.source.is_fresh(now)}
+        self._sender_goals = {sender: goal for sender, goal in self._sender_goals.items()
+                              if just_woke or goal.source.is_fresh(now)}

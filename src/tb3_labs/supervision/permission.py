@@ -11,13 +11,13 @@ a stop holds until a person releases the machine again.
   After a silence of `RESUME_TIME` the grant has expired.
 * A grant is void if the sensors are not fresh within `RESUME_TIME` after the grant. Before the
   sensors are fresh for the first time, this limit is `ROBOT_START`.
-* If this process sleeps for longer than `RESUME_TIME`, all grants expire. A True that
-  arrives while the process wakes is ignored, since the True may be older than a stop.
+* If this process sleeps for longer than `RESUME_TIME`, all grants expire. If a True arrives while
+  the process wakes, it is ignored, since it may be older than a stop.
 * A doubtful True (:mod:`tb3_labs.supervision.events`) is ignored. A doubtful False is obeyed, but a
   False that was latched before this node began to listen does not end the grant at the start.
-* A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False,
-  or before this node started or woke. A True was delayed if the renewals after it arrive faster
-  than one in each `RENEWAL_PERIOD`.
+* A True is ignored if it was sent more than `RESUME_TIME` ago, or before another sender's False, or
+  before this node started or woke. If the renewals after a True arrive faster than one in each
+  `RENEWAL_PERIOD`, the network delayed the True.
 
 Units: seconds on a clock that never stands still and never goes back (`now`).
 Edge case: A sender that renews must renew once before the robot may move. So the True of a sender
@@ -40,32 +40,32 @@ class _Grant:
 
     def __init__(self, now: float, renews: bool) -> None:
         self.granted_at = now       # time at which the True arrived [s]
-        self.sent_before = now      # the True was sent at this time or earlier [s]
+        self.latest_sending = now   # the True was sent at this time or earlier [s]
         self.had_sensors = False    # were the sensors fresh at any time since the grant?
         self._renews = renews
-        self._received_for = 0.0
-        self._source = Freshness('control', SUSPEND_AFTER)
-        self._source.received(now)
+        self._renewed_for = 0.0
+        self._renewals = Freshness('control', SUSPEND_AFTER)
+        self._renewals.received(now)
 
     def renew(self, now: float) -> None:
         """Take in a renewal. A sender needs 2 s for 20 renewals. If they arrive within 0.5 s of the
         True, the network has delayed the True by at least 1.5 s."""
-        self._source.received(now)
-        self._received_for = now - self.granted_at
-        self.sent_before = self.granted_at
+        self._renewals.received(now)
+        self._renewed_for = now - self.granted_at
+        self.latest_sending = self.granted_at
         # checked for 2 s only: later a sender's fast clock would look like a delay
-        if self._renews and self._received_for < RESUME_TIME:
-            delay = RENEWAL_PERIOD * (self._source.count - 1) - self._received_for
-            self.sent_before -= max(0.0, delay)
+        if self._renews and self._renewed_for < RESUME_TIME:
+            delay = RENEWAL_PERIOD * (self._renewals.count - 1) - self._renewed_for
+            self.latest_sending -= max(0.0, delay)
 
     def silent_for(self, now: float) -> float:
         """Returns the time since the last renewal [s]; 0 if the sender does not renew."""
-        return self._source.age(now) if self._renews else 0.0
+        return self._renewals.age(now) if self._renews else 0.0
 
     def holds(self, now: float) -> bool:
         """Is the grant renewed in time, or does the sender not renew?"""
-        is_confirmed = self._received_for >= CONFIRMED_AFTER
-        return not self._renews or (is_confirmed and self._source.is_fresh(now))
+        is_confirmed = self._renewed_for >= CONFIRMED_AFTER
+        return not self._renews or (is_confirmed and self._renewals.is_fresh(now))
 
 
 class Permission:
@@ -73,8 +73,7 @@ class Permission:
 
     def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
         """`log` takes the lines for the user."""
-        #: Number of grants so far.
-        self.count = 0
+        self.grant_count = 0    # number of grants so far
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time for which a grant waits for the sensors [s]
         # The grants by sender. The grant at the start has the sender ''.
@@ -133,7 +132,7 @@ class Permission:
         elif not is_repeated:
             self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
-            self.count += 1
+            self.grant_count += 1
         elif not self.has_grant:
             self._refuse(sender, 'True was said before')
 
@@ -175,13 +174,13 @@ class Permission:
                 self._end(sender, f'it was silent for {grant.silent_for(now):.1f} s')
 
     def _check_delay(self, sender: str, grant: _Grant) -> None:
-        """End a grant if its renewals show that its True was sent too long ago."""
+        """If the renewals of a grant show that its True was sent too long ago, end the grant."""
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
-        if grant.granted_at - grant.sent_before > RESUME_TIME:
+        if grant.granted_at - grant.latest_sending > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')
-        elif grant.sent_before < min(self._began_at, grant.granted_at):
+        elif grant.latest_sending < min(self._began_at, grant.granted_at):
             self._end(sender, 'it was given before this node started, or woke')
-        elif grant.sent_before < max(stops_of_others, default=-math.inf):
+        elif grant.latest_sending < max(stops_of_others, default=-math.inf):
             self._end(sender, 'it was taken while the network delayed it')
 
     def _end(self, sender: str, reason: str) -> None:

@@ -1,8 +1,8 @@
 """May a motion continue? The sensors must be alive, and the robot must obey.
 
-A sensor is lost if its messages stop. A sensor is frozen if it repeats one reading while the robot
-moves, because the driver of the sensor hangs. A robot is stalled if it gets no nearer to its goal
-in spite of commands to move.
+A sensor is lost if its messages stop. A sensor is frozen if its driver hangs, and so repeats one
+reading while the robot moves. A robot is stalled if it gets no nearer to its goal in spite of
+commands to move.
 
 Units: metres or radians for the remaining way, per second for speeds; seconds on one clock (`now`).
 """
@@ -15,9 +15,9 @@ from tb3_labs.supervision.timeouts import (
 
 #: The text if the robot must not move yet, although its sensors are fresh.
 UNCHECKED_GYRO = 'gyro and wheels are not compared yet: the robot must rest for a second'
-#: If the command is to drive faster than this, the readings must show a motion [m/s].
+#: If a command is faster than this [m/s], the readings must show a motion.
 SURE_DRIVE_SPEED = 0.02
-#: If the command is to turn faster than this, the readings must show a motion [rad/s].
+#: If a command is faster than this [rad/s], the readings must show a turn.
 SURE_TURN_RATE = 0.1
 #: The robot is stalled if commands to move bring it no nearer to its goal for this time [s].
 STALL_TIME = 1.3
@@ -45,7 +45,7 @@ class Sensor(Freshness):
     def __init__(self, name: str) -> None:
         super().__init__(name, SENSOR_TIMEOUT)
         self.reading: Any = None    # content of the last message, without the stamp
-        #: Time for which the reading was repeated although it must change [s].
+        #: The reading must change, but was repeated for this time [s].
         self.repeated_for = 0.0
         #: The longest time between two messages since the last pause [s].
         self.longest_gap = 0.0
@@ -93,7 +93,7 @@ class SensorMonitor:
         self.silent_for = 0.0
         self._longest_wait = ROBOT_START    # time for which a motion waits for the sensors [s]
         self._silent_since = math.nan    # start of the silence [s]; NaN: not known
-        self._were_fresh = False         # were the sensors fresh at the last update?
+        self._were_ready = False         # did all sensors send, at the last update?
 
     def request_motion(self) -> None:
         """Begin to wait for the sensors of a motion that is requested now."""
@@ -105,25 +105,26 @@ class SensorMonitor:
         for source in self._sources:
             source.clock_went_back(now)
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
-        are_fresh = self.are_fresh(now) and all([source.count > 1 for source in self._sources])
-        may_move = are_fresh and is_checked
-        became_fresh = are_fresh and not self._were_fresh
-        self._were_fresh = are_fresh
+        sent_twice = all([source.count > 1 for source in self._sources])
+        are_ready = sent_twice and self.are_fresh(now)
+        may_move = are_ready and is_checked
+        became_ready = are_ready and not self._were_ready
+        self._were_ready = are_ready
         is_known = self._silent_since <= now    # False for NaN, and if the clock went back
         if not is_known:
             self._silent_since = now
         silent_for = now - self._silent_since
         is_late = silent_for > self._longest_wait
-        if may_move or became_fresh:    # a new wait begins with the latest messages
+        if may_move or became_ready:    # a new wait begins with the latest messages
             self._silent_since = now - max([source.age(now) for source in self._sources])
             self._longest_wait = RESUME_TIME
         if may_move:
             self._end_silence(silent_for, is_late)
             return
-        if are_fresh:
+        if are_ready:
             self.hold_reason = UNCHECKED_GYRO
         elif not self.hold_reason:    # a second lost sensor does not change the reason
-            self.hold_reason = self.problem(now)
+            self.hold_reason = self.problem_text(now)
         self.status = SensorStatus.TIMED_OUT if is_late else SensorStatus.SILENT
         self.silent_for = silent_for
 
@@ -148,9 +149,9 @@ class SensorMonitor:
         for source in self._sources:
             source.forget_silences()
 
-    def problem(self, now: float, with_age: bool = False) -> str:
+    def problem_text(self, now: float, with_age: bool = False) -> str:
         """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
-        names each sensor that is silent for half its timeout."""
+        names a sensor if it is silent for half its timeout."""
         if self.are_fresh(now):
             return ''
         lost = [source for source in self._sources if source.age(now) > 0.5 * source.timeout]
@@ -159,7 +160,7 @@ class SensorMonitor:
             texts = [source.silence_text_with_age(now) for source in lost]
         return ', '.join(texts)
 
-    def frozen(self) -> str:
+    def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
         frozen = [source.name for source in self._sources if source.repeated_for > FROZEN_TIME]
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'

@@ -2,37 +2,37 @@
 
 Freshness finds a silent source by the arrivals of its messages. Lateness finds a delayed message by
 its stamp. SleepMonitor finds a sleep of this process by a long time between two looks at the clock.
-A process sleeps when it is stopped, swapped out, or its computer is suspended.
+A process sleeps when it is stopped or swapped out, or when its computer is suspended.
 
 Units: seconds on the receiver's clock (`now`). Edge cases: A source without messages has an
-infinite age. If the clock goes back, the last message is treated as just received, since otherwise
-the message would be fresh for too long.
+infinite age. If the clock goes back, the last message has the present time. Otherwise an old
+message would be fresh for too long.
 """
 import math
 from collections import deque
 from typing import Deque, Optional, Tuple
 
-#: A motion does not continue by itself after an interruption of more than this. The sensors may be
-#: silent, or the renewals of a grant, or this process sleeps. An older grant is ignored.
+#: A motion does not continue by itself after an interruption of more than this. It may be a silence
+#: of the sensors or of a grant's renewals, or a sleep. An older grant is ignored.
 RESUME_TIME = 2.0
 
 # -- a sensor, a pad or a mouse is silent
 
-#: A sensor that is silent for longer than this is lost. Meanwhile a fast robot drives 5 cm.
+#: A sensor is lost if it is silent for longer than this. Meanwhile a fast robot drives 5 cm.
 SENSOR_TIMEOUT = 0.22
-#: A sensor that repeats a reading for longer than this, in spite of commands to move, is frozen.
+#: A sensor is frozen if it repeats a reading for longer than this, in spite of commands to move.
 FROZEN_TIME = 0.6
 #: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
 ROBOT_START = 20.0
-#: A turn that is typed before the robot is connected waits this long for the robot.
+#: If a turn is typed before the robot is connected, it waits this long for the robot.
 ROBOT_WAIT = 5.0
 #: A board that resets is silent for longer than this. The firmware needs 2.6 s.
 RESET_SILENCE = 1.0
 #: A pad, or a page that drives, is lost if it is silent for longer than this.
 PAD_TIMEOUT = 0.25
-#: An active mouse that is silent for longer than this is lost.
+#: An active mouse is lost if it is silent for longer than this.
 MOUSE_TIMEOUT = 0.2
-#: The step that the odometry may make grows with the silence before it, up to this silence.
+#: After a longer silence the odometry may make a longer step, up to this silence.
 MAX_SILENCE = 5.0
 
 # -- two samples are too far apart to be compared
@@ -50,9 +50,9 @@ NOISE_GAP = 0.1
 
 # -- the sender's clock
 
-#: A clock that goes back by less than this is being corrected. Otherwise the clock was set.
+#: If a clock goes back by less than this, it is being corrected. Otherwise the clock was set.
 SMALL_STEP = 0.1
-#: A stamp that is ahead of its arrival by this time belongs to a new clock.
+#: If a stamp is ahead of its arrival by this time, the stamp belongs to a new clock.
 CLOCK_STEP = 1.0
 #: If all sources are silent for this long, the next message belongs to a new clock.
 LONG_SILENCE = 1.5
@@ -63,29 +63,29 @@ MAX_OFF_TIME = 1.0
 
 #: The least delay is searched among the messages of this time.
 DELAY_WINDOW = 5.0
-#: Each message adds at most this time to the time for which its sender was heard.
+#: A sender is heard for the sum of its gaps. A longer gap than this adds only this time.
 MAX_RECEIVED_STEP = 0.1
 #: The usual delay of a pad is known this long after its first message.
 LATENESS_KNOWN_AFTER = 0.3
 #: A sample of this age, or a silence of this length, shows that the network stalls.
 MAX_AGE = 0.1
-#: A sender that repeats an old message to a new connection does so within this time.
+#: If a sender repeats an old message to a new connection, the message comes within this time.
 REPEATS_WITHIN = 2.0
-#: A message that comes this soon after a press, a sleep or the start of a node may be older.
+#: A message so soon after a press, a sleep or a node's start may have been sent before that.
 CROSSING_TIME = 0.3
-#: A pad that takes the robot back waits this long, so that move_to_goal can stop.
+#: When a pad takes the robot back, it waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
 
 # -- a person's permission
 
 #: Time from one renewal of a permission to the next.
 RENEWAL_PERIOD = 0.1
-#: A renewal confirms its grant if it comes later than this after the grant. A renewal that comes
-#: sooner may have been delayed together with the grant.
+#: A renewal confirms its grant if it comes later than this after the grant. An earlier renewal may
+#: have been delayed together with the grant.
 CONFIRMED_AFTER = 0.04
-#: A grant whose renewals stop is suspended after this silence.
+#: If the renewals of a grant stop, the grant is suspended after this silence.
 SUSPEND_AFTER = 0.5
-#: A reset that was requested longer ago than this is refused, since the robot may have moved.
+#: A reset is refused if it was requested longer ago than this, since the robot may have moved.
 MAX_RESET_AGE = 1.0
 #: After this silence a sender of goals or turns has paused, and may send the same request again.
 SENDER_PAUSE = 2.0
@@ -94,13 +94,13 @@ SENDER_PAUSE = 2.0
 
 #: A longer time between two looks at the clock is a sleep. A busy machine pauses for less.
 MIN_SLEEP = 1.0
-#: A simulated clock that does not change for this long stands still.
+#: A simulated clock stands still if it does not change for this long.
 STANDSTILL_TIME = 0.3
-#: A node that may move its robot looks at the clock after a silence of half the shortest timeout.
+#: If a node may move its robot, it looks at the clock after a silence of half the shortest timeout.
 QUIET_TIME = 0.1
 #: After QUIET_TIME the node looks at the clock with this period, until the next message.
 CHECK_PERIOD = 0.02
-#: A node that does not drive looks at the clock after a silence of this length, to find a sleep.
+#: If a node does not drive, it looks at the clock after a silence of this length, to find a sleep.
 IDLE_PERIOD = 0.2
 
 

@@ -17,14 +17,12 @@ from tb3_labs.marking.intake.archives import UNPACKED, NotJudged, files_in, shor
 from tb3_labs.marking.intake.imports import MAX_PROGRAM_BYTES, programs_of, read_program
 from tb3_labs.marking.intake.packages import (
     FOLDERS, is_aside, package_folder, package_name, source_of)
-from tb3_labs.marking.names import LAB_NODES, NodeNames
+from tb3_labs.marking.student_nodes import LAB_NODES, NodeNames
 
 #: A call of the reset service. The service's name is in quotes or in a variable.
 RESET_CALL = r'\b{}\(\s*(?:name\s*=\s*)?([\'"][\w/~]*(pose|reset)|[^\s\'"])'
 #: Two candidates are alike if their first COMPARED_RANKS fields are equal.
 COMPARED_RANKS = 4
-#: Each relay script of catkin has this text. A relay starts a file on the student's machine.
-RELAY_TEXT = b'generated from catkin/cmake/template'
 #: The instructor reads this text if no file can be the node.
 WHAT_IS_READ = 'Only zip files are unpacked, and none in others. Folders such as build, devel, ' \
     'install, logs and venv are left out.'
@@ -139,12 +137,9 @@ def _is_doubtful(best, other, names):
 def _is_program(path):
     if path.stat().st_size > MAX_PROGRAM_BYTES:
         return False
-    begin = path.read_bytes()[:300]
-    if RELAY_TEXT in begin:
-        return False
     if path.suffix:
         return path.suffix.lower() == '.py'
-    return b'python' in begin[:80]
+    return b'python' in path.read_bytes()[:80]
 
 
 def _own_names(package, folder):

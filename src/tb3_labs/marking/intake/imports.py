@@ -15,8 +15,7 @@ import rospkg
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
     INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_aside)
-from tb3_labs.marking.names import is_name
-from tb3_labs.marking.node_start import OWN_PACKAGE
+from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name
 
 #: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError

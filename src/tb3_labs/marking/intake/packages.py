@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Dict, List, Optional, Tuple
 
 from tb3_labs.marking.intake.archives import files_in
-from tb3_labs.marking.names import NAME, is_name
+from tb3_labs.marking.student_nodes import NAME, is_name
 
 MANIFEST = 'package.xml'
 #: At most this much of a package.xml or a setup.py is read [bytes].

@@ -18,7 +18,7 @@ from typing import Dict, Iterable, List, Mapping
 
 import rospkg
 
-from tb3_labs.marking.node_start import (
+from tb3_labs.marking.student_nodes import (
     HOME, IDENTITY, LIMIT_COMMAND, LIMIT_FILES_COMMAND, MAX_TASKS, OWN_FOLDERS, OWN_PACKAGE)
 
 #: The environment variable that lists the folders of workspaces.

@@ -10,7 +10,6 @@ The files that were handed in are neither changed nor run. A separate process re
 since a stranger's file may use all memory, or take hours to read. If a limit ends that process, the
 marking goes on.
 """
-import difflib
 import json
 import re
 import subprocess
@@ -25,8 +24,7 @@ from tb3_labs.marking.intake.archives import (
 from tb3_labs.marking.intake.find_node import find_node
 from tb3_labs.marking.intake.imports import find_missing
 from tb3_labs.marking.intake.packages import package_name, packages_in, source_of
-from tb3_labs.marking.names import NodeNames
-from tb3_labs.marking.node_start import LIMIT_READER_COMMAND
+from tb3_labs.marking.student_nodes import LIMIT_READER_COMMAND, NodeNames
 
 MOODLE = re.compile(r'(?P<student>.+?)_(?P<number>\d+)_assignsubmission_[a-z]+_?(?P<file>.*)')
 CANVAS = re.compile(
@@ -104,13 +102,11 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
 
 
 def check_names(wanted: Iterable[str], students: Sequence[str]) -> None:
-    """Raises ``ValueError`` if a `wanted` name is not a student's name. The text of the error has
-    similar names."""
+    """Raises ``ValueError`` if a `wanted` name is not a student's name."""
     for name in wanted:
         if name not in students:
-            near = difflib.get_close_matches(name, students)
-            raise ValueError('no submission is called {}; {}: {}'.format(
-                name, 'near it' if near else 'these are', shortened(near or students, 10)))
+            raise ValueError(f'no submission is called {name}; these are: '
+                             + shortened(students, 100))
 
 
 class Submission(NamedTuple):
@@ -152,10 +148,9 @@ def _refusal(path):
         return 'a link'
     if path.is_dir():
         return ''
-    if not path.is_file():
-        return 'neither a folder nor a file'
     is_platform_file = bool(read_name(path.name, is_folder=False).number)
-    return '' if is_platform_file or is_zip(path.name) else 'neither a folder nor a zip file'
+    is_submission = path.is_file() and (is_platform_file or is_zip(path.name))
+    return '' if is_submission else 'neither a folder nor a zip file'
 
 
 def _upload_order(name):

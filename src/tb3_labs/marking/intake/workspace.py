@@ -25,9 +25,8 @@ from tb3_labs.command_line import printable
 from tb3_labs.marking.intake.packages import INTERFACES, MESSAGES, interface_files, modules_of
 from tb3_labs.marking.intake.sandbox import PYTHONPATH, Protection
 from tb3_labs.marking.intake.submissions import ParsedSubmission
-from tb3_labs.marking.names import NAME, is_name
-from tb3_labs.marking.node_start import (
-    LIMIT_READER_COMMAND, NODE_PREFIX, OWN_PACKAGE, NodeStart)
+from tb3_labs.marking.student_nodes import (
+    LIMIT_READER_COMMAND, NAME, NODE_PREFIX, OWN_PACKAGE, NodeStart, is_name)
 from tb3_labs.watch import PROBE, watched
 
 #: If a node's first line begins in this way, the line names the Python that runs the node.
@@ -107,11 +106,7 @@ def _repair(node, remarks, findings):
         repairs.append('has Windows line endings: changed')
     first = code.partition(b'\n')[0]
     python = PYTHON_LINE.match(first)
-    if not code.strip():
-        repairs.append('is empty')
-    elif b'\0' in code:
-        repairs.append('is not text in UTF-8: save it as UTF-8')
-    elif not code.startswith(b'#!'):
+    if not code.startswith(b'#!'):
         repairs.append('does not begin with #!/usr/bin/env python3, so that rosrun cannot start it')
         findings.append('It does not begin with #!/usr/bin/env python3: if its CMakeLists.txt has '
                         'catkin_install_python, it may run on another machine.')

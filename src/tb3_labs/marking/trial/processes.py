@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-from tb3_labs.marking.node_start import MAX_DISK, MAX_MEMORY, MAX_OTHER_MEMORY, MAX_PROCESSES
+from tb3_labs.marking.student_nodes import MAX_DISK, MAX_MEMORY, MAX_OTHER_MEMORY, MAX_PROCESSES
 
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25

@@ -20,7 +20,7 @@ from tb3_labs.marking.trial.observation import NotTried
 from tb3_labs.marking.trial.processes import NodeOutput, Program, ResourceWatch
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
 from tb3_labs.marking.trial.ros_types import Types
-from tb3_labs.marking.node_start import OWN_FOLDERS, NodeStart
+from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
 from tb3_labs.ros.clocks import wait_until
 from tb3_labs.watch import watched
 

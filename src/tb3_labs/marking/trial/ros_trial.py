@@ -12,11 +12,11 @@ from types import SimpleNamespace
 import rospkg
 import rospy
 
-from tb3_labs.marking.node_start import OWN_PACKAGE, NodeStart
 from tb3_labs.marking.labs import ros_gamepad, ros_move2goal, ros_turn
 from tb3_labs.marking.labs.stimuli import (
     EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)
-from tb3_labs.marking.names import GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, TURN
+from tb3_labs.marking.student_nodes import (
+    GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, OWN_PACKAGE, TURN, NodeStart)
 from tb3_labs.marking.trial.source_analysis import text_of
 from tb3_labs.marking.trial.observation import (
     CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)

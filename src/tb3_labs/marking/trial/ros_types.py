@@ -12,7 +12,7 @@ from typing import Any, BinaryIO, Dict, List, Optional
 import genpy
 
 from tb3_labs.marking.intake.message_examples import FIELD_FORMATS, example_of
-from tb3_labs.marking.names import is_name
+from tb3_labs.marking.student_nodes import is_name
 
 #: The packages of the services that handout, skeletons and sheets use. If a student's service has
 #: the checksum of a service in these packages, the two services have the same fields.

@@ -13,7 +13,7 @@ import subprocess
 import sys
 from typing import Any, Dict, Iterable, Iterator, List
 
-from tb3_labs.marking.node_start import LIMIT_READER_COMMAND
+from tb3_labs.marking.student_nodes import LIMIT_READER_COMMAND
 
 #: This program prints the result of `analyse` for the files in its arguments.
 ANALYSE_FILES = '''import json, sys

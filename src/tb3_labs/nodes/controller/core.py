@@ -14,7 +14,7 @@ from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.nodes.controller.turns import (
-    NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, Repetitions)
+    NEXT_DRIVER, ActiveTurn, Driver, DriverEvent, Heading, RepeatFilter)
 from tb3_labs.robot.samples import ImuSample, WheelSample, heading_jump, is_at_rest
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, Output
@@ -22,7 +22,7 @@ from tb3_labs.supervision.sensors_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
-#: A refused turn is logged at most once in this time [s].
+#: The refusals of turns are logged at most once in this time [s].
 REFUSAL_PERIOD = 1.0
 
 
@@ -42,7 +42,7 @@ class ControllerCore:
         self._sleep = SleepMonitor()
         self._turn: Optional[ActiveTurn] = None  # None after its result was logged
         self.mouse = Mouse()
-        self._repetitions = Repetitions()        # of turns
+        self._repeat_filter = RepeatFilter()        # of turns
         self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
         self._mouse_loss_logged = False          # was the loss of the mouse logged?
@@ -95,9 +95,9 @@ class ControllerCore:
 
     def on_turn(self, turn: 'Event[float]', now: float) -> None:
         """Turn by the angle [deg] that another node requests. A repetition may be refused, see
-        Repetitions."""
+        RepeatFilter."""
         self._check_sleep_and_mouse(turn.at)
-        if self._repetitions.accepts(turn, self._sleep.is_waking):
+        if self._repeat_filter.accepts(turn, self._sleep.is_waking):
             self._request_or_log(turn, now)
         else:
             self._log_refusal(turn.at, 'cannot turn: this turn only repeats an earlier turn; pause '
@@ -140,7 +140,7 @@ class ControllerCore:
         """Give up a turn during which this process slept. Release a mouse that is lost."""
         self._sleep.update(steady_now)
         if self._sleep.slept_for > RESUME_TIME:
-            self._repetitions.stop()
+            self._repeat_filter.stop()
             if self.driver is Driver.TURN:
                 self._handle(DriverEvent.TURN_OVER, self._sleep.as_text())
         was_active = self.mouse.active
@@ -173,9 +173,9 @@ class ControllerCore:
         return Output(command, stops_first=is_new_driver, log_lines=self._log.pop_all(),
                       watched=self.driver is not Driver.NOBODY or self.mouse.active)
 
-    def problem(self, now: float) -> str:
+    def problem_text(self, now: float) -> str:
         """Returns the problem of the IMU, or ''."""
-        return self._sensors.problem(now) or self._gyro.problem()
+        return self._sensors.problem_text(now) or self._gyro.problem_text()
 
     def idle_for(self, now: float) -> float:
         return self._pace.idle_for(now) if self.driver is Driver.TURN else MAX_IDLE
@@ -207,11 +207,11 @@ class ControllerCore:
         if self.driver is Driver.MOUSE:
             raise ValueError('cannot turn: the mouse is driving; move it to the middle of the '
                              'screen, or scroll up, then ask again')
-        problem = self._sensors.problem(now, with_age=True)
+        problem = self._sensors.problem_text(now, with_age=True)
         if problem:
             raise ValueError(f'cannot turn: {problem} (is the robot running?)')
-        if self._gyro.problem():
-            raise ValueError('cannot turn: ' + self._gyro.problem())
+        if self._gyro.problem_text():
+            raise ValueError('cannot turn: ' + self._gyro.problem_text())
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
         if self._turn is not None:
@@ -250,7 +250,7 @@ class ControllerCore:
         dt = self._pace.step(now)
         step = self._law.step(self._yaw, heading.rate, dt, imu.age(now), heading.noise)
         self.imu.check_repetition(must_change=True, now=now)
-        problem = self._sensors.frozen() or self._gyro.problem()
+        problem = self._sensors.frozen_text() or self._gyro.problem_text()
         if not problem and not step.finished:
             problem = turn.stall.update(
                 step.remaining, is_at_rest(0.0, heading.rate), dt,
@@ -272,11 +272,11 @@ class ControllerCore:
         self._handle(DriverEvent.MOUSE_RELEASED, reason)
 
     def _handle(self, event: DriverEvent, reason: str = '') -> None:
-        """Change the driver. If a turn ends for a `reason`, it is given up."""
+        """Change the driver. A turn that ends for a `reason` is given up."""
         before = self.driver
         self.driver = NEXT_DRIVER.get((before, event), before)
         if reason:
-            self._repetitions.stop()
+            self._repeat_filter.stop()
         is_over = before is Driver.TURN and self.driver is not Driver.TURN
         if is_over and reason and self._turn is not None:
             left = abs(math.degrees(self._turn.remaining(self._yaw)))

@@ -75,13 +75,13 @@ class _MouseSource:
 class Mouse:
     """Finds whether a mouse is active, and the velocity that the mouse asks for.
 
-    A mouse is lost at the start, if it is silent while it is active, and after a sleep of this
-    process. A lost mouse stays inactive until a message shows that the mouse is in the middle of
-    the screen, or deactivated. A message that is delayed, or comes soon after a silence, does not
-    activate a mouse.
+    A mouse is lost at the start, after a sleep of this process, and if it is silent while it is
+    active. A lost mouse stays inactive until a message shows that the mouse is in the middle of the
+    screen, or deactivated. A delayed message does not activate a mouse, and neither does a message
+    soon after a silence.
 
     Several mice may be connected. If one mouse is lost or deactivated, all other mice are lost,
-    too, since they may still be active from an earlier use. The mouse of the latest message drives.
+    too, since an earlier user may have left them active. The mouse of the latest message drives.
     """
 
     def __init__(self) -> None:
@@ -121,7 +121,7 @@ class Mouse:
         return ''
 
     def lose(self, now: float, kept: Optional[_MouseSource] = None) -> None:
-        """Treat all mice but `kept` as lost, since they may be active from an earlier use."""
+        """Treat all mice but `kept` as lost, since an earlier user may have left them active."""
         for sender in self._senders.values():
             if sender is not kept:
                 sender.lose(now)

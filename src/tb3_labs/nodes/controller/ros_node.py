@@ -34,14 +34,16 @@ class ControllerNode:
         config = read_config(TurnConfig)
         self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
-        self._core = core = ControllerCore(self._law(config), GyroMonitor(
-            self._model, rospy.resolve_name('reset')))
+        gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
+        core = ControllerCore(self._law(config), gyro)
         self._robot_wait = time.monotonic() + ROBOT_WAIT
-        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
+        runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()))
+        self._core = core
+        self._runner = runner
         rospy.on_shutdown(lambda: rospy.loginfo(CONTROLLER_GOODBYE))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # every message is read, so that no stop is lost if several messages wait
+        # read every message: if several messages wait, one of them may be a stop
         subscribe_events('mouse_info', MouseController,
                          lambda mouse: runner.handle(core.on_mouse, mouse), to_mouse)
         subscribe_events('turn', Float64, self._on_turn)
@@ -90,7 +92,7 @@ class ControllerNode:
     def _diagnose(self):
         core, now = self._core, ros_time()
         mouse = 'active' if core.mouse.active else 'not active'
-        return core.problem(now), dict(
+        return core.problem_text(now), dict(
             values_of('imu', core.imu, now),
             **values_of('mouse_info', core.mouse.source, steady_time()),
             driver=core.driver.value, mouse=mouse)
@@ -99,8 +101,8 @@ class ControllerNode:
 class Keyboard:
     """Calls `on_line(text)` for each line of the standard input, then `on_end()` once.
 
-    The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. Without
-    an input, or as a job in the background, Keyboard calls `on_end()` at once.
+    The standard input may be a terminal, an xterm, a pipe, or the terminal of roslaunch. If there
+    is no input, or the node is a background job, Keyboard calls `on_end()` at once.
     """
 
     def __init__(self, on_line, on_end):
@@ -114,8 +116,8 @@ class Keyboard:
     def _run(self):
         if sys.stdin is not None:      # without an input, descriptor 0 may be another file
             with contextlib.suppress(OSError):
-                # A thread that reads sys.stdin holds the lock of its buffer, and Python would wait
-                # for this lock when the node ends. Therefore descriptor 0 is read without a buffer.
+                # A thread that reads sys.stdin holds a lock, for which Python would wait when the
+                # node ends. Therefore descriptor 0 is read without a buffer.
                 for line in open(0, 'rb', buffering=0, closefd=False):
                     self._on_line(line.decode(errors='replace').strip())
         self._on_end()

@@ -154,7 +154,7 @@ NEXT_DRIVER = {
 }
 
 
-class Repetitions:
+class RepeatFilter:
     """Finds requests that only repeat a doubtful request, or a request from before a stop. A
     repetition has the same angle and the same sender, and comes within `SENDER_PAUSE`."""
 

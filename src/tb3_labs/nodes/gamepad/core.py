@@ -1,8 +1,8 @@
 """All that `gamepad` decides about the holder of the robot and the command.
 
 The package :mod:`tb3_labs.nodes` says how a core is used. No press of a button is lost, even if
-several messages arrive together. B always sends False, whoever holds the robot. A sends True, and Y
-asks for a reset, unless the press may be old.
+several messages arrive together. Button B always sends False, whoever holds the robot. Button A
+sends True, and Y asks for a reset, unless the press may be old.
 
 A silent pad is lost if a stick is off its middle, or if move_to_goal drives by the pad's
 permission. If joy_node does not repeat its messages (autorepeat_rate), a stick at a constant
@@ -191,7 +191,7 @@ class GamepadCore:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? A press that may be older than `longest` [s] is rejected."""
+        """Is a press accepted? If a press may be older than `longest` [s], it is rejected."""
         refusal = self._refusal_of_press(longest, now)
         if refusal:
             self._log.add(f'{button} does not count, {refusal}: press it again', warning=True)

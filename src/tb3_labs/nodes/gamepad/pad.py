@@ -65,7 +65,7 @@ class PadState(NamedTuple):
 class PadListener:
     """Takes in the messages of one pad, and finds whether the last message is current.
 
-    A pad that has never repeated a state may be silent, since joy_node may send only changes.
+    A pad may be silent if it has never repeated a state, since joy_node may send only changes.
     """
 
     def __init__(self) -> None:
@@ -84,7 +84,7 @@ class PadListener:
 
     def receive(self, state: PadState, now: float, stamp: float, hangs: bool = False) -> None:
         """Take in a message. `stamp` is the time of sending, or 0. `hangs`: does the driver repeat
-        one message? In the first message only the stop button is treated as just pressed."""
+        one message? In the first message no button but the stop button can be just pressed."""
         if self._last is not None and state.sent == self._last.sent:
             self.has_repeated = True
         self._last = state

@@ -30,7 +30,7 @@ class GamepadNode:
                                   self._carry_out)
         rospy.on_shutdown(lambda: self._runner.handle(lambda: self._core.on_leave(steady_time())))
         self._runner.check()
-        # every message is read, so that no press is lost if many messages arrive at once
+        # read every message: if many messages arrive at once, one may have a press
         subscribe_events(
             'joy', Joy, lambda joy: self._runner.handle(self._core.on_joy, joy),
             lambda joy: read_pad(joy.axes, joy.buttons, config))

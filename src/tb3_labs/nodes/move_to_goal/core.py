@@ -16,7 +16,7 @@ from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import MotorResponse
-from tb3_labs.geometry.se2 import MAX_DISTANCE, MAX_YAW_DEG, Pose2, TypedPose
+from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Localizer, Reset
@@ -27,7 +27,8 @@ from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSampl
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue
 from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, Repetition)
+    MAX_DISTANCE, MAX_YAW_DEG, STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, SenderGoal,
+    TypedPose)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorMonitor)
@@ -130,13 +131,13 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        repetition = self.note_goal(request, steady_now)
+        sender_goal = self.note_goal(request, steady_now)
         requests, machine = self._requests, self._machine
         sleep_refusal = self._permission.sleep.refusal
         if sleep_refusal:
             requests.refuse(request, sleep_refusal + ': send it again')
             return
-        if repetition.is_ended:
+        if sender_goal.is_ended:
             requests.refuse(request, STAYS_ENDED)
             return
         try:
@@ -145,29 +146,29 @@ class MoveToGoalCore:
             requests.refuse(request, str(problem))
             return
         is_present = machine.active and machine.goal == goal
-        if not is_present or not requests.repeats_present(repetition):
+        if not is_present or not requests.repeats_present(sender_goal):
             self.set_goal(goal)
         requests.accept(request)
 
-    def note_goal(self, request: GoalRequest, steady_now: float) -> Repetition:
+    def note_goal(self, request: GoalRequest, steady_now: float) -> SenderGoal:
         """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
-        self._update_control(steady_now)    # a goal may be from before a sleep
+        self._update_control(steady_now)    # the goal may be older than a sleep
         self._check_end(steady_now)
         return self._requests.note(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
-        self._update_control(steady_now)    # this finds a sleep, which is not a pause of a sender
+        self._update_control(steady_now)    # finds a sleep, which is not a pause of a sender
         if self._requests.cancel(steady_now, name, stamp):
             self._machine.cancel()
             self._pause()
 
     def on_reset(self, reset: Reset, now: float, steady_now: float) -> None:
-        """Declare that the robot is at `reset.requested` now. A request that may be from before a
-        sleep is refused. `reset.is_over` becomes True when the reset has ended."""
+        """Declare that the robot is at `reset.requested` now. The request is refused if it may be
+        older than a sleep. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
-        problem = self._sensors.problem(now, with_age=True)
+        problem = self._sensors.problem_text(now, with_age=True)
         if sleep_refusal:
             reset.problem = sleep_refusal + ': ask again'
         elif problem:
@@ -188,8 +189,8 @@ class MoveToGoalCore:
         permission.update(steady_now)
         before = self.has_control
         self.has_control = permission.granted
-        is_new_grant = permission.count > self._known_grant_count
-        self._known_grant_count = permission.count
+        is_new_grant = permission.grant_count > self._known_grant_count
+        self._known_grant_count = permission.grant_count
         if is_new_grant and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
@@ -281,7 +282,7 @@ class MoveToGoalCore:
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
             attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
             failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
-            sensor_problem=self._sensors.problem(now) or self._sensor_conflict())
+            sensor_problem=self._sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
@@ -291,12 +292,12 @@ class MoveToGoalCore:
     # -- the drive
 
     def _sensor_conflict(self) -> str:
-        return self._gyro.problem() or self._encoders.problem()
+        return self._gyro.problem_text() or self._encoders.problem_text()
 
     def _check_sensors(self, now: float) -> None:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
-        self._permission.set_sensor_problem(sensors.problem(now))
+        self._permission.set_sensor_problem(sensors.problem_text(now))
         may_drive = self._permission.has_grant and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
@@ -317,8 +318,8 @@ class MoveToGoalCore:
         turned = before is None or before.pose.yaw != after.pose.yaw
         self.imu.check_repetition(turns or (drives and turned), now)
         self.odometry.check_repetition(drives or turns, now)
-        if self._sensors.frozen():
-            self._machine.give_up(self._sensors.frozen())
+        if self._sensors.frozen_text():
+            self._machine.give_up(self._sensors.frozen_text())
 
     def _pause(self) -> None:
         """Treat the next command as the first, since the robot rests or another node drives."""

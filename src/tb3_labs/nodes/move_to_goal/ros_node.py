@@ -34,7 +34,7 @@ from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 PATH_STEP = 0.02
 #: The path also gets a new point after this turn [rad].
 PATH_TURN = math.radians(10.0)
-#: The path has at most this number of points, the latest.
+#: The path keeps at most this many points, the latest ones.
 PATH_POINTS = 1000
 #: Time between two transforms of the same frame, and between two messages about errors [s].
 DISPLAY_PERIOD = 0.1
@@ -63,7 +63,7 @@ def pop_permission():
 
 
 def _permission():
-    """Returns the permission of this start. A node that roslaunch restarts has none."""
+    """Returns the permission of this start. A node that roslaunch restarts has no permission."""
     launch, given_by = roslaunch_of_this(), rospy.get_name() + '_given_by'
     if launch and _permissions[-1] is True:
         if rospy.get_param(given_by, 0) == launch:
@@ -81,14 +81,16 @@ class MoveToGoalNode:
         start, drive = read_config(MoveToGoalConfig, DriveConfig, typed=typed)
         self._model = read_model()
         self._response = MotorResponse()    # of this robot, learned while it moves
-        self._core = core = MoveToGoalCore(self._law(drive), start.has_control, self._response,
-                                           GyroMonitor(self._model, rospy.resolve_name('reset')))
+        gyro = GyroMonitor(self._model, rospy.resolve_name('reset'))
+        core = MoveToGoalCore(self._law(drive), start.has_control, self._response, gyro)
         core.set_goal(start.goal)
         self._display = Display()
         self._has_control = None
         self._control = rospy.Publisher('has_control', Bool, queue_size=20, latch=True)
-        self._runner = runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
-                                           self._publish_output, self._carry_out)
+        runner = CoreRunner(lambda: core.tick(ros_time(), steady_time()),
+                            self._publish_output, self._carry_out)
+        self._core = core
+        self._runner = runner
         self._goals = GoalServer(runner, core)
         self._goals.offer()
         Resets(runner, core).offer()
@@ -99,8 +101,8 @@ class MoveToGoalNode:
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
         subscribe('imu', Imu, self._on_imu, to_imu_sample, idle_for=core.idle_for)
-        # Every message is read, since any message may have the displacement that the firmware
-        # reverses. The core decides at the next sample of the IMU, which is fresher.
+        # Read every message, since the firmware may reverse the displacement of any message. The
+        # core decides at the next sample of the IMU, which is fresher.
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
@@ -179,7 +181,7 @@ class Display:
     """Publishes each Fix in the IMU's thread, and each new status in the CoreRunner's thread.
 
     Making a message costs more time than a step of a control law. So a message without a subscriber
-    is not made, and messages for displays are sent only as often as the eye needs.
+    is not made. Displays get messages only as often as the eye needs.
     """
 
     def __init__(self):

@@ -12,7 +12,6 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from move_base_msgs.msg import (
     MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult)
 
-from tb3_labs.geometry.se2 import RequestedPose, TypedPose
 from tb3_labs.handout import SET_POSE_SERVICE
 from tb3_labs.localization.localizer import Reset
 from tb3_labs.ros.clocks import ros_time, steady_time, wait_until
@@ -23,9 +22,9 @@ from tb3_labs.ros.topics import WarningThrottle, age_reader, sender_connection, 
 from tb3_labs.srv import (
     ResetPose, ResetPoseResponse, SetInitialPose, SetInitialPoseResponse)
 from tb3_labs.supervision.events import Age
-from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest
+from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, RequestedPose, TypedPose
 
-#: A reset is answered within this time [s].
+#: The node answers a reset within this time [s].
 ANSWER_WITHIN = 0.85
 #: A service checks with this period whether its reset is over [s].
 ANSWER_POLL = 0.005
@@ -49,9 +48,9 @@ class GoalServer(ActionServer):
     receive goals and cancels in the same order. :meth:`answer` sends the core's answers, and does
     not need the lock of the core.
 
-    This class sees each message before actionlib (test/ros/stops.test). actionlib (1.14.0) treats a
-    goal with a known GoalID as a new goal after 5 s, accepts a repeated latched goal as new, and
-    does not cancel an ended goal, to which the robot may drive again after a reset.
+    This class sees each message before actionlib (test/ros/stops.test). actionlib (1.14.0) takes a
+    goal with a known GoalID for a new goal after 5 s, and a repeated latched goal at once. It does
+    not cancel an ended goal, but after a reset the robot may drive there.
     """
 
     def __init__(self, runner, core):
@@ -139,8 +138,8 @@ class GoalServer(ActionServer):
 
 
 class Resets:
-    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset after
-    both sensors have sent their samples of the moment of the request."""
+    """Offers `reset_pose`, `set_pose` and `initialpose`. A MoveToGoalCore carries out a reset when
+    both sensors have sent a sample after the request."""
 
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
@@ -206,7 +205,7 @@ def _in_degrees(pose):
 
 
 def only_new(topic, callback):
-    """Returns a function that passes messages of `topic` to `callback`, but drops a latched message
+    """Returns a function that passes messages of `topic` to `callback`. It drops a latched message
     that may be old, with a warning."""
     to_age = age_reader(topic)
 

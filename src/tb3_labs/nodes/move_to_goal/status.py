@@ -51,7 +51,7 @@ class DriveStatus(NamedTuple):
 class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
-    #: Was control given, and not taken back? This holds even if its sender is silent for a moment.
+    #: Was control given, and not taken back? This stays true if the sender is silent for a moment.
     has_grant: bool = False
     #: The answers to clients of goals, in order.
     answers: Sequence[GoalAnswer] = ()
