@@ -14,7 +14,7 @@ from unittest import mock
 import numpy as np
 
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, OdometrySamples, Numbers, Poses, RunData, States)
+    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, States)
 
 TIME = np.arange(201) / 20.0
 ZERO = 0.0 * TIME
@@ -56,6 +56,15 @@ def reset_lines(*times):
     return Poses(*np.array([times, times, *[[0.0] * len(times)] * 3]))
 
 
+def imu_samples(arrival, time, yaw, yaw_rate):
+    """Samples whose quaternions nobody reads."""
+    return ImuSamples(arrival, time, yaw, yaw_rate, *4 * [0.0 * time])
+
+
+def speeds_sent(arrival, time, linear, angular):
+    return Commands(arrival, time, linear, angular, *4 * [0.0 * time])
+
+
 def poses(x=X, y=ZERO, yaw=ZERO, time=TIME):
     return Poses(time, time, x, y, yaw)
 
@@ -63,7 +72,7 @@ def poses(x=X, y=ZERO, yaw=ZERO, time=TIME):
 def made(**parts):
     """The run, with these fields instead of its own."""
     parts = dict(dict(
-        name='made', start=1.7e9, duration=10.0, imu=ImuSamples(TIME, TIME, ZERO, ZERO),
+        name='made', start=1.7e9, duration=10.0, imu=imu_samples(TIME, TIME, ZERO, ZERO),
         odometry=OdometrySamples(TIME, TIME, X, ZERO, ZERO, ZERO + 0.2, ZERO),
         local_pose=poses(), states=states(*STATES), commands=Commands.none(),
         goals=goals([begin for begin, _ in STATES], 1.0)), **parts)
@@ -116,10 +125,10 @@ def driven(segments, duration=20.0, start=(0.0, 0.0, 0.0), imu_offset=0.0, **par
     poses = at(odom, x), at(odom, y), wrapped(at(odom, yaw))
     return RunData(**dict(dict(
         name='driven', start=1.7e9, duration=duration,
-        imu=ImuSamples(imu, imu, wrapped(at(imu, yaw) + imu_offset), at(imu, angular)),
+        imu=imu_samples(imu, imu, wrapped(at(imu, yaw) + imu_offset), at(imu, angular)),
         odometry=OdometrySamples(odom, odom, *poses, at(odom, linear), at(odom, angular)),
         ground_truth=Poses(odom, odom, *poses),
-        commands=Commands(commands[0], commands[0], commands[1], commands[2])), **parts))
+        commands=speeds_sent(commands[0], commands[0], commands[1], commands[2])), **parts))
 
 
 def turn(begin, degrees, rate=1.5):

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_run import goals, reset_lines, states
+from made_run import goals, imu_samples, reset_lines, speeds_sent, states
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import Commands, ImuSamples, OdometrySamples, Poses, RunData
+from tb3_labs.report.run_data import OdometrySamples, Poses, RunData
 from tb3_labs.robot.turtlebot3 import robot_model
 
 rosbag = pytest.importorskip('rosbag', reason='rosbag cannot be imported')
@@ -85,10 +85,10 @@ def known_run():
     begins = [begin for begin, _ in STATES]
     return RunData(
         'run.bag', BEGIN, END,
-        ImuSamples(OFTEN, OFTEN, imu_yaw, 0.0 * OFTEN).take((OFTEN <= 7.2) | (OFTEN >= 8.0)),
+        imu_samples(OFTEN, OFTEN, imu_yaw, 0.0 * OFTEN).take((OFTEN <= 7.2) | (OFTEN >= 8.0)),
         OdometrySamples(TIME, TIME, *columns(*placed(ODOM_T_LOCAL, *here)), linear,
                         np.where(TIME == 5.0, -143.6, 0.0)),
-        commands=Commands(TIME, TIME, 0.0 * TIME, 0.0 * TIME),
+        commands=speeds_sent(TIME, TIME, 0.0 * TIME, 0.0 * TIME),
         local_pose=Poses(TIME, TIME, *columns(*local)), states=states(*STATES),
         ground_truth=Poses(OFTEN, OFTEN, *columns(*truth)), goals=goals(begins, 1.0),
         frames=Poses(TIME, TIME, *columns(*frame_at(TIME))), resets=reset_lines(RESET))

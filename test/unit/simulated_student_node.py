@@ -11,7 +11,7 @@ from unittest.mock import patch
 import numpy as np
 
 from tb3_labs.report.run_data import (
-    Commands, Numbers, OdometrySamples, Orientations, Poses, RunData, Variables)
+    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, Variables)
 
 PLAIN = Path(__file__).resolve().parents[2] / 'scripts' / 'plain_move2goal_tf.py'
 HZ = 50
@@ -42,7 +42,7 @@ class SimulatedNode:
         self.pose, self.offset, self.command, self.step = pose, offset, (0.0, 0.0), 0
         self.heard, self.services, self.timers, self.problem = {}, [], [], None
         self.rows = {kind: [] for kind in (
-            Orientations, OdometrySamples, Commands, Numbers, Poses, Variables)}
+            ImuSamples, OdometrySamples, Commands, Numbers, Poses, Variables)}
         rospy = types.ModuleType('rospy')
         vars(rospy).update(
             Duration=float, loginfo=lambda *_: None,
@@ -60,7 +60,7 @@ class SimulatedNode:
 
     def publish(self, twist):
         self.command = twist.linear.x, twist.angular.z
-        self.note(Commands, *self.command)
+        self.note(Commands, *self.command, *4 * [0.0])
 
     def call(self, function, *values):
         try:
@@ -90,7 +90,7 @@ class SimulatedNode:
             self.pose = (x + linear * math.cos(yaw) / HZ, y + linear * math.sin(yaw) / HZ,
                          math.remainder(yaw + angular / HZ, math.tau))
             q = turned(math.remainder(self.pose[2] + self.offset, math.tau))
-            self.note(Orientations, 2.0 * math.atan2(q.z, q.w), 0.0, q.w, q.x, q.y, q.z)
+            self.note(ImuSamples, 2.0 * math.atan2(q.z, q.w), 0.0, q.w, q.x, q.y, q.z)
             self.say('imu', SimpleNamespace(orientation=q))
             if self.step % 2 == 0:
                 self.note(OdometrySamples, *self.pose, 0.0, 0.0)
@@ -118,7 +118,7 @@ class SimulatedNode:
     def data(self):
         columns = {kind: kind(*map(unchangeable, zip(*rows))) if rows else kind.none()
                    for kind, rows in self.rows.items()}
-        return RunData('node', 0.0, self.step / HZ, columns[Orientations], columns[OdometrySamples],
+        return RunData('node', 0.0, self.step / HZ, columns[ImuSamples], columns[OdometrySamples],
                        columns[Commands], goals=Poses(*np.array([[0.0], [0.0], [-0.61], [0.61], [0.0]])),
                        resets=columns[Poses], control=columns[Numbers], starts=(0.0,),
                        variables=columns[Variables])

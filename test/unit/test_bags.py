@@ -24,9 +24,6 @@ from tb3_labs.msg import MouseController
 from tb3_labs.report.bag import records
 from tb3_labs.report.bag.records import CLOCK_JUMPED, BagProblem
 from tb3_labs.report.bag.ros_bag import read_run
-from tb3_labs.report.motion.movements import completed
-from tb3_labs.report.page.moments import moments
-from tb3_labs.ros.conversions import to_twist
 
 
 def test_one_robot_of_several(tmp_path):
@@ -101,27 +98,6 @@ def test_a_definition_in_a_bag_is_never_run(tmp_path, topic, kind, checksum, lef
         [] if left_out else [90.0])
     assert sorted(os.listdir(str(tmp_path))) == ['evil.bag']
     assert left_out in ' '.join(told) and len(told) == bool(left_out)
-
-
-def sent_by(node):
-    return {'topic': '/cmd_vel', 'type': Twist._type, 'md5sum': Twist._md5sum,
-            'message_definition': Twist._full_text, 'callerid': node}
-
-
-def test_a_program_that_drove_is_named(tmp_path):
-    turning = known_run()
-    turning = replace(turning, imu=replace(turning.imu, yaw=0.3 * turning.imu.time))
-    path = write_bag(tmp_path / 'square.bag', turning, sources=(sensors,))
-    with rosbag.Bag(str(path), 'a') as bag:
-        for time in np.arange(1.0, 9.0, 0.1):
-            speeds = (0.0, 0.5) if time % 2.0 >= 1.0 else (0.2, 0.0)
-            bag.write('/cmd_vel', to_twist(*speeds), rospy.Time.from_sec(BEGIN + time),
-                      connection_header=sent_by('/testsuite'))
-    run = completed(read_run(path))
-    (found,) = [each for each in moments(run, [], []) if each['kind'] == 'hand']
-    assert found['begin'] == pytest.approx(1.0, abs=0.1) and found['text'].startswith('driven by /testsuite: ')
-    by_hand = replace(run, senders=('/teleop_twist_keyboard',))
-    assert moments(by_hand, [], [])[0]['text'].startswith('by hand: ')
 
 
 # A clock that was set -----------------------------------------------------------------------------

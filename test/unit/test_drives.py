@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_run import TIME, X, ZERO, goals, made, poses, states
+from made_run import TIME, X, ZERO, goals, imu_samples, made, poses, states
 from recorded_run import MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.resets_and_goals import goal_errors, spans
-from tb3_labs.report.run_data import ImuSamples
 
 #: A shift of local_pose that is too small for a reset [m].
 SHIFT = 0.015
@@ -51,7 +50,7 @@ def test_the_true_error_is_seen_from_where_local_truly_stands():
 
 def heading(times, degrees):
     yaw = np.radians(np.interp(TIME, times, degrees))
-    return ImuSamples(TIME, TIME, yaw, ZERO)
+    return imu_samples(TIME, TIME, yaw, ZERO)
 
 
 def test_drift_counts_from_three_tenths_into_the_straight_part():
@@ -87,13 +86,13 @@ def test_a_goal_may_arrive_a_tenth_of_a_second_after_its_state(later, is_own):
 @pytest.mark.parametrize('words, outcomes', [
     ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1)], ['recording ended']),
     ([('ROTATE_TO_GOAL', 1), ('ROTATE_TO_GOAL', 2), ('GOAL_REACHED', 2)],
-     ['replaced by a new goal', 'reached']),
+     ['begun anew', 'reached']),
     ([('MOVE_FORWARD', 1), ('stopped: no imu', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)],
      ['reached']),
     ([('MOVE_FORWARD', 1), ('stopped: no imu', 1), ('gave up: no imu', 1)], ['gave up: no imu']),
     ([('ROTATE_TO_FINAL', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)], ['reached']),
     ([('ROTATE_TO_FINAL', 1), ('ROTATE_TO_GOAL', 2), ('GOAL_REACHED', 2)],
-     ['replaced by a new goal', 'reached']),
+     ['begun anew', 'reached']),
     ([('ROTATE_TO_GOAL', 1), ('MOVE_FORWARD', 1), ('ROTATE_TO_GOAL', 1), ('GOAL_REACHED', 1)],
      ['begun anew', 'reached']),
     ([('waiting for control', 1), ('GOAL_REACHED', 1)], [])])
@@ -109,6 +108,6 @@ def test_how_drives_end(run, words, outcomes):
 def test_a_drive_that_is_ended_by_a_reset(run, begin, state):
     words = (begin, state), (10.02, 'ROTATE_TO_GOAL'), (11.0, 'GOAL_REACHED')
     first, second = drives(replace(run, states=states(*words)))
-    assert (first.outcome, second.outcome) == ('ended by a reset', 'reached')
+    assert (first.outcome, second.outcome) == ('begun anew', 'reached')
     assert in_degrees(first.measured) == pytest.approx((MISS, MISS_DEG), abs=1e-6)
     assert in_degrees(second.measured) == pytest.approx((0.5, 90.0), abs=1e-6)

@@ -8,7 +8,8 @@ from known_motion import angle_between
 from made_run import TIME, X, made, poses, reset_lines
 from recorded_run import MISS, MISS_DEG, RESET, frame_at, in_degrees, run  # noqa: F401
 
-from tb3_labs.report.motion.resets_and_goals import epoch_of, epochs
+from tb3_labs.report.motion.drives import epoch_of
+from tb3_labs.report.motion.resets_and_goals import epochs
 from tb3_labs.report.run_data import Poses
 
 

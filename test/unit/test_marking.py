@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 from pages import ROOT
-from made_run import made
+from made_run import made, speeds_sent
 from recorded_trial import write_trial
 
 from tb3_labs.marking import marks
@@ -28,7 +28,7 @@ from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.report.run_data import Commands, Poses
+from tb3_labs.report.run_data import Poses
 from tb3_labs.watch.chains import Place
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
@@ -43,7 +43,7 @@ def recording(commands=(), truth=()):
     """The recording of `commands` (time, linear, angular) and of true poses (time, x, y, yaw)."""
     time, linear, angular = np.array(commands, dtype=float).reshape(-1, 3).T
     at, *true = np.array(truth, dtype=float).reshape(-1, 4).T
-    return made(commands=Commands(time, time, linear, angular), ground_truth=Poses(at, at, *true))
+    return made(commands=speeds_sent(time, time, linear, angular), ground_truth=Poses(at, at, *true))
 
 
 def observation(lab='turn', commands=(), truth=(), **parts):

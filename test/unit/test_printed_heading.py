@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from made_run import made
 
-from tb3_labs.report.run_data import Orientations, States, Twists
+from tb3_labs.report.run_data import Commands, ImuSamples, States
 from tb3_labs.watch.broken_link import NodeRun
 from tb3_labs.watch.chains import CHAINS, first_broken
 
@@ -16,9 +16,9 @@ def told(node_run, lab='imu'):
 
 
 def test_a_run_without_variables_and_lines_breaks_no_link():
-    sent = Twists(*(np.arange(30.0) for _ in range(8)))
+    sent = Commands(*(np.arange(30.0) for _ in range(8)))
     for lab in CHAINS:
-        assert told(NodeRun(made(commands=sent, imu=Orientations.none())), lab) is None
+        assert told(NodeRun(made(commands=sent, imu=ImuSamples.none())), lab) is None
 
 
 def printed_run(number, late=0):
@@ -27,7 +27,7 @@ def printed_run(number, late=0):
     yaw = (60.0 * time + 40.0 * np.sin(time) + 180.0 + 37.0) % 360.0 - 180.0
     y, r, roll = np.radians(yaw) / 2.0, np.radians(2.5 * np.sin(time)), 5.0 * np.sin(time)
     quaternion = np.cos(y) * np.cos(r), np.cos(y) * np.sin(r), np.sin(y) * np.sin(r), np.sin(y) * np.cos(r)
-    imu = Orientations(time, time, np.radians(yaw), 0.0 * time, *quaternion)
+    imu = ImuSamples(time, time, np.radians(yaw), 0.0 * time, *quaternion)
     steps = np.arange(late, len(time), 10)
     printed = time[steps] + 0.002
     lines = ['Current heading is {:f} degrees.\n'.format(number(yaw[k - late], roll[k - late])) for k in steps]

@@ -1,29 +1,20 @@
-"""Samples and poses as arrays: offsets of the IMU, and products of poses."""
+"""Samples and poses as arrays: yaws at any time, and products of poses."""
 import math
 
 import numpy as np
 import pytest
-from made_run import TIME, ZERO, made
+
+from made_run import imu_samples
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.angles import WHOLE_TURN
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import yaw_offset
-from tb3_labs.report.run_data import ImuSamples, Poses
-
-
-def test_an_offset_that_grows_has_its_mean_and_drift():
-    """From 170 deg to 190: the mean is half a turn."""
-    yaw = wrap_all(np.radians(170.0 + 2.0 * TIME))
-    mean, drift = yaw_offset(made(imu=ImuSamples(TIME, TIME, yaw, ZERO)))
-    assert abs(math.degrees(mean)) == pytest.approx(180.0)
-    # the last 20 of 201 samples against the first 20
-    assert math.degrees(drift) == pytest.approx(18.1)
+from tb3_labs.report.run_data import Poses
 
 
 def test_a_yaw_is_interpolated_across_half_a_turn():
     times, yaws = np.array([0.0, 1.0, 2.0]), np.array([3.0, -3.0, -2.0])
-    for samples in (ImuSamples(times, times, yaws, ZERO), Poses(times, times, times, times, yaws)):
+    for samples in (imu_samples(times, times, yaws, 0.0 * times), Poses(times, times, times, times, yaws)):
         assert samples.yaw_at([0.5, 1.0, 2.0]) == pytest.approx(
             [math.pi, WHOLE_TURN - 3.0, WHOLE_TURN - 2.0])
         assert samples.yaw_at([-5.0, 9.0]) == pytest.approx([3.0, WHOLE_TURN - 2.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_run import made, values
 
-from tb3_labs.report.run_data import MouseSamples, Orientations, Twists, Variables
+from tb3_labs.report.run_data import Commands, ImuSamples, MouseSamples, Variables
 from tb3_labs.watch.broken_link import NodeRun, sentence
 from tb3_labs.watch.chains import CHAINS, first_broken
 from tb3_labs.watch.headings import headings, is_usable_heading
@@ -82,9 +82,9 @@ def played(node):
     nothing, half = 0.0 * at, yaws / 2.0
     letters = [1.0 + EVERY * k for k in range(len(LETTERS))]
     return made(
-        duration=float(at[-1]), imu=Orientations(
+        duration=float(at[-1]), imu=ImuSamples(
             at, at, yaws, rates, np.cos(half), nothing, nothing, np.sin(half)),
-        commands=Twists(sent, sent, 0.0 * sent, speeds, *4 * [0.0 * sent]),
+        commands=Commands(sent, sent, 0.0 * sent, speeds, *4 * [0.0 * sent]),
         variables=Variables(when.astype(float), when.astype(float), *words),
         letters=values(letters, [1.0 if each == 'l' else -1.0 for each in LETTERS]), starts=(0.0,))
 
@@ -98,7 +98,7 @@ def with_commands(run, times, angular=0.0, begin=0.0, end=0.0):
     """The run with more commands, and without its own from `begin` to `end`."""
     sent, nothing = run.commands, 0.0 * times
     sent = sent.take((sent.arrival < begin) | (sent.arrival > end))
-    both = Twists.joined([sent, Twists(times, times, nothing, nothing + angular, *4 * [nothing])])
+    both = Commands.joined([sent, Commands(times, times, nothing, nothing + angular, *4 * [nothing])])
     return replace(run, commands=both.take(np.argsort(both.arrival)))
 
 
@@ -263,7 +263,7 @@ def test_a_value_is_not_late_while_the_sensor_is_silent():
 
 def test_the_heading_in_any_range_can_be_used_and_no_other():
     quaternion = orientation([-3.0, 3.0, -6.0])
-    right, *others = headings(NodeRun(made(imu=Orientations(TIMES, TIMES, TIMES, TIMES, *quaternion))))
+    right, *others = headings(NodeRun(made(imu=ImuSamples(TIMES, TIMES, TIMES, TIMES, *quaternion))))
     usable = [each.name for each in [right, *others] if is_usable_heading(each, right)]
     assert usable[0] == 'the heading, from 0 to 360 degrees'
     assert {'the yaw in degrees, from -180 to 180', 'the yaw in radians, from -180 to 180'} <= set(usable)

@@ -22,32 +22,19 @@ def test_a_turn_by_numbers(degrees, offset):
     assert math.degrees(found.turned) == pytest.approx(degrees, abs=0.15)
     assert math.degrees(found.true_turned) == pytest.approx(degrees, abs=0.15)
     assert math.degrees(found.requested) == pytest.approx(math.copysign(90.0, degrees))
-    assert not found.was_sent
     assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)
     assert math.degrees(found.true_error) == pytest.approx(2.0, abs=0.15)
-    assert math.degrees(found.overshoot) == pytest.approx(2.0, abs=0.15)
     assert found.duration == pytest.approx(math.radians(92.0) / 1.5, abs=0.02)
-    assert found.peak_rate == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize('degrees, requested', [
-    (44.0, []), (46.0, [90.0]), (134.0, [90.0]), (-136.0, [-180.0]), (224.0, [180.0]), (-226.0, [])])
+    (44.0, []), (46.0, [90.0]), (134.0, [90.0]), (-136.0, [-180.0]), (-268.0, [-180.0])])
 def test_without_topic_turn_the_nearest_quarter_is_taken(degrees, requested):
-    """A turn by less than half a quarter is none, and a spin is by hand."""
+    """A turn by less than half a quarter is none."""
     found = turn_reports(driven([turn(3.0, degrees)]))
     assert [math.degrees(each.requested) for each in found] == pytest.approx(requested)
     for each in found:
         assert math.degrees(each.error) == pytest.approx(abs(degrees) - abs(requested[0]), abs=0.15)
-
-
-@pytest.mark.parametrize('degrees', [20.0, 268.0])
-@pytest.mark.parametrize('sender, devices, number', [
-    ('/turtlebot_controller', (), 1), ('/turtlebot_controller', ('mouse_info',), 1),
-    ('/rostopic_7_1', (), 0), ('/teleop_twist_keyboard', (), 0)])
-def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, devices, number, degrees):
-    run = driven([turn(3.0, degrees)], devices=devices)
-    sent = values(run.commands.time, np.zeros(len(run.commands)))
-    assert len(turn_reports(replace(run, senders=(sender,), sender_index=sent))) == number
 
 
 @pytest.mark.parametrize('said, requested', [
@@ -57,7 +44,7 @@ def test_a_turn_that_a_node_made_wrongly_is_listed_but_not_a_persons(sender, dev
 def test_an_angle_that_was_said_was_asked_for(said, requested):
     times, angles = zip(*said)
     found = one([turn(3.0, 31.0)], turn_requests=values(times, np.radians(angles)))
-    assert found.was_sent and math.degrees(found.requested) == pytest.approx(requested)
+    assert math.degrees(found.requested) == pytest.approx(requested)
     assert math.degrees(found.error) == pytest.approx(1.0, abs=0.15)
 
 
@@ -66,7 +53,6 @@ def test_a_turn_that_goes_too_far_and_comes_back():
     first = turn(3.0, 100.0)
     found = one([first, turn(first[1] + 0.3, -8.0, 0.5)])
     assert math.degrees(found.error) == pytest.approx(2.0, abs=0.15)
-    assert math.degrees(found.overshoot) == pytest.approx(10.0, abs=0.15)
 
 
 def test_a_turn_whose_first_commands_the_recorder_missed():

@@ -76,16 +76,10 @@ class Yaws(Samples):
 
 @dataclass(frozen=True)
 class ImuSamples(Yaws):
-    """An IMU's heading and rate of turn."""
+    """An IMU's heading and rate of turn, and the quaternion w, x, y, z of each message."""
 
     yaw: np.ndarray
     yaw_rate: np.ndarray
-
-
-@dataclass(frozen=True)
-class Orientations(ImuSamples):
-    """An IMU's samples with the quaternion w, x, y, z of each message."""
-
     w: np.ndarray
     x: np.ndarray
     y: np.ndarray
@@ -150,16 +144,11 @@ class OdometrySamples(Poses):
 
 @dataclass(frozen=True)
 class Commands(Samples):
-    """Commanded speeds."""
+    """Commanded speeds, and the fields that no wheel follows: linear.y, linear.z, angular.x,
+    angular.y."""
 
     linear: np.ndarray
     angular: np.ndarray
-
-
-@dataclass(frozen=True)
-class Twists(Commands):
-    """Commands with the fields that no wheel follows: linear.y, linear.z, angular.x, angular.y."""
-
     sideways: np.ndarray
     upward: np.ndarray
     rolling: np.ndarray

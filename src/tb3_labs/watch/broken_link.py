@@ -133,7 +133,7 @@ def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
-#: The command fields that move no wheel, each (name in Twists, name in the message).
+#: The command fields that move no wheel, each (name in Commands, name in the message).
 UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
                  ('pitching', 'angular.y'))
 
@@ -142,7 +142,7 @@ def wrong_field(sent: Any, fields: Sequence[Tuple[str, str]] = UNUSED_FIELDS) ->
     """Returns a clause on the first of these fields that is not 0 in some command; '' if all are
     always 0."""
     for field, field_text in fields:
-        speeds = getattr(sent, field, np.empty(0))
+        speeds = getattr(sent, field)
         if speeds.any():
             return f'{field_text} was {speeds[np.argmax(np.abs(speeds))]:.2g}'
     return ''

@@ -11,7 +11,7 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
 from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expected, is_constant, other_field_text, slow_commands)
+    BrokenLink, NodeRun, expected, is_constant, slow_commands)
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, MAX_PROBE_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval,
     control_intervals, local_frames, own_pose, state_intervals)
@@ -135,19 +135,18 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
                              part.begin)
         return
     if part.state == MOVE_FORWARD:
-        yield from wrong_speed(node_run, part)
+        yield from wrong_speed(part)
     else:
         yield from wrong_rotation(node_run, part)
 
 
-def wrong_speed(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
+def wrong_speed(part: StateInterval) -> Iterator[BrokenLink]:
     """Yields a forward speed that is zero, backward or too fast."""
     speed = np.median(part.linear)
     is_too_fast = speed > MAX_LINEAR_SPEED + 0.01
     if speed <= 0.0 or is_too_fast:
-        other_field = node_run.cached(other_field_text) if speed == 0.0 else ''
         yield BrokenLink(f'in {part.state} linear.x was {speed:.2f}, by the handout it is '
-                         f'{DRIVE_SPEED:g}{other_field}', part.begin, 'linear.x')
+                         f'{DRIVE_SPEED:g}', part.begin, 'linear.x')
 
 
 def wrong_rotation(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
@@ -158,18 +157,16 @@ def wrong_rotation(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLin
     if formula and (formula != correct or gain < 0.0):
         yield BrokenLink(f'{text}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[part.state]:g} x ({correct})', part.begin, 'angular.z')
-    other_field = ''
     is_wrong = part.angular * error < 0.0
     if not part.angular.any():
         is_wrong = part.angular == 0.0
-        other_field = node_run.cached(other_field_text)
     # near an error of half a turn, both signs of a command are correct
     is_clear = (np.abs(error) > 2.0 * TOLERANCES[part.state]) & (np.abs(error) < 3.0)
     wrong = np.flatnonzero(is_wrong & is_clear)
     if len(wrong) > 2:
         k = wrong[0]
-        yield BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad'
-                         f'{other_field}', part.time[k], 'angular.z')
+        yield BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
+                         part.time[k], 'angular.z')
 
 
 def wrong_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:

@@ -92,15 +92,10 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields commands that come too seldom, or do not come. Also yields zeros that another callback
-    sends during a turn."""
-    turning = node_run.boolean_variable('turning')
+    """Yields commands that come too seldom. Also yields zeros that another callback sends during a
+    turn."""
     for turn in node_run.cached(letter_turns):
         moving, letter = turn.moving, turn.letter
-        if turning is not None and not len(turn.time):
-            if turning.between(turn.begin, turn.end).value.sum() > 10:
-                yield BrokenLink(f'after {letter} {turning.name} was True, and no command came',
-                                 turn.begin)
         if not len(moving):
             continue
         ends_moving = moving[-1] == len(turn.time) - 1

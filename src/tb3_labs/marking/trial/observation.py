@@ -13,7 +13,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.report.run_data import OdometrySamples, Orientations, RunData
+from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
 
 #: The stimuli by Ctrl+C. A trial has up to three of these stimuli, since rospy may lose the message
 #: that a node sends last.
@@ -35,7 +35,7 @@ LONGEST = 2000
 #: The words for commands that the marker counts, but does not record.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.
-NO_RECORDING = RunData('', 0.0, 0.0, Orientations.none(), OdometrySamples.none())
+NO_RECORDING = RunData('', 0.0, 0.0, ImuSamples.none(), OdometrySamples.none())
 
 
 class NotObserved(Exception):
@@ -112,9 +112,6 @@ class Observation:
     not_finite: List[List[Any]] = field(default_factory=list)
     #: [begin, end] of each movement that the marker commanded.
     own_moves: List[List[float]] = field(default_factory=list)
-    #: The sign of y in the upper half of the screen, as the submission's mouse client sends y; 0 if
-    #: the sign is unknown.
-    mouse_up: int = 0
     #: variable -> the lines of the node's file that assign the variable
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.

@@ -15,7 +15,7 @@ import numpy as np
 from tb3_labs.geometry.angles import yaw_from_quaternion
 from tb3_labs.geometry.arrays import yaws_from_quaternions
 from tb3_labs.report.run_data import (
-    LogLines, MouseSamples, Numbers, OdometrySamples, Orientations, Poses, States, Twists,
+    Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, States,
     Variables)
 
 #: The level of a log line for each value of rosgraph_msgs/Log.
@@ -97,9 +97,9 @@ class Layout:
 POSES = Poses, Layout(7, {'x': 0, 'y': 1}, 3)
 #: {field of RunData: (class of its samples, layout of its messages)}
 LAYOUTS = {
-    'imu': (Orientations, Layout(37, {'x': 0, 'y': 1, 'z': 2, 'w': 3, 'yaw_rate': 15}, 0)),
+    'imu': (ImuSamples, Layout(37, {'x': 0, 'y': 1, 'z': 2, 'w': 3, 'yaw_rate': 15}, 0)),
     'odometry': (OdometrySamples, Layout(85, {'x': 0, 'y': 1, 'linear': 43, 'angular': 48}, 3)),
-    'commands': (Twists, Layout(6, {
+    'commands': (Commands, Layout(6, {
         'linear': 0, 'sideways': 1, 'upward': 2, 'rolling': 3, 'pitching': 4, 'angular': 5},
         has_header=False)),
     'local_pose': POSES, 'ground_truth': POSES, 'goals': POSES}

@@ -1,4 +1,4 @@
-"""Finds the drives of a recorded run, and measures their errors, drift and times.
+"""Finds the drives of a recorded run, and measures their errors and drift.
 
 The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`).
 Frames: ``odom`` (global), ``local`` (declared by the last reset), ``world`` (of the ground truth).
@@ -12,14 +12,17 @@ from typing import List, Optional, Sequence, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
-from tb3_labs.geometry.angles import difference, wrap
+from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.movements import STRAIGHT_AFTER
-from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epoch_of, epochs, spans
+from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epochs, spans
 from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
 SETTLE_TIME = 1.0
+#: The turn before a straight line may go on for this time after the line's first command [s].
+STRAIGHT_AFTER = 0.3
+#: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
+RESET_DELAY = 0.1
 #: Stands for an unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
@@ -37,7 +40,6 @@ class DriveReport:
     measured: Tuple[float, float]     # (distance [m], angle [rad]) to the goal, by local_pose
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # final change of the heading in MOVE_FORWARD [rad]
-    seconds: Tuple[float, ...]        # the time in each state of DRIVING
 
     @property
     def duration(self) -> float:
@@ -60,17 +62,23 @@ def drives(run: RunData) -> List[DriveReport]:
     return reports
 
 
+def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
+    """Returns the Epoch of a drive from `begin` to `end` [s].
+
+    If a reset begins the drive, the pose may show the reset a moment after the drive's begin. But a
+    reset that is nearer to the drive's end has ended the drive, so that its epoch is not returned.
+    """
+    latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
+    return [epoch for epoch in in_order if epoch.begin <= latest][-1]
+
+
 def _is_same_drive(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
     # after a stop or a final error that is too large, the robot drives to the same goal again
     is_again = span.state == FINAL_TURN or is_stopped(span.state)
-    return is_again and span.goal == following.goal and _is_same_epoch(frames, span, following)
-
-
-def _is_same_epoch(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
-    return epoch_of(frames, span.begin, span.end) is epoch_of(
-        frames, following.begin, following.end)
+    epoch, next_epoch = (epoch_of(frames, each.begin, each.end) for each in (span, following))
+    return is_again and span.goal == following.goal and epoch is next_epoch
 
 
 def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
@@ -87,13 +95,9 @@ def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
     true_error = UNKNOWN
     if epoch.local_T_world is not None:
         true_error = _final_error(truth.seen_from(epoch.local_T_world), whole)
-    seconds = {state: 0.0 for state in DRIVING}
-    for part in parts:
-        if part.state in DRIVING:
-            seconds[part.state] += part.end - part.begin
     return DriveReport(
-        whole.begin, whole.end, whole.goal, _outcome(frames, whole, next_states),
-        _final_error(local, whole), true_error, _drift(run, parts), tuple(seconds.values()))
+        whole.begin, whole.end, whole.goal, _outcome(next_states),
+        _final_error(local, whole), true_error, _drift(run, parts))
 
 
 def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
@@ -115,23 +119,10 @@ def _drift(run: RunData, parts: Sequence[Span]) -> float:
     return float(yaw[-1] - yaw[0]) if len(yaw) > 1 else math.nan
 
 
-def _outcome(frames: Sequence[Epoch], drive: Span, next_states: Sequence[Span]) -> str:
+def _outcome(next_states: Sequence[Span]) -> str:
     if not next_states:
         return 'recording ended'
-    following = next_states[0]
-    if following.state == GoalState.GOAL_REACHED.name:
+    following = next_states[0].state
+    if following == GoalState.GOAL_REACHED.name:
         return 'reached'
-    if following.state != TURN_TO_GOAL:
-        return following.state
-    if following.goal != drive.goal:
-        return 'replaced by a new goal'
-    return 'begun anew' if _is_same_epoch(frames, drive, following) else 'ended by a reset'
-
-
-def yaw_offset(run: RunData) -> Tuple[float, float]:
-    """Returns (mean, drift) of the IMU's yaw minus the odometry's yaw [rad]. The drift is the mean
-    of the recording's last tenth minus the mean of its first tenth."""
-    offset = np.unwrap(run.imu.yaw_at(run.odometry.time) - np.unwrap(run.odometry.yaw))
-    tenth = max(1, len(offset) // 10)
-    drift = offset[-tenth:].mean() - offset[:tenth].mean()
-    return wrap(float(offset.mean())), float(drift)
+    return 'begun anew' if following == TURN_TO_GOAL else following

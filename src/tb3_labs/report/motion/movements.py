@@ -6,30 +6,21 @@ declared pose at a reset. As in the lab, its place follows the odometry, and its
 IMU. So if the odometry jumps, then this pose jumps, too.
 
 A *movement* is a stretch of commands that are not zero. Its pauses are shorter than
-`MOVEMENT_PAUSE`. A reset, or a change of `ctrl_relinq`, divides a movement in two. A movement is a
+`MOVEMENT_PAUSE`. A reset, or a False on `ctrl_relinq`, divides a movement in two. A movement is a
 
 * turn, if no command has a forward speed;
-* drive, if a turn, a straight line and a turn were commanded; one of the two turns may be missing.
-  The line is straight if the heading stays within `MAX_BEND` of the heading at the line's start;
+* drive, if a turn, a way forward and a turn were commanded; one of the two turns may be missing;
 * movement by hand, if it is not a turn and not a drive.
 
-The commands do not name their sender. Other topics help to find it if they were recorded:
-
-* With `ctrl_relinq`, a movement while a node has control is a drive, and any other movement is by
-  hand. But a turn without a line is a drive only if it follows a reset or a change of control, or
-  if a reset, a change of control or the end of the recording cut it off. Otherwise a person turned
-  the robot while the node was silent at its goal, so that the turn is by hand.
-* With `joy` and without `ctrl_relinq`, the pad never gave control, and all movements are by hand.
-* With `mouse_info`, no movement is a drive, and a turn must be faster than the mouse can command.
-
-Without these topics, a person's drive by keys looks like a node's drive.
+Other topics decide if they were recorded. With `ctrl_relinq` or `joy`, a movement is a drive while
+a node has control, and by hand at any other time. With `mouse_info`, no movement is a drive, and a
+turn must be faster than the mouse can command. Without these topics, a person's drive by keys looks
+like a node's drive.
 
 Units: metres, radians, seconds since the recording's start.
 Edge cases: a command is in force until the next command, at most for the robot's timeout. A run
 without commands has no movements.
 """
-import math
-import re
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import List, Tuple
@@ -37,7 +28,7 @@ from typing import List, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.geometry.arrays import last_before, last_until, wrap_all
+from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
 from tb3_labs.report.motion.resets_and_goals import robot_in_odom
@@ -47,23 +38,13 @@ from tb3_labs.supervision.goal_requests import TypedPose
 
 #: A movement ends if no command moves the robot for this time [s].
 MOVEMENT_PAUSE = 1.0
-#: The names of programs by which a person drives.
-PERSONS_PROGRAM = re.compile('teleop|joy|pad|mouse|key|rqt_|rviz|panel')
-#: The program that sends commands which a person types in a terminal.
-TERMINAL = 'rostopic pub'
 #: A speed below this counts as zero [m/s], [rad/s].
 NO_SPEED = 1e-3
-#: On a straight line the heading differs by at most this from the heading at its start [rad].
-MAX_BEND = math.radians(20.0)
-#: The turn before a straight line may go on for this time after the line's first command [s].
-STRAIGHT_AFTER = 0.3
 #: A drive moves the robot at least this far [m].
 MIN_DRIVE_LENGTH = 0.1
 LAB_GOAL = TypedPose(GOAL_X, GOAL_Y, GOAL_YAW_DEG).pose
-#: A drive is followed by one of these states: the robot came to rest, or the node lost control.
-CAME_TO_REST, CONTROL_GONE = 'came to rest', 'control was taken'
-#: The loss of control ended a drive if it came within this time before or after its end [s].
-TAKEN_WITHIN = 0.3
+#: The state after a drive.
+CAME_TO_REST = 'came to rest'
 
 
 class MovementKind(Enum):
@@ -89,14 +70,6 @@ def moving(commands: Commands) -> np.ndarray:
     return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
 
 
-def programs(run: RunData, begin: float, end: float) -> List[str]:
-    """Returns the names of the programs that commanded the robot from `begin` to `end` [s]. Unknown
-    programs, and programs by which a person drives, are left out."""
-    names = {run.senders[int(k)] for k in run.sender_index.between(begin, end).value}
-    return sorted(TERMINAL if '/rostopic_' in name else name for name in names
-                  if name != '?' and not PERSONS_PROGRAM.search(name))
-
-
 @cached_per_run
 def movements(run: RunData) -> List[Movement]:
     time = run.commands.time
@@ -104,32 +77,17 @@ def movements(run: RunData) -> List[Movement]:
     if not len(moves):
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
-    cut = cuts(run)
-    is_cut = np.diff(np.searchsorted(cut, time[moves])) > 0
+    # a reset, or the loss of control, cuts off a movement
+    cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
+    is_cut = np.diff(np.searchsorted(np.sort(cuts), time[moves])) > 0
     is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE
     parts = np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)
-    return [_movement(run, part, ends, cut) for part in parts]
+    return [_movement(run, part, ends) for part in parts]
 
 
-def cuts(run: RunData) -> np.ndarray:
-    """Returns the times at which a reset or a change of control cuts off a movement [s].
-
-    A movement is not cut off if a node gets control within MOVEMENT_PAUSE after it began: the node
-    itself began this movement, because it received ctrl_relinq before the recorder did.
-    """
-    changes = np.flatnonzero(np.diff(run.control.value)) + 1
-    times = run.control.time[changes]
-    is_given = run.control.value[changes] == 1.0
-    moves = run.commands.time[moving(run.commands)]
-    begins = moves[np.diff(moves, prepend=-np.inf) >= MOVEMENT_PAUSE]
-    last_begin = np.append(begins, -math.inf)[last_before(begins, times)]
-    is_nodes_begin = is_given & (times - last_begin < MOVEMENT_PAUSE)
-    return np.sort(np.concatenate([run.resets.time, times[~is_nodes_begin]]))
-
-
-def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray) -> Movement:
+def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     """Returns the Movement of the commands with the indices `moves`. `ends` has the time at which
-    each command of the run ends [s]. `cut` has the times of :func:`cuts`."""
+    each command of the run ends [s]."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end
@@ -137,28 +95,19 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray, cut: np.ndarray
     if len(ahead):
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
     if len(run.control) or 'joy' in run.devices:
-        kind = _kind_by_control(run, begin, end, len(ahead) > 0, cut)
+        is_drive = has_control(run, (begin + end) / 2.0)
+        kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
         may_be_drive = has_turn and 'mouse_info' not in run.devices
-        is_drive = may_be_drive and _is_line(run, forward, turns_again)
+        length = run.odometry.at(forward).distance_to(run.odometry.at(turns_again))
+        is_drive = may_be_drive and length >= MIN_DRIVE_LENGTH
         kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
     else:
         is_fast = np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED
         is_turn = is_fast or 'mouse_info' not in run.devices
         kind = MovementKind.TURN if is_turn else MovementKind.BY_HAND
     return Movement(kind, begin, forward, turns_again, end)
-
-
-def _kind_by_control(run: RunData, begin: float, end: float, goes_ahead: bool,
-                     cut: np.ndarray) -> MovementKind:
-    """Returns the kind of a movement in a run with ctrl_relinq or with a pad."""
-    if not has_control(run, (begin + end) / 2.0):
-        return MovementKind.BY_HAND
-    was_cut_off = end == run.duration or (np.abs(cut - end) <= COMMAND_TIMEOUT).any()
-    follows_cut = ((cut <= begin) & (begin - cut < MOVEMENT_PAUSE)).any()
-    is_drive = goes_ahead or was_cut_off or follows_cut
-    return MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
 
 
 def has_control(run: RunData, time: float) -> bool:
@@ -168,14 +117,6 @@ def has_control(run: RunData, time: float) -> bool:
         return False
     before = run.control.value[run.control.time <= time]
     return bool(before[-1]) if len(before) else not run.control.value[0]
-
-
-def _is_line(run: RunData, begin: float, end: float) -> bool:
-    """Was the way from `begin` to `end` [s] straight, and long enough for a drive?"""
-    yaw = np.unwrap(run.imu.between(begin + STRAIGHT_AFTER, end).yaw)
-    if len(yaw) and np.abs(yaw - yaw[0]).max() > MAX_BEND:
-        return False
-    return run.odometry.at(begin).distance_to(run.odometry.at(end)) >= MIN_DRIVE_LENGTH
 
 
 def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
@@ -210,16 +151,11 @@ def _with_local(run: RunData) -> RunData:
 
 def _with_states(run: RunData, goal: Pose2) -> RunData:
     begins: List[Tuple[float, str]] = []
-    taken = run.control.time[run.control.value == 0.0]
-    drives = [movement for movement in movements(run) if movement.kind is MovementKind.DRIVE]
-    next_begins = [drive.begin for drive in drives[1:]] + [math.inf]
-    for drive, next_begin in zip(drives, next_begins):
-        begins += _states_of_drive(drive)
-        was_reset = len(run.resets.between(drive.end - COMMAND_TIMEOUT, drive.end)) > 0
-        goes_on = was_reset and next_begin < drive.end + MOVEMENT_PAUSE
-        if drive.end < run.duration and not goes_on:
-            was_taken = (np.abs(taken - drive.end) < TAKEN_WITHIN).any()
-            begins.append((drive.end, CONTROL_GONE if was_taken else CAME_TO_REST))
+    for movement in movements(run):
+        if movement.kind is MovementKind.DRIVE:
+            begins += _states_of_drive(movement)
+            if movement.end < run.duration:
+                begins.append((movement.end, CAME_TO_REST))
     if not begins:
         return run
     time = np.array([begin for begin, _ in begins])

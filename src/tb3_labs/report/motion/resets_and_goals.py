@@ -19,7 +19,7 @@ clock. Edge case: a reset before the first local_pose, or after the last one, be
 import math
 import re
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Set, Tuple
+from typing import List, Optional, Set, Tuple
 
 import numpy as np
 
@@ -34,8 +34,6 @@ NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
 RESET_LINE = re.compile(
     r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
     r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
-#: Only this many characters of a line are searched for a reset.
-MAX_RESET_LENGTH = 500
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
 #: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
@@ -46,8 +44,6 @@ LOSS_PER_SECOND = 0.05
 #: A new frame begins midway between the last message of the old frame and the first message of the
 #: new frame, but at most this time before the first message of the new frame [s].
 MAX_TIME_BEFORE = 0.05
-#: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
-RESET_DELAY = 0.1
 #: A goal belongs to a state if it arrived at most this time after the state [s].
 SAME_MOMENT = 0.1
 
@@ -55,7 +51,7 @@ SAME_MOMENT = 0.1
 def declared_by(line: str) -> Optional[Pose2]:
     """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
     line."""
-    found = RESET_LINE.search(line[:MAX_RESET_LENGTH])
+    found = RESET_LINE.search(line)
     if found is None:
         return None
     x, y, yaw = (float(word) for word in found.groups()[:3])
@@ -126,16 +122,6 @@ def _epoch_begins(run: RunData) -> List[float]:
 def _displacements(poses: Poses) -> Poses:
     """Returns each pose after the first, seen from the pose before it."""
     return poses.take(slice(None, -1)).inverse() @ poses.take(slice(1, None))
-
-
-def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
-    """Returns the Epoch of a drive from `begin` to `end` [s].
-
-    If a reset begins the drive, the pose may show the reset a moment after the drive's begin. But a
-    reset that is nearer to the drive's end has ended the drive, so that its epoch is not returned.
-    """
-    latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
-    return [epoch for epoch in in_order if epoch.begin <= latest][-1]
 
 
 def local_in_odom(run: RunData, times: np.ndarray) -> Poses:

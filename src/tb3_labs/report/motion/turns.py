@@ -3,7 +3,7 @@
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
 rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
 the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
-this message is not a turn if its angle is below `MIN_TURN` or above `MAX_TURN`.
+this message is not a turn if its angle is below `MIN_TURN`.
 
 Units: radians, positive to the left; seconds. The IMU's yaw is unwrapped, so that an angle may be
 larger than half a turn. Edge case: without ground truth, the true values are NaN.
@@ -15,8 +15,7 @@ from typing import Callable, List, Optional, Tuple
 import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
-from tb3_labs.report.motion.movements import (
-    NO_SPEED, TERMINAL, Movement, MovementKind, movements, programs)
+from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import spans
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 from tb3_labs.robot.samples import REST_ANGULAR
@@ -30,13 +29,10 @@ REST_MEAN = 0.3
 #: The recorder may miss the first commands of a new node. So the rest before a turn may end this
 #: time before the turn's first recorded command [s].
 MAX_MISSED = 1.0
-#: If the sender is not known, a movement is a turn only if its angle is between these two [rad].
+#: Without a message on `turn`, a movement is a turn only if its angle is at least this [rad].
 MIN_TURN = math.radians(45.0)
-MAX_TURN = math.radians(225.0)
-#: If a node is the sender, a movement is a turn if its angle is above this [rad].
-MIN_TURN_BY_NODE = math.radians(5.0)
-#: At most this many turns of one movement are found.
-MAX_PARTS = 100
+#: Two turns are separate if no command turns the robot for longer than this [s].
+TURN_PAUSE = 0.5
 #: The request of a turn comes at most this long before the turn begins [s].
 REQUESTED_BEFORE = 2.0
 
@@ -48,11 +44,8 @@ class TurnReport:
     begin: float
     end: float                        # when the robot rests again
     requested: float
-    was_sent: bool                    # was the request sent on topic `turn`?
     turned: float                     # by the IMU
     true_turned: float                # by the ground truth
-    peak_rate: float                  # [rad/s], by the gyro
-    overshoot: float                  # the largest angle beyond `requested` during the turn
 
     @property
     def duration(self) -> float:
@@ -97,24 +90,16 @@ def turn_reports(run: RunData) -> List[TurnReport]:
 def _separate_turns(run: RunData, movement: Movement,
                     until: float) -> List[Tuple[float, float, float]]:
     """Returns (begin, end, time of the next command) of each turn within one movement. `until` is
-    the time of the first command after the movement. Two turns are separate if the robot rests
-    between them, and each is large enough. So a small correction is a part of the turn that it
+    the time of the first command after the movement. Two turns are separate if no command turns the
+    robot for TURN_PAUSE between them. So a quick correction is a part of the turn that it
     corrects."""
     commands = run.commands.between(movement.begin, movement.end)
-    turning = np.abs(commands.angular) > NO_SPEED
-    stops = np.flatnonzero(turning[:-1] & ~turning[1:]) + 1
-    parts = []
-    begin = movement.begin
-    for k in stops[:MAX_PARTS]:
-        stop = float(commands.time[k])
-        if not turning[k:].any():
-            break
-        go = float(commands.time[k + int(np.argmax(turning[k:]))])
-        is_turn = _turn(run, begin, stop, go, math.inf) is not None
-        if is_turn and _turn(run, go, movement.end, until, math.inf) is not None:
-            parts.append((begin, stop, go))
-            begin = go
-    return parts + [(begin, movement.end, until)]
+    times = commands.time[np.abs(commands.angular) > NO_SPEED]
+    first_after_pause = np.flatnonzero(np.diff(times) > TURN_PAUSE) + 1
+    begins = [movement.begin, *times[first_after_pause].tolist()]
+    next_begins = [*begins[1:], until]
+    ends = [*times[first_after_pause - 1].tolist(), movement.end]
+    return list(zip(begins, ends, next_begins))
 
 
 def _turn(run: RunData, begin: float, end: float, next_command: float,
@@ -138,13 +123,11 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
     if not is_at_rest.any():
         is_at_rest = imu.time >= rest_after
     turned = float(yaw[is_at_rest].mean())
-    requested, was_sent = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
+    requested = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
     if not requested:
         return None
-    beyond = math.copysign(1.0, requested) * yaw - abs(requested)
-    return TurnReport(
-        rest_before, rest_after, requested, was_sent, turned, _true_turn(run, rest_before, last),
-        float(np.abs(imu.yaw_rate).max()), max(0.0, float(beyond.max())))
+    return TurnReport(rest_before, rest_after, requested, turned,
+                      _true_turn(run, rest_before, last))
 
 
 def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:
@@ -158,18 +141,15 @@ def _rests(imu: ImuSamples, begin: float, end: float) -> bool:
     return len(rates) > 0 and bool(abs(rates.mean()) < REST_ANGULAR)
 
 
-def _requested(run: RunData, since: float, end: float, turned: float) -> Tuple[float, bool]:
-    """Returns (requested angle, whether it was sent on topic `turn`). The angle is 0 if the
-    movement was not a turn."""
+def _requested(run: RunData, since: float, end: float, turned: float) -> float:
+    """Returns the requested angle; 0 if the movement was not a turn."""
     sent = run.turn_requests.between(since, end)
     if len(sent):
-        return float(sent.value.sum()), True
-    is_by_node = len({*programs(run, since, end)} - {TERMINAL}) > 0
-    is_nodes_turn = is_by_node and abs(turned) > MIN_TURN_BY_NODE
-    if not is_nodes_turn and not MIN_TURN <= abs(turned) <= MAX_TURN:
-        return 0.0, False
+        return float(sent.value.sum())
+    if abs(turned) < MIN_TURN:
+        return 0.0
     quarters = 1.0 if abs(turned) < math.radians(135.0) else 2.0
-    return math.copysign(quarters * math.pi / 2.0, turned), False
+    return math.copysign(quarters * math.pi / 2.0, turned)
 
 
 def _true_turn(run: RunData, begin: float, end: float) -> float:

@@ -22,7 +22,6 @@ GRID_LINES = 4
 #: The points (time, value) of a line, and the indices of the points that are not joined to the
 #: previous point.
 Line = Tuple[List[Tuple[float, float]], List[int]]
-NO_LINE: Line = ([], [])
 BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded</b>'
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
@@ -41,13 +40,12 @@ class Command(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """A figure of a variable of a node, and of the line that the variable should follow."""
+    """A figure of a variable of a node. `levels` are the texts at the heights 0, 1, 2, ...; [] if
+    the variable has numbers."""
 
     name: str
     line: Line
-    reference: str        # the name of the line `measured`, '' without such a line
-    measured: Line
-    levels: List[str]     # the texts at the heights 0, 1, 2, ...; [] if the values are numbers
+    levels: List[str]
 
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
@@ -106,14 +104,8 @@ def curves(data: Dict[str, Any]) -> Iterator[str]:
 def variable_curves(data: Dict[str, Any]) -> Iterator[str]:
     """Yields the HTML of each figure of the node's variables."""
     for number, figure in enumerate(data['figures']):
-        least, steps = 0.0, GRID_STEPS
-        if figure.reference.startswith('heading'):
-            least, steps = 10.0, ANGLE_STEPS
-        caption = f'<b class="variable">{escape(figure.name)}</b>'
-        if figure.reference:
-            caption += f', <b class="measured">{escape(figure.reference)}</b>'
-        yield _curve(data, f'variable-{number}', caption, [
-            ('measured', figure.measured), ('variable', figure.line)], least, figure.levels, steps)
+        yield _curve(data, f'variable-{number}', f'<b class="variable">{escape(figure.name)}</b>',
+                     [('variable', figure.line)], 0.0, figure.levels)
 
 
 def _line_of(track: Dict[str, Any]) -> Line:

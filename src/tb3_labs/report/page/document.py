@@ -20,7 +20,7 @@ figure { margin: 0.4em 0; text-align: center; break-inside: avoid; }
 figure img { max-width: 100%; } figcaption { font-size: 8.5pt; }
 details { margin: 0.3em 0; } details details { margin-left: 1.2em; }
 summary { cursor: pointer; font-weight: bold; }
-section { break-inside: avoid; } .next { break-before: page; }
+section { break-inside: avoid; }
 @media screen {
   body { padding: 0 12px; max-width: 1156px; } p, details { max-width: 48em; }
   pre { white-space: pre-wrap; overflow-wrap: anywhere; }

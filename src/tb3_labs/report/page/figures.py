@@ -7,7 +7,7 @@ Units on the axes: metres, degrees, rad/s, seconds since a turn's first command.
 import math
 import os
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, Optional, Sequence, Tuple, Union
+from typing import Any, BinaryIO, Dict, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -24,8 +24,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import DriveReport
-from tb3_labs.report.motion.resets_and_goals import Epoch, epoch_of, epochs, local_in_odom
+from tb3_labs.report.motion.drives import DriveReport, epoch_of
+from tb3_labs.report.motion.resets_and_goals import Epoch, epochs, local_in_odom
 from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 from tb3_labs.report.run_data import Poses, RunData
 
@@ -39,13 +39,9 @@ STYLES = ((BLUE, '-'), (ORANGE, '--'), (GREEN, '-.'), ('#7a3a8a', ':'))
 matplotlib.rcParams['agg.path.chunksize'] = 20000
 #: The figure of a turn begins and ends this time before and after the turn [s].
 SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
-#: The legend names at most this many turns.
-MAX_NAMED_TURNS = 12
-#: The places of names, from the origins of their frames, as shares of a panel's width. Frames with
-#: the same origin have different places.
-NAME_PLACES = ((-0.06, -0.06), (0.06, -0.06), (-0.06, 0.06), (0.06, 0.06))
-#: The frames and paths have names up to this reset, since there is no room for more names.
-MAX_NAMED_RESETS = 6
+#: The places of names, from the origins of their frames [points]. Frames with the same origin have
+#: different places.
+NAME_PLACES = ((-30, -9), (30, -9), (-30, 9), (30, 9))
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -66,12 +62,10 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
                   bbox_to_anchor=(0.5, 0.0))
 
 
-def turns_figure(run: RunData) -> Optional[Figure]:
-    """Returns a figure of the remaining angle and of the rate of turn, or None without a turn. Both
-    are positive in the requested direction."""
+def turns_figure(run: RunData) -> Figure:
+    """Returns a figure of the remaining angle and of the rate of turn. Both are positive in the
+    requested direction. The run has a turn."""
     found = turn_reports(run)
-    if not found:
-        return None
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
     next_begins = [turn.begin for turn in found[1:]] + [math.inf]
@@ -84,8 +78,7 @@ def turns_figure(run: RunData) -> Optional[Figure]:
         colour, style = STYLES[number % len(STYLES)]
         looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
-        left.plot(imu.time - turn.begin, np.degrees(remaining),
-                  label=name if number < MAX_NAMED_TURNS else None, **looks)
+        left.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **looks)
         rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
@@ -102,8 +95,8 @@ def turns_figure(run: RunData) -> Optional[Figure]:
 
 
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
-    """Returns a figure with two panels of the same scale: the path in odom, and the path in local.
-    Both panels have the axes of both frames, and the goals of the drives."""
+    """Returns a figure with two panels: the path in odom, and the path in local. Both panels have
+    the axes of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
     frames, local = epochs(run), run.local_pose
@@ -111,8 +104,7 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
-        looks = dict(color=colour, linestyle=style, linewidth=1.6,
-                     label=name if number <= MAX_NAMED_RESETS else None)
+        looks = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
         draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
         draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
         if epoch.local_T_world is not None:
@@ -127,13 +119,11 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     _draw_ends(in_local, local, [goal for _, goal in goals])
     chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
               for number, epoch in enumerate(frames)]
-    size = _same_scale((in_odom, [pose for pose, _ in chosen]),
-                       (in_local, [pose.inverse() for pose, _ in chosen]))
-    _draw_frames(in_odom, size, 'odom', [(pose, 'local' + after) for pose, after in chosen])
-    _draw_frames(in_local, size, 'local', [
-        (pose.inverse(), 'odom' + after) for pose, after in chosen])
+    _draw_frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in chosen])
+    _draw_frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in chosen])
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
         axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
+        axes.set_aspect('equal', adjustable='datalim')
         axes.grid(True, linewidth=0.3)
     legend_below(figure, *in_odom.get_legend_handles_labels())
     return figure
@@ -152,39 +142,21 @@ def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Po
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 
-def _same_scale(*panels: Tuple[Axes, Sequence[Pose2]]) -> float:
-    """Give all `panels` the same scale and size. Each panel is (axes, poses of frames). Returns the
-    width of a panel [m]."""
-    boxes = []
-    for axes, frames in panels:
-        places = [(frame.x, frame.y) for frame in frames] + [(0.0, 0.0)]
-        axes.update_datalim(places)
-        boxes.append(axes.dataLim.get_points())
-    width = max([1.0] + [1.35 * np.ptp(box, axis=0).max() for box in boxes])
-    for (axes, _), box in zip(panels, boxes):
-        x, y = box.mean(axis=0)
-        axes.set(xlim=(x - width / 2.0, x + width / 2.0), ylim=(y - width / 2.0, y + width / 2.0))
-        axes.set_aspect('equal', adjustable='box')
-    return width
-
-
-def _draw_frames(axes: Axes, width: float, own: str,
-                 others: Sequence[Tuple[Pose2, str]]) -> None:
+def _draw_frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]]) -> None:
     """Draw the names and axes of the panel's `own` frame and of the frames `others`, each (pose,
     name). The x axis is longer than the y axis."""
     for number, (pose, name) in enumerate([(Pose2(), own), *others]):
-        for tip in ((0.13 * width, 0.0), (0.0, 0.08 * width)):
+        for tip in ((0.2, 0.0), (0.0, 0.13)):       # [m]
             begin, end = pose.act([(0.0, 0.0), tip])
             axes.annotate('', end, begin, arrowprops=dict(
                 arrowstyle='-|>', color=GREY if number else 'black', shrinkA=0, shrinkB=0,
                 linewidth=1.0 if number else 1.8))
-        # before the first reset, a panel already has the names of its own and of the other frame
-        if number < MAX_NAMED_RESETS + 2:
-            place = pose.act(width * np.array(NAME_PLACES[number % len(NAME_PLACES)]))
-            axes.annotate(name, (pose.x, pose.y), xytext=tuple(place), fontsize=8,
-                          textcoords='data', fontweight='normal' if number else 'bold', ha='center',
-                          va='center', bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0,
-                                                 pad=0.0))
+        axes.annotate(name, (pose.x, pose.y), xytext=NAME_PLACES[number % len(NAME_PLACES)],
+                      fontsize=8, textcoords='offset points', ha='center', va='center',
+                      fontweight='normal' if number else 'bold',
+                      bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
+    axes.update_datalim([(pose.x, pose.y) for pose, _ in others] + [(-0.5, 0.0), (0.5, 0.0)])
+    axes.autoscale_view()
 
 
 def _draw_ends(axes: Axes, poses: Poses, goals: Sequence[Pose2]) -> None:

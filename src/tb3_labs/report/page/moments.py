@@ -10,7 +10,7 @@ from typing import Dict, List, Sequence
 import numpy as np
 
 from tb3_labs.report.motion.drives import DriveReport
-from tb3_labs.report.motion.movements import movements, programs
+from tb3_labs.report.motion.movements import movements
 from tb3_labs.report.motion.resets_and_goals import epochs, spans
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
@@ -71,13 +71,9 @@ def _drive_mark(k: int, drive: DriveReport) -> Mark:
 
 def _by_hand(run: RunData, begin: float, end: float) -> Mark:
     before, after = run.imu.yaw_at((begin, end))
-    drivers: List[str] = []
-    if 'mouse_info' not in run.devices:     # with a mouse, a person drives by means of a node
-        drivers = programs(run, begin, end)
-    words = 'driven by ' + ' and '.join(drivers) if drivers else 'by hand'
     length = run.odometry.between(begin, end).length
     turned = degrees(after - before, '{:+.1f}')
-    return mark('hand', begin, f'{words}: {length:.2f} m, turned {turned} deg', end)
+    return mark('hand', begin, f'by hand: {length:.2f} m, turned {turned} deg', end)
 
 
 def printed_faults(run: RunData) -> str:

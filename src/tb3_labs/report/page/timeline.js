@@ -5,7 +5,6 @@
 import {degrees, digits, nice, radians, readColours, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
-const SMALL_STEP = 0.1, STEP = 1;               // [s] by the keys
 const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
 const SHOWN = 0.5;                              // [s] a mark's words are shown at least
 const $ = (id) => document.getElementById(id);
@@ -128,7 +127,6 @@ class Timeline {
       $('timeline').focus();
     });
     document.addEventListener('toggle', () => this.show(), true);
-    $('fit').addEventListener('click', () => this._showAll());
     addEventListener('resize', () => this.show());
     for (const plot of document.querySelectorAll('#timeline .plot')) {
       plot.addEventListener('click', (event) => {
@@ -136,28 +134,6 @@ class Timeline {
         if (event.target.tagName !== 'A') this.go(begin + share(event) * (end - begin));
       });
     }
-    addEventListener('keydown', (event) => {
-      const area = $('timeline').getBoundingClientRect();
-      const isSeen = area.top < innerHeight / 2 && area.bottom > innerHeight / 2;
-      if ($('timeline').contains(event.target) || (event.target === document.body && isSeen)) {
-        this._key(event);
-      }
-    });
-  }
-
-  _key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || event.target.tagName === 'SELECT') return;
-    const isButton = event.target.tagName === 'BUTTON';
-    const step = event.shiftKey ? SMALL_STEP : STEP;
-    const deeds = {
-      ArrowLeft: () => this.go(this.now - step), ArrowRight: () => this.go(this.now + step),
-      PageUp: () => this.jump(-1), PageDown: () => this.jump(1),
-      Home: () => this.go(0), End: () => this.go(this.run.duration),
-    };
-    if (!isButton) deeds[' '] = () => this.play(!this.playing);
-    if (!deeds[event.key]) return;
-    event.preventDefault();
-    deeds[event.key]();
   }
 
   play(playing) {

@@ -5,10 +5,12 @@ the recording, but differs from each recorded value by at most its bound (`BOUND
 interrupted at a time without samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
-`local` and of the goals are in ``local``, all other poses are in ``odom``.
+`local` and of the goals are in ``local``, all other poses are in ``odom``. A variable of a node has
+the unit that its node uses.
 """
 import json
 import math
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
@@ -19,11 +21,12 @@ from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
     Epoch, epochs, goal_errors, local_in_odom, spans)
-from tb3_labs.report.page import variable_figures
 from tb3_labs.report.page.curves import (
-    Command, curves, kept_samples, mark_line, variable_curves)
-from tb3_labs.report.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
+    Command, Figure, Line, curves, kept_samples, mark_line, variable_curves)
+from tb3_labs.report.run_data import (
+    MIN_GAP, Commands, LogLines, Poses, RunData, cached_per_run)
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
+from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
 #: The HTML of the timeline. Its program and its style are in files with the same stem.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
@@ -38,6 +41,18 @@ ROUNDED_DIGITS = 3
 MAX_TEXT_LENGTH = 1000
 #: The name of rosbag's node. Its log lines are not shown.
 RECORDER = 'record'
+#: The limits of a page.
+MAX_FIGURES = 12
+MAX_SHOWN_VARIABLES = 40
+#: A variable with more different texts than this has no figure.
+MAX_LEVELS = 8
+#: A figure differs from each recorded value by at most this share of the variable's range.
+BOUND_SHARE = 1.0 / 500.0
+#: A larger number is not drawn, since the difference of two such numbers could be infinite.
+MAX_DRAWN_NUMBER = 1e300
+#: The handouts' variables. They are drawn first, in this order.
+HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
+                 'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
 Mark = Dict[str, Any]
 
@@ -84,8 +99,8 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
                   for span in spans(run)],
         'marks': sorted(marked, key=lambda moment: moment['begin']),
         'log': _lines(run.log),
-        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variable_figures.texts(run),
-        'figures': variable_figures.figures(run)}
+        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': texts(run),
+        'figures': figures(run)}
 
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
@@ -133,6 +148,80 @@ def _lines(log: LogLines) -> List[List[Any]]:
             if node.rpartition('/')[2] != RECORDER]
 
 
+# -- the variables of nodes
+
+@cached_per_run
+def variables(run: RunData) -> List[Series]:
+    """Returns the variables of a run. If several nodes have variables, the name of a variable
+    begins with the name of its node."""
+    found, nodes = [], variables_by_node(run.variables)
+    for node, series_of in nodes.items():
+        prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
+        for series in series_of.values():
+            # here, True and False are texts; a comparison with NaN is False
+            is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
+            is_drawn = ~is_truth & (np.abs(series.value) < MAX_DRAWN_NUMBER)
+            found.append(replace(
+                series, name=prefix + series.name,
+                value=np.where(is_drawn, series.value, np.nan)))
+    return found[:MAX_SHOWN_VARIABLES]
+
+
+def changes(variable: Series) -> np.ndarray:
+    """Returns the index of the first value, and of each value that differs from the previous value.
+    """
+    values = np.where(np.isnan(variable.value), variable.text, variable.value)
+    return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
+
+
+def texts(run: RunData) -> List[List[Any]]:
+    """Returns [name, times of the changes, texts after the changes] of each variable."""
+    rows = []
+    for each in variables(run):
+        shown = changes(each)
+        rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
+            f'{number:.5g}' if '.' in text and not math.isnan(number) else text
+            for text, number in zip(each.text[shown], each.value[shown])]])
+    return rows
+
+
+def figures(run: RunData) -> List[Figure]:
+    """Returns the figures of the variables that change, at most MAX_FIGURES. A variable whose
+    values are mostly texts is drawn as steps between these texts."""
+    known = {each.name: each for each in variables(run)}
+    first = [known.pop(name) for name in HANDOUT_NAMES if name in known]
+    found = [_figure(each) for each in [*first, *known.values()] if len(changes(each)) > 1]
+    return [figure for figure in found if len(figure.levels) <= MAX_LEVELS][:MAX_FIGURES]
+
+
+def _figure(variable: Series) -> Figure:
+    if 2 * np.isnan(variable.value).sum() < len(variable.value):
+        return Figure(variable.name, line(variable.time, variable.value), [])
+    levels = _levels(variable)
+    height = {text: float(k) for k, text in enumerate(levels)}
+    values = np.array([height[text] for text in variable.text])
+    return Figure(variable.name, line(variable.time, values), levels)
+
+
+def _levels(variable: Series) -> List[str]:
+    """Returns the different texts of a variable, from the lowest to the highest in the figure.
+    False is below True. A state is below all states that the variable had earlier in the run."""
+    found = list(dict.fromkeys(variable.text))
+    return sorted(found) if found[0] in TRUTH_VALUES else found[::-1]
+
+
+def line(time: np.ndarray, values: np.ndarray) -> Line:
+    """Returns the line of the values that are not NaN. The line is interrupted at gaps of time, and
+    at values that are NaN."""
+    index = np.flatnonzero(~np.isnan(values))
+    time, values = time[index], values[index]
+    breaks = np.flatnonzero((np.diff(time) > MIN_GAP) | (np.diff(index) > 1)) + 1
+    bound = np.array([max(BOUND_SHARE * np.ptp(values), 1e-6)])
+    kept = kept_samples(time, values[:, None], bound, breaks)
+    points = [(round(float(time[k]), 3), float(f'{values[k]:.6g}')) for k in kept]
+    return points, [int(np.searchsorted(kept, k)) for k in breaks]
+
+
 def section(data: Dict[str, Any]) -> str:
     """Returns the HTML of a timeline with these data. A page with it needs no other file."""
     text = json.dumps({name: data[name] for name in FOR_PROGRAM}, separators=(',', ':'),
@@ -147,6 +236,5 @@ def section(data: Dict[str, Any]) -> str:
         curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
         nodes=escape(', '.join(data['nodes'])), marks=''.join(mark_line(data)),
         mark_list=mark_list, log=log, data=text,
-        bounds=', '.join(f'{bound:g} {unit}' for unit, bound in BOUNDS.items()),
         script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'

@@ -1,20 +1,16 @@
 """The variables of a node on the timeline's page: what was recorded is what is drawn."""
-import math
 import re
 
 import numpy as np
 import pytest
-from made_run import TIME, X, made, poses
+from made_run import TIME, X, made
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
 
 from test_timeline import data_of, path_in
 
-from tb3_labs.report.page import timeline, variable_figures
-from tb3_labs.report.page.curves import NO_LINE
-from tb3_labs.report.run_data import ImuSamples, Variables
-
-ZERO = 0.0 * TIME
+from tb3_labs.report.page import timeline
+from tb3_labs.report.run_data import Variables
 
 
 def variables(nodes=None, time=TIME, **texts):
@@ -26,68 +22,46 @@ def variables(nodes=None, time=TIME, **texts):
     return Variables(np.array(at), np.array(at), *(np.array(each, dtype=object) for each in columns))
 
 
-def figures(run, **texts):
-    return {figure.name: figure for figure in variable_figures.figures(made(
-        variables=variables(**texts), **run))}
-
-
-TURN = ImuSamples(TIME, TIME, np.radians(40.0 * TIME), ZERO + math.radians(40.0))
-
-
-def test_the_heading_is_beside_the_nodes_own_yaw():
-    found = figures({'imu': TURN}, curr_yaw=40.0 * TIME % 360.0, gain='0.1')
-    figure, = found.values()
-    assert figure.name == 'curr_yaw' and figure.reference == 'heading by the IMU'
-    # the robot crosses 0 at 9 s, and both lines begin again there
-    for points, (zero,) in (figure.measured, figure.line):
-        assert points[0] == (0.0, 0.0) and points[zero][0] == pytest.approx(9.0, abs=0.051)
-        assert np.array(points[:zero]) @ [40.0, -1.0] == pytest.approx(0.0, abs=0.8)
-
-
-@pytest.mark.parametrize('in_degrees', [False, True])
-def test_a_yaw_in_local_is_beside_the_true_one_in_the_nodes_unit(in_degrees):
-    yaw = 0.3 * TIME
-    run = {'local_pose': poses(yaw=yaw)}
-    figure = figures(run, local_yaw=np.degrees(yaw) if in_degrees else yaw)['local_yaw']
-    end = 3.0 if not in_degrees else math.degrees(3.0)
-    assert figure.measured[0][-1] == (10.0, pytest.approx(end, abs=0.001)) and figure.line == figure.measured
+def figures(**texts):
+    return {figure.name: figure for figure in timeline.figures(made(
+        variables=variables(**texts)))}
 
 
 def test_the_handouts_variables_come_first_and_twelve_figures_are_drawn():
-    found = list(figures({}, **{'a{}'.format(k): TIME + k for k in range(20)}, state=['A', 'B'] * 100 + ['A'],
+    found = list(figures(**{'a{}'.format(k): TIME + k for k in range(20)}, state=['A', 'B'] * 100 + ['A'],
                          local_x=X))
     assert found[:3] == ['local_x', 'state', 'a0'] and len(found) == 12
 
 
 def test_a_state_is_steps_between_its_texts():
-    figure, = figures({}, turning=TIME >= 4.0).values()
-    assert figure.levels == ['False', 'True'] and figure.reference == ''
-    assert figure.line == ([(0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (10.0, 1.0)], [])
+    figure, = figures(turning=TIME >= 4.0).values()
+    assert figure.levels == ['False', 'True']
+    assert figure.line == ([(0.0, 0.0), (3.95, 0.0), (4.0, 1.0), (10.0, 1.0)], [])
 
 
 def test_a_silence_of_the_node_is_a_break():
     time = TIME[(TIME < 3.0) | (TIME > 5.0)]
-    for figure in figures({}, time=time, turning=time > 5.0, error=time).values():
+    for figure in figures(time=time, turning=time > 5.0, error=time).values():
         points, (gap,) = figure.line
         assert [points[gap - 1][0], points[gap][0]] == pytest.approx([2.95, 5.05])
 
 
 def test_what_is_no_number_is_left_out_of_a_line_of_numbers():
     texts = ['None'] * 20 + [str(at) for at in TIME[20:100]] + ['nan', 'inf'] + [str(at) for at in TIME[102:]]
-    points, (gap,) = figures({}, goal=texts)['goal'].line
+    points, (gap,) = figures(goal=texts)['goal'].line
     assert points[0] == (1.0, 1.0) and [points[gap - 1][0], points[gap][0]] == [4.95, 5.1]
 
 
 def test_a_constant_has_a_text_and_no_figure():
     run = made(variables=variables(K_HDG='0.1', zero=['0', '0.0'] * 100 + ['0'], goal=['0'] * 100 + ['90.5'] * 101))
-    assert [figure.name for figure in variable_figures.figures(run)] == ['goal']
-    assert variable_figures.texts(run) == [['K_HDG', [0.0], ['0.1']], ['zero', [0.0], ['0']],
-                                           ['goal', [0.0, 5.0], ['0', '90.5']]]
+    assert [figure.name for figure in timeline.figures(run)] == ['goal']
+    assert timeline.texts(run) == [['K_HDG', [0.0], ['0.1']], ['zero', [0.0], ['0']],
+                                   ['goal', [0.0, 5.0], ['0', '90.5']]]
 
 
 def test_the_names_of_two_nodes_are_told_apart():
     run = made(variables=variables({'b': '/lab/second'}, a=TIME, b=TIME))
-    assert [figure.name for figure in variable_figures.figures(run)] == ['controller: a', 'lab/second: b']
+    assert [figure.name for figure in timeline.figures(run)] == ['controller: a', 'lab/second: b']
 
 
 def test_the_page_has_the_lines_and_no_text_of_a_node_can_end_it():
@@ -107,5 +81,4 @@ def test_a_number_whose_differences_are_infinite_is_not_drawn(large, is_drawn):
 
 def test_a_page_has_forty_variables():
     run = made(variables=variables(**{f'a{k}': TIME for k in range(60)}))
-    assert len(variable_figures.texts(run)) == 40
-    assert variable_figures.line(TIME, ZERO + math.nan) == NO_LINE
+    assert len(timeline.texts(run)) == 40
