@@ -390,18 +390,21 @@ def test_a_drive_is_judged_in_the_frame_it_began_in(end, place, heading):
 BY_SIGN = {'mouse_drives', 'mouse_after_turn', 'mouse_in_turn'}
 
 
-@pytest.mark.parametrize('backward, misses', [
-    ('up half after in', set()), ('', set()),
+@pytest.mark.parametrize('backward, client, misses', [
+    ('up half after in', 0, set()), ('', 0, set()), ('', 1, set()), ('', -1, set()),
+    # the direction of the mouse is known from the submission's own client
+    ('up half after in', 1, BY_SIGN), ('up half after in', -1, BY_SIGN),
     # the node is not consistent
-    ('up', BY_SIGN), ('up half', BY_SIGN - {'mouse_drives'}), ('half', {'mouse_drives'}),
-    ('after', {'mouse_after_turn'}), ('in', {'mouse_in_turn'})])
-def test_up_drives_forward_or_consistently_backward(backward, misses):
+    ('up', 0, BY_SIGN), ('up half', 0, BY_SIGN - {'mouse_drives'}), ('half', 0, {'mouse_drives'}),
+    ('after', 0, {'mouse_after_turn'}), ('in', 1, {'mouse_in_turn'})])
+def test_up_drives_forward_or_consistently_backward_if_the_client_is_not_known(backward, client, misses):
     names = dict(up='mouse up', half='mouse half right and half down', after='mouse after a turn',
                  **{'in': 'mouse in a turn'})
     parts = copy.deepcopy(GOOD['turn'])
     for name in map(names.get, backward.split()):
         parts[name]['commands'] = [(at, -linear, angular) for at, linear, angular in parts[name]['commands']]
     seen = observed('turn', **parts)
+    seen.mouse_up = client
     assert missed('turn', seen) == misses
 
 

@@ -1,11 +1,58 @@
 """What the marker finds in the text of a submission."""
+import sys
+
 import pytest
 
 from pages import ROOT
 from tb3_labs.marking.trial.source_analysis import MAX_TEXT_BYTES, analyse, text_of
 
 #: The result for a text in which nothing is found.
-NOTHING = {'remarks': [], 'assigned': {}}
+NOTHING = {'up': 0, 'remarks': [], 'assigned': {}}
+CLIENT = '''import rospy
+class Mouse:
+    def __init__(self):
+        self.pub = rospy.Publisher('mouse_info', MouseController, queue_size=1)
+    def callback(self, event):
+        self.mouse_info.yPos = {}
+    def on_move(self, x, y):
+        {}
+'''
+MOVED = 'pass'
+
+
+@pytest.mark.parametrize('sent, moved, up', [
+    # y is a pixel, counted from the upper edge of a screen with 1080 lines; up = 1 means that y = 1 is up
+    ('self.y', 'self.y = (540 - y) / 540', 1), ('self.y', 'self.y = y / (self.height / 2) - 1', -1),
+    ('-self.y', 'self.y = 2.0 * y / self.height - 1.0', 1), ('self.y', 'self.y = -(y - 540) / float(540)', 1),
+    ('self.y', 'y -= 540; self.y = y / -540', 1), ('self.y', 'y *= -1; self.y = max(-1, min(1, y / 540 + 1))', 1),
+    ('mouse.position[1] / 540 - 1', MOVED, -1), ('1 - get_position()[1] / 540', MOVED, 1),
+    ('0; x, y = pyautogui.position(); self.mouse_info.yPos = 1 - y / 540', MOVED, 1),
+    ('0; y = -event.y / 540 + 1; self.mouse_info.yPos.data = y', MOVED, 1),
+    ('0; self.pub.publish(MouseController(yPos=(event.y - 540) / 540))', MOVED, -1),
+    # the course's own client knows the size of the screen as a pair, and sends zeros at its end
+    ('0.0; w, h = pyautogui.size(); self.mouse_info.yPos = event.y / (h / 2) - 1', 'self.mouse_info.yPos = 0.0', -1),
+    # the direction is unknown: a helper may count up, a function is unknown, two texts contradict each other
+    ('self.pointer.y', MOVED, 0), ('np.interp(event.y, [0, 1080], [1, -1])', MOVED, 0),
+    ('event.y / 540 - 1', 'self.mouse_info.yPosition = 1', -1),
+    ('event.y - 2 * event.y', MOVED, 0), ('0', MOVED, 0),
+    ('self.y', 'y = np.interp(y, [0, 1080], [1, -1]); self.y = y', 0),
+    ('0; x, y = 0, -event.y / 540 + 1; self.mouse_info.yPos = y', MOVED, 0)])
+def test_a_mouse_client_counts_up_or_down(sent, moved, up):
+    text = CLIENT.format(sent, moved).encode()
+    assert analyse([text])['up'] == up
+    assert analyse([text.replace(b'mouse_info', b'pointer')])['up'] == 0    # another client
+    hears = text.replace(b'Publisher', b'Subscriber') + b"        Publisher('cmd_vel', Twist)\n"
+    assert analyse([hears])['up'] == 0      # a controller, which may call the message event
+    other = CLIENT.format('event.y', MOVED).encode()
+    assert analyse([text, other, b'no ( Python'])['up'] == (up if up < 0 else 0 if up else -1)
+
+
+def test_the_text_of_a_submission_is_read_in_a_process_with_limits(tmp_path):
+    (tmp_path / 'client.py').write_text(CLIENT.format('event.y - 540', MOVED))
+    (tmp_path / 'link.py').symlink_to('/dev/zero')
+    (tmp_path / 'deep.py').write_text('-' * 100000 + '1')
+    # Python 3.9 crashes at this depth; then the direction of the mouse is unknown, and the marker goes on
+    assert text_of([str(tmp_path)])['up'] == (0 if sys.version_info[:2] == (3, 9) else -1)
 
 
 def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():

@@ -94,7 +94,8 @@ def buttons(trial):
                     stimuli.CALLS: len(calls), stimuli.SERVICE_NAME: services.called_name,
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
-            trial.remark(f'{remark} See {Y_STEP}.' for remark in trial.remarks_on_text())
+            trial.remark(f'{remark} See {Y_STEP}.'
+                         for remark in trial.findings_in_text()['remarks'])
             if not all(map(has_covariance, requests)):
                 trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
             trial.ctrl_c_in_motion(lambda: _start_driving(trial, pad))

@@ -70,9 +70,13 @@ class HeldMouse(Repeater):
     """
 
     def __init__(self, graph, recording):
+        #: The sign of y in the upper half of the screen.
+        self.up = 1
         self._recording = recording
         self._last_sent = None
         self._kind = graph.kind_of(MOUSE_INFO_TOPIC) or graph.types.message(MouseController._type)
+        #: The package of the message type.
+        self.package = self._kind._type.split('/')[0]
         #: `remarks` are sentences on fields whose names differ from the mouse lab's names.
         self._names, self.remarks = mouse_fields(self._kind.fields)
         super().__init__(MOUSE_INFO_TOPIC, self._kind)
@@ -81,7 +85,7 @@ class HeldMouse(Repeater):
         """Hold the mouse at (x, y) from now on, and wait for `seconds` [s]. x is positive to the
         right, y upward, both from -1 to 1."""
         message = self._kind()
-        for name, value in zip(self._names, (active, x, y)):
+        for name, value in zip(self._names, (active, x, self.up * y)):
             message.put(name, value)
         self._last_sent = BoolMessage(active), x, y
         self.hold(message)
@@ -136,6 +140,9 @@ def mouse_of(trial, names):
     except ValueError as problem:
         trial.not_offered(names, str(problem))
     trial.remark(mouse.remarks)
+    up = trial.findings_in_text(mouse.package)['up']
+    trial.recording.event('mouse client', up=up)
+    mouse.up = up or 1
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_for_subscriber()
     return mouse

@@ -32,8 +32,9 @@ COAST_DEG = 1.0
 MAX_LEGIBLE_LINES = 1000
 #: For the criterion beyond the handout, a turn may differ by this from the requested angle [deg].
 EXACT_DEG = 1.0
-DRIVES_BACKWARD = 'A mouse at the upper edge, y = 1, drives backward. That is right only if ' \
-    'your mouse client counts y down.'
+NO_MOUSE_CLIENT = 'A mouse at the upper edge, y = 1, drives backward. That is right if your ' \
+    'mouse client counts y down; none was found.'
+Y_COUNTS_DOWN = 'Your mouse client counts y down, so the check does: up is y = -1.'
 #: The bounds of a speed for a mouse at the edge of the screen [m/s] or [rad/s].
 EDGE_SPEED = (MOUSE_FULL - OTHER_SPEED, MOUSE_FULL + OTHER_SPEED)
 #: The bounds of a speed for a mouse at 0.6 of the way to the edge [m/s] or [rad/s]. The bounds are
@@ -169,9 +170,11 @@ def _why_not_driven_in_turn(observation: Observation) -> Reason:
 
 
 def sign_of_up(observation: Observation) -> float:
-    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0. The first
-    speed that the node commanded for such a mouse shows the sign, since the student's mouse client
-    may count y upward or downward."""
+    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0. If the
+    submission's mouse client shows the direction of y, the sign is 1.0. Otherwise the first speed
+    that the node commanded for such a mouse shows the sign."""
+    if observation.mouse_up:
+        return 1.0
     for name in filter(observation.has, (MOUSE_UP, AFTER_TURN, IN_TURN)):
         speeds = observation.scene(name, may_die=True).moving[:, LINEAR]
         if speeds.any():
@@ -204,7 +207,9 @@ def remarks_on_turns(observation: Observation) -> List[str]:
         remarks.append(f'After "{TYPED_NONSENSE}" it printed its prompt alone, and no error. See '
                        f'{RIGHT_STEP}.')
     if sign_of_up(observation) < 0.0:
-        remarks.append(DRIVES_BACKWARD)
+        remarks.append(NO_MOUSE_CLIENT)
+    if observation.mouse_up < 0:
+        remarks.append(Y_COUNTS_DOWN)
     return remarks
 
 

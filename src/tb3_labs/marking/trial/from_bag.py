@@ -159,6 +159,8 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
         observation.not_offered.update(dict.fromkeys(facts['names'], facts['reason']))
     elif kind == 'call' and 'pose' in facts:
         observation.calls.append([at, facts['pose'], facts['problem']])
+    elif kind == 'mouse client':
+        observation.mouse_up = facts['up']
     elif kind == 'broken':
         observation.marker_error = facts['text']
     elif kind in SENTENCE_LISTS:

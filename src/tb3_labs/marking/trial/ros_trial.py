@@ -6,6 +6,7 @@ Each part of a lab has a script. Within a :meth:`Trial.stimulus` a script acts o
 import os
 import time
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -67,16 +68,23 @@ class Trial:
             act()
             time.sleep(seconds)
 
-    def remarks_on_text(self):
-        """Returns the remarks of source_analysis.text_of on the submission. If mark.py has prepared
-        no submission, the node's package is read."""
-        searched = NodeStart.from_environment().copy
-        if not searched:
-            package = self._name.split('/')[0]
-            if package == OWN_PACKAGE:
-                return []
-            searched = rospkg.RosPack().get_path(package)
-        return text_of([searched])['remarks']
+    @lru_cache(maxsize=None)
+    def findings_in_text(self, *packages):
+        """Returns the findings of source_analysis.text_of in the submission. If mark.py has
+        prepared no submission, the node's package and `packages` are read. A mouse client in the
+        node's own package is preferred to other mouse clients."""
+        known = rospkg.RosPack()
+        own_package = self._name.split('/')[0]
+
+        def folders(names):
+            return [known.get_path(name) for name in names
+                    if name != OWN_PACKAGE and name in known.list()]
+        own = folders([own_package])
+        copy = NodeStart.from_environment().copy
+        searched = [copy] if copy else own + folders(set(packages) - {own_package})
+        findings = text_of(searched)
+        own_up = text_of(own)['up']
+        return dict(findings, up=own_up) if own_up else findings
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. If the package has several

@@ -1,5 +1,6 @@
-"""Finds two properties of a submission in its text, since no trial shows them:
+"""Finds three properties of a submission in its text, since no trial shows them:
 
+* the sign of y in the submission's own mouse client,
 * a function that assigns an angle to an orientation instead of a quaternion,
 * the lines that assign each variable.
 
@@ -7,11 +8,12 @@ The text comes from a stranger, so a process with limits reads it.
 """
 import ast
 import json
+import math
 import os
 import re
 import subprocess
 import sys
-from typing import Any, Dict, Iterable, Iterator, List
+from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple
 
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
 
@@ -27,15 +29,30 @@ MAX_TEXT_BYTES = 200000
 NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
 #: The result has at most MAX_NAMES variables, and at most MAX_LINES lines for each variable.
 MAX_NAMES, MAX_LINES = 200, 6
+#: The text of a mouse client has such a call.
+PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
+#: The name of a variable that holds y.
+Y_NAME = re.compile(r'_*(pos_?)?y(_?pos)?', re.IGNORECASE)
+#: A variable or a function with such a name has a position in pixels, where y points down.
+PIXEL_NAME = re.compile('pos|event|mo[vt]|scroll|click')
+#: The results of these functions grow with their arguments.
+GROWING_FUNCTIONS = {'float', 'int', 'round', 'float32', 'Float32', 'min', 'max', 'clip'}
+#: These syntax tree nodes give a value to a variable or a field.
+ASSIGNMENTS = ast.FunctionDef, ast.Assign, ast.AugAssign, ast.keyword
 ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a yaw becomes a ' \
     'quaternion by sine and cosine of its half. Y sends 0, so it costs no points.'
+
+#: variable -> the slope of its value: positive if the value grows with the pixel's y, negative if
+#: the value falls, 0 if the value does not depend on y, NaN if this is unknown.
+Slopes = Dict[str, float]
 
 
 def text_of(paths: Iterable[str]) -> Dict[str, Any]:
     """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
-    `remarks` are sentences for the student. `assigned` has the lines that assign each variable; see
-    the function `assigned`.
+    `up` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction is
+    unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
+    variable; see the function `assigned`.
     """
     done = subprocess.run(
         [*LIMIT_READER_COMMAND, sys.executable, '-c', ANALYSE_FILES, *paths], cwd='/',
@@ -45,14 +62,18 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
 
 def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
     """Returns the findings in `texts`; see `text_of`."""
+    signs: Set[int] = set()
     remarks: List[str] = []
     lines: Dict[str, List[int]] = {}
     for text in texts:
         nodes = nodes_of(text)
+        if PUBLISHES_MOUSE.search(text):
+            signs |= {1 if slope > 0.0 else -1 for slope in _slopes_sent(nodes)}
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
         lines.update(assigned(nodes))
-    return {'remarks': remarks, 'assigned': lines}
+    up = -signs.pop() if len(signs) == 1 else 0
+    return {'up': up, 'remarks': remarks, 'assigned': lines}
 
 
 def nodes_of(text: bytes) -> List[Any]:
@@ -96,6 +117,83 @@ def _dotted_name(node: Any) -> str:
         owner = _dotted_name(node.value)
         return owner if node.attr == 'data' else f'{owner}.{node.attr}'
     return node.id if isinstance(node, ast.Name) else ''
+
+
+def _last_name(node: Any) -> str:
+    return _dotted_name(node).split('.')[-1]
+
+
+# -- the sign of y in a mouse client
+
+def _slopes_sent(nodes: List[Any]) -> List[float]:
+    """Returns the known slopes of the values that a mouse client assigns to y in a message."""
+    steps: List[Any] = [node for node in nodes if isinstance(node, ASSIGNMENTS)]
+    # in Python 3.8 a keyword has no line number
+    steps.sort(key=lambda node: getattr(node, 'lineno', 0) or node.value.lineno)
+    slopes: Slopes = {}
+    for step in steps + steps:      # all steps twice, since the callback may be the last step
+        for name, slope in _assigned_slopes(step, slopes):
+            # a later constant, such as a reset to 0, does not change a known slope
+            if slope or not slopes.get(name):
+                slopes[name] = slope
+    sent = {name for name in slopes if '.' in name and Y_NAME.fullmatch(name.split('.')[-1])}
+    read = {_dotted_name(node) for node in nodes
+            if isinstance(getattr(node, 'ctx', None), ast.Load)}
+    unread = sent - read       # a client writes the fields of its message, and does not read them
+    return [slopes[name] for name in unread or sent if abs(slopes[name]) > 0.0]
+
+
+def _assigned_slopes(node: Any, slopes: Slopes) -> Iterator[Tuple[str, float]]:
+    """Yields (name, slope) for each variable to which a node of ASSIGNMENTS gives a value."""
+    if isinstance(node, ast.FunctionDef):       # def on_move(self, x, y)
+        slope = 1.0 if PIXEL_NAME.search(node.name) else math.nan
+        for parameter in node.args.args:
+            if Y_NAME.fullmatch(parameter.arg):
+                yield parameter.arg, slope
+    elif isinstance(node, ast.keyword):         # MouseController(yPos=...)
+        yield f'message.{node.arg}', _slope(node.value, slopes)
+    elif isinstance(node, ast.AugAssign):       # y -= 540
+        result = ast.BinOp(node.target, node.op, node.value)
+        yield _dotted_name(node.target), _slope(result, slopes)
+    else:
+        for target in node.targets:
+            if not isinstance(target, ast.Tuple):
+                yield _dotted_name(target), _slope(node.value, slopes)
+            elif len(target.elts) > 1:          # x, y = position is read as y = position[1]
+                part = ast.Subscript(node.value, ast.Constant(1), ast.Load())
+                yield _dotted_name(target.elts[1]), _slope(part, slopes)
+
+
+def _slope(node: Any, slopes: Slopes) -> float:
+    """Returns the slope of an expression, see Slopes."""
+    name = _dotted_name(node)
+    if name in slopes:
+        return slopes[name]
+    if name and not Y_NAME.fullmatch(_last_name(node)):
+        return 0.0
+    if name:        # event.y
+        return 1.0 if PIXEL_NAME.search(_last_name(getattr(node, 'value', None))) else math.nan
+    if isinstance(node, ast.UnaryOp):
+        return _sign(node) * _slope(node.operand, slopes)
+    if isinstance(node, ast.BinOp):
+        left, right = _slope(node.left, slopes), _slope(node.right, slopes)
+        if isinstance(node.op, ast.Add):
+            return left + right
+        if isinstance(node.op, ast.Sub):
+            return left - right
+        return left * _sign(node.right) + right * _sign(node.left)
+    called = getattr(node, 'func', getattr(node, 'value', None))
+    if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:
+        return 1.0      # get_position() or position[1]
+    parts = [_slope(part, slopes) for part in ast.iter_child_nodes(node)]
+    if isinstance(node, ast.Subscript) or _last_name(called) in GROWING_FUNCTIONS:
+        return sum(parts)
+    return math.nan if any(parts) else 0.0
+
+
+def _sign(factor: Any) -> float:
+    """Returns -1 if a factor has a minus in front, else 1."""
+    return -1.0 if isinstance(getattr(factor, 'op', None), ast.USub) else 1.0
 
 
 def python_texts(paths: Iterable[str]) -> Iterator[bytes]:
