@@ -24,8 +24,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import DriveReport, epoch_of
-from tb3_labs.report.motion.resets_and_goals import Epoch, epochs, local_in_odom
+from tb3_labs.report.motion.drives import DriveReport, frame_interval_of
+from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_intervals, local_in_odom
 from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 from tb3_labs.report.run_data import Poses, RunData
 
@@ -99,17 +99,17 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     the axes of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
-    frames, local = epochs(run), run.local_pose
-    for number, epoch in enumerate(frames):
+    frames, local = frame_intervals(run), run.local_pose
+    for number, interval in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
         looks = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
-        draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
-        draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
-        if epoch.local_T_world is not None:
-            truth = run.ground_truth.between(epoch.begin, epoch.end).seen_from(
-                epoch.local_T_world)
+        draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **looks)
+        draw_path(in_local, local.between(interval.begin, interval.end), **looks)
+        if interval.local_T_world is not None:
+            truth = run.ground_truth.between(interval.begin, interval.end).seen_from(
+                interval.local_T_world)
             looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
                          label=None if number else 'ground truth')
             draw_path(in_local, truth, **looks)
@@ -117,8 +117,8 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _draw_ends(in_local, local, [goal for _, goal in goals])
-    chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
-              for number, epoch in enumerate(frames)]
+    chosen = [(interval.odom_T_local, f', reset {number}' if number else '')
+              for number, interval in enumerate(frames)]
     _draw_frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in chosen])
     _draw_frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in chosen])
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
@@ -136,9 +136,10 @@ def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
                   **looks)
 
 
-def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:
+def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
+             goal: Pose2) -> Pose2:
     """Returns the goal of a drive in odom, at the end of the drive."""
-    last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
+    last = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.report.motion.drives import STRAIGHT_AFTER, DriveReport, drives
-from tb3_labs.report.motion.resets_and_goals import epochs
+from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, timeline
 from tb3_labs.report.page.document import document, number, safe, table
@@ -131,7 +131,8 @@ def _summary(run: RunData, model: RobotModel) -> str:
     invalid = ''.join(f', {number} invalid messages of {run.topics.get(part, part)} dropped'
                       for part, number in run.dropped.items() if number)
     return (f'{model.name.capitalize()} on {date}, {run.duration:.1f} s, '
-            f'{run.odometry.length:.2f} m driven, resets: {len(epochs(run)) - 1}{invalid}.')
+            f'{run.odometry.length:.2f} m driven, resets: {len(frame_intervals(run)) - 1}'
+            f'{invalid}.')
 
 
 def write_csv(run: RunData, path: Path) -> None:

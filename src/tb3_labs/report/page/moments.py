@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.movements import movements
-from tb3_labs.report.motion.resets_and_goals import epochs, spans
+from tb3_labs.report.motion.resets_and_goals import frame_intervals, spans
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
 from tb3_labs.report.page.timeline import Mark, mark
@@ -39,8 +39,8 @@ def moments(run: RunData, turned: Sequence[TurnReport],
                        for known in turns_and_drives)
         if not is_known:
             found.append(_by_hand(run, movement.begin, movement.end))
-    found += [mark('reset', epoch.begin, f'reset {k} of local')
-              for k, epoch in enumerate(epochs(run)[1:], 1)]
+    found += [mark('reset', interval.begin, f'reset {k} of local')
+              for k, interval in enumerate(frame_intervals(run)[1:], 1)]
     found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
     was_given = None
     for time, value in zip(run.control.time, run.control.value):

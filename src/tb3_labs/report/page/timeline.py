@@ -20,7 +20,7 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
-    Epoch, epochs, goal_errors, local_in_odom, spans)
+    FrameInterval, frame_intervals, goal_errors, local_in_odom, spans)
 from tb3_labs.report.page.curves import (
     Command, Figure, Line, curves, kept_samples, mark_line, variable_curves)
 from tb3_labs.report.run_data import (
@@ -77,13 +77,13 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
     """Returns all data of the timeline of a run, for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
-    frames = epochs(run)
+    frames = frame_intervals(run)
     local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
     turned_over = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
-    # at the begin of each epoch, the pose in ``local`` is taken for the true pose
-    truth = [run.ground_truth.between(epoch.begin, epoch.end).seen_from(
-        epoch.odom_T_local @ epoch.local_T_world)
-        for epoch in frames if epoch.local_T_world is not None]
+    # at the begin of each interval, the pose in ``local`` is taken for the true pose
+    truth = [run.ground_truth.between(interval.begin, interval.end).seen_from(
+        interval.odom_T_local @ interval.local_T_world)
+        for interval in frames if interval.local_T_world is not None]
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
@@ -112,9 +112,9 @@ def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
     return None if goal is None else [round(part, 4) for part in (goal.x, goal.y, goal.yaw)]
 
 
-def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
+def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
     """Returns the index of the first sample after each reset. `time`: the times of samples [s]."""
-    found = np.searchsorted(time, [epoch.begin for epoch in frames[1:]])
+    found = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
 
 
