@@ -44,7 +44,7 @@ TURN_STEP, DRIVE_STEP, CONTROL_STEP = (
 #: The parts of the labs (see marking/labs) that use a link.
 TURNS, DRIVES, CONTROL = ('turns', 'both'), ('drive', 'reset'), ('drive', 'reset', 'control')
 #: For each lab with a chain, the links of the chain, in order. The gamepad and the mouse have no
-#: chain. Their criteria move each input alone, so that the criterion itself names the mistake.
+#: chain. Their criteria move one input at a time, so that the criterion itself names the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '

@@ -141,8 +141,8 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
 
 
 def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: str) -> NodeTurn:
-    """Returns the NodeTurn of a letter. If the node has no usable heading, the turn has the correct
-    heading and the correct goal."""
+    """Returns the NodeTurn of a letter. If the node has no usable heading, the correct heading and
+    the correct goal are used instead."""
     series, heading, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
     if series is None or heading is None:
@@ -160,7 +160,8 @@ def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: s
     commands = commands.take(is_after & (commands.arrival < end))
     times, yaws = commands.arrival, heading.at(commands.arrival)
     if goal is None:
-        goals = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree + 0.0 * times
+        goal_yaw = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree
+        goals = np.full(len(times), goal_yaw)
     else:
         last_moment = np.nextafter(end, 0.0)
         goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))

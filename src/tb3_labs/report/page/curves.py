@@ -145,8 +145,9 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
     if margin == 0.0:       # a constant curve
         margin = 1.0
     low, high = low - margin, high + margin
-    wide_enough = [step for step in steps if high - low <= GRID_LINES * step] + [high - low]
-    step = 1.0 if levels else wide_enough[0]
+    step = next((step for step in steps if high - low <= GRID_LINES * step), high - low)
+    if levels:
+        step = 1.0
     grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     labels = []
     for value in grid:

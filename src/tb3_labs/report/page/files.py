@@ -33,7 +33,7 @@ CAPTIONS = {
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
-#: The paragraph of a page on the values that were not recorded.
+#: A page has this paragraph if values were computed, since their topics were not recorded.
 COMPUTED = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
@@ -140,7 +140,7 @@ def write_csv(run: RunData, path: Path) -> None:
     odometry, commands = run.odometry, run.commands
     at = odometry.time
     newest = last_until(commands.time, at)
-    is_over = np.append(commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT
+    is_over = _chosen(commands.time, newest) < at - COMMAND_TIMEOUT
     newest = np.where(is_over, -1, newest)      # before the first command, `newest` is -1, too
     columns = {
         'time_s': at, 'odom_x_m': odometry.x, 'odom_y_m': odometry.y,

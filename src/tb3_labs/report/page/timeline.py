@@ -179,10 +179,15 @@ def texts(run: RunData) -> List[List[Any]]:
     rows = []
     for each in variables(run):
         shown = changes(each)
-        rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
-            f'{number:.5g}' if '.' in text and not math.isnan(number) else text
-            for text, number in zip(each.text[shown], each.value[shown])]])
+        shown_texts = list(map(_shown_text, each.text[shown], each.value[shown]))
+        rows.append([each.name, np.round(each.time[shown], 3).tolist(), shown_texts])
     return rows
+
+
+def _shown_text(text: str, number: float) -> str:
+    if '.' in text and not math.isnan(number):
+        return f'{number:.5g}'
+    return text
 
 
 def figures(run: RunData) -> List[Figure]:
