@@ -57,7 +57,7 @@ UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
          ('degrees, converted to degrees twice', 180.0 / math.pi))
 
 
-def headings(node_run: NodeRun) -> List[Quantity]:
+def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities of the IMU that a node may take for the heading. The first is the
     correct heading."""
     imu = node_run.run.imu
@@ -160,7 +160,7 @@ def printed_headings(node_run: NodeRun) -> Series:
 
 def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields the printed number if it does not follow the heading from 0 to 360."""
-    series, quantities = printed_headings(node_run), node_run.cached(headings)
+    series, quantities = printed_headings(node_run), node_run.cached(heading_candidates)
     correct = quantities[0]
     if len(series.time) < 3 or not len(correct.time):
         return

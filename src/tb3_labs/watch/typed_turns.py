@@ -7,7 +7,8 @@ import numpy as np
 from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun
-from tb3_labs.watch.headings import followed_heading, heading_from_another_zero, headings
+from tb3_labs.watch.headings import (
+    followed_heading, heading_candidates, heading_from_another_zero)
 from tb3_labs.watch.variables import Quantity, Series
 
 #: A node reads a typed letter within this time [s].
@@ -86,7 +87,7 @@ class OwnHeading(NamedTuple):
 
 
 def own_heading(node_run: NodeRun) -> OwnHeading:
-    series, quantities = node_run.variable('curr_yaw'), node_run.cached(headings)
+    series, quantities = node_run.variable('curr_yaw'), node_run.cached(heading_candidates)
     if series is None:
         return OwnHeading()
     quantity, broken = followed_heading(series, quantities)
@@ -146,7 +147,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: s
     series, heading, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
     if series is None or heading is None:
-        series, heading, goal = None, node_run.cached(headings)[0], None
+        series, heading, goal = None, node_run.cached(heading_candidates)[0], None
     begin_yaw = float((series or heading).at(begin))
     read_at = begin
     goal_before = goal_after = ''

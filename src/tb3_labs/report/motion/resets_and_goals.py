@@ -82,7 +82,7 @@ class FrameInterval:
 
 
 @dataclass(frozen=True)
-class Span:
+class StateInterval:
     """The time from `begin` to `end` in which goal_state was `state`."""
 
     state: str
@@ -166,12 +166,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 
 @cached_per_run
-def spans(run: RunData) -> List[Span]:
-    """Returns the states of move_to_goal as Spans, in order. A state begins when it arrives."""
+def state_intervals(run: RunData) -> List[StateInterval]:
+    """Returns the StateIntervals of move_to_goal in order. A state begins when it arrives."""
     begins = run.states.arrival.tolist()
     ends = begins[1:] + [run.duration]
     goals = last_until(run.goals.arrival, run.states.arrival + SAME_MOMENT).tolist()
-    return [Span(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
+    return [StateInterval(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
             for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
@@ -179,7 +179,8 @@ def spans(run: RunData) -> List[Span]:
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
     local_pose."""
-    goals = [(span.begin, span.goal) for span in spans(run) if span.goal is not None]
+    goals = [(interval.begin, interval.goal) for interval in state_intervals(run)
+             if interval.goal is not None]
     begins = [begin for begin, _ in goals]
     poses = run.local_pose.between(begins[0], math.inf) if begins else Poses.none()
     if not len(poses):

@@ -20,9 +20,9 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
-    FrameInterval, frame_intervals, goal_errors, local_in_odom, spans)
+    FrameInterval, frame_intervals, goal_errors, local_in_odom, state_intervals)
 from tb3_labs.report.page.curves import (
-    Command, Figure, Line, curves, kept_samples, mark_line, variable_curves)
+    Command, Figure, Line, curves, event_line, kept_samples, variable_curves)
 from tb3_labs.report.run_data import (
     MIN_GAP, Commands, LogLines, Poses, RunData, cached_per_run)
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
@@ -54,7 +54,7 @@ MAX_DRAWN_NUMBER = 1e300
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
-Mark = Dict[str, Any]
+TimelineEvent = Dict[str, Any]
 
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
@@ -73,7 +73,7 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
 
 
-def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
+def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -> Dict[str, Any]:
     """Returns all data of the timeline of a run, for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
@@ -95,9 +95,9 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
         'distance': track(time, [distance], ['m'], goal_resets),
         'angle': track(time, [np.degrees(angle)], ['deg'], [*goal_resets, *turned_over]),
         'commands': _commands(run.commands),
-        'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
-                  for span in spans(run)],
-        'marks': sorted(marked, key=lambda moment: moment['begin']),
+        'goals': [[round(interval.begin, 3), interval.state, _rounded(interval.goal)]
+                  for interval in state_intervals(run)],
+        'marks': sorted(events, key=lambda event: event['begin']),
         'log': _lines(run.log),
         'nodes': [*dict.fromkeys(run.variables.node)], 'variables': texts(run),
         'figures': figures(run)}
@@ -133,8 +133,9 @@ def _commands(commands: Commands) -> List[Command]:
     return rows
 
 
-def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mark:
-    """Returns the Mark of a moment, or of a stretch of time if there is an `end` [s]."""
+def timeline_event(kind: str, begin: float, text: str,
+                   end: Optional[float] = None) -> TimelineEvent:
+    """Returns the TimelineEvent of a moment; with an `end` [s], of a stretch of time."""
     if end is None:
         end = begin
     return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(end), 3),
@@ -233,13 +234,13 @@ def section(data: Dict[str, Any]) -> str:
                       allow_nan=False).replace('<', '\\u003c')
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     style = ''.join(path.read_text(encoding='utf-8') for path in styles)
-    mark_list = ''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
+    event_list = ''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
         each['begin'], each['begin'], escape(each['text'])) for each in data['marks'])
     log = ''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
         level, at, at, escape(text)) for at, level, text in data['log'])
     page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
         curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
-        nodes=escape(', '.join(data['nodes'])), marks=''.join(mark_line(data)),
-        mark_list=mark_list, log=log, data=text,
+        nodes=escape(', '.join(data['nodes'])), marks=''.join(event_line(data)),
+        event_list=event_list, log=log, data=text,
         script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'
