@@ -96,7 +96,7 @@ class Pose(NamedTuple):
 
 
 def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
-    """Returns the Pose at these times. In a trial, the handout's goal replaces a missing one."""
+    """Returns the Pose at these times. In a trial, the handout's goal replaces a missing goal."""
     default = HANDOUT_GOAL if node_run.run.starts else {}
     value, unit = {}, {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):

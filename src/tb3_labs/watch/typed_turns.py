@@ -21,7 +21,7 @@ CLEAR_ERROR = 20.0
 OVER_TOLERANCE = 4.0
 #: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
-#: The value of a recorded letter (RunData.letters), and the requested angle [deg].
+#: The letter of each value in RunData.letters, and the requested angle of each letter [deg].
 LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
 TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
 
@@ -69,7 +69,7 @@ class NodeTurn:
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
-        turn, the clause has the difference and the wrapped error."""
+        turn, the clause contains the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \

@@ -154,7 +154,7 @@ def subsampled(series: Series) -> Series:
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in the given order. If there are several,
-    this run does not show which one the node uses."""
+    this run does not show which of them the node uses."""
     # the variable may have its first value before the first message comes
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     values = subsampled(series.take(slice(first, None)))

@@ -24,9 +24,8 @@ MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000
 #: The largest header, message and unpacked chunk, and the longest name [bytes].
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
-#: The recorder's clock was set back if a message arrived by more than this before the previous
-#: message of the same sender [s]. A busy recorder may exchange two messages that are nearer to each
-#: other.
+#: If a message arrived more than this before the previous message of its sender, the recorder's
+#: clock was set back [s]. A busy recorder may exchange two messages that are nearer to each other.
 MIN_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.

@@ -86,8 +86,8 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: StateInterval,
 
 def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[StateInterval],
            next_states: Sequence[StateInterval]) -> DriveReport:
-    """Returns the report of the drive with the states `parts`. `next_states` has the state after
-    the drive; it is empty if the recording ended."""
+    """Returns the report of the drive with the states `parts`. `next_states` contains the state
+    after the drive. It is empty if the recording ended."""
     whole = StateInterval('', parts[0].begin, parts[-1].end, parts[0].goal)
     interval = frame_interval_of(frames, whole.begin, whole.end)
     rest = whole.end

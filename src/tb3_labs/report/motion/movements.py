@@ -87,8 +87,8 @@ def movements(run: RunData) -> List[Movement]:
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
-    """Returns the Movement of the commands with the indices `moves`. `ends` has the time at which
-    each command of the run ends [s]."""
+    """Returns the Movement of the commands with the indices `moves`. `ends` are the times
+    at which the run's commands end [s]."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end

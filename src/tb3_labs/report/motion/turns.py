@@ -1,7 +1,7 @@
 """Finds the turns of the IMU lab in a recorded run, and measures each from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
+rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
 the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
 this message is not a turn if its angle is below `MIN_TURN`.
 

@@ -31,8 +31,8 @@ EVENT = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
 
 
 class Command(NamedTuple):
-    """A command of the timeline, in force until the next one. Both speeds are None if the robot's
-    timeout has ended the command before."""
+    """A command of the timeline. It is in force until the next command. Both speeds are None where
+    the robot's timeout ended the previous command."""
 
     time: float
     linear: Optional[float]

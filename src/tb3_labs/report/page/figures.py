@@ -95,7 +95,7 @@ def turns_figure(run: RunData) -> Figure:
 
 
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
-    """Returns a figure with two panels: the path in odom, and the path in local. Both panels have
+    """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
     the axes of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)

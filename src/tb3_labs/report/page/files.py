@@ -96,8 +96,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     write_reports(drives_csv, name, 'drive', DRIVE_COLUMNS, driven)
     notes = [note[:1].upper() + note[1:] + '.' for note in run.notes]
     parts = [f'<p>{escape(text)}</p>' for text in [*notes, _summary(run, model)]]
-    parts += [printed_faults(run), timeline.section(timeline.timeline(
-        run, model, moments(run, turned, driven))), *broken_links(run)]
+    shown = timeline.timeline(run, model, moments(run, turned, driven))
+    parts += [printed_faults(run), timeline.section(shown), *broken_links(run)]
     if turned:
         files.append(folder / 'turns.png')
         parts += ['<h2>Turns</h2>', numbered('turn', TURN_COLUMNS, turned),

@@ -60,7 +60,7 @@ TimelineEvent = Dict[str, Any]
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`, which have these units. No line is drawn across a gap of
-    time, or into a sample whose index is in `breaks`. In the result, 'breaks' has the indices of
+    time, or into a sample whose index is in `breaks`. In the result, 'breaks' are the indices of
     the points into which no line is drawn."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
