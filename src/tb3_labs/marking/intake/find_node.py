@@ -128,10 +128,12 @@ def _is_doubtful(best, other, names):
     if other.text == best.text:
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
-    has_usual_name = other.name_rank < len(names) == best.name_rank and other[:2] == best[:2]
+    only_other_has_usual_name = best.name_rank == len(names) and other.name_rank < len(names)
+    in_same_place = (other.aside, other.package_rank) == (best.aside, best.package_rank)
+    has_better_name = only_other_has_usual_name and in_same_place
     has_usual_package = other.package_rank < 2 <= best.package_rank
     is_elsewhere = other.is_outside_zip != best.is_outside_zip
-    return is_alike or has_usual_name or has_usual_package or is_elsewhere
+    return is_alike or has_better_name or has_usual_package or is_elsewhere
 
 
 def _is_program(path):
@@ -157,11 +159,13 @@ def _candidate(lab, path, package, text, packages, names):
     own_names = package_names + folders[depth:]
     found_signs = _signs(lab, text)
     return _Candidate(
-        is_aside(path),
-        min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
-        found_signs.count(False), _rank(name, [usual.lower() for usual in names]),
-        UNPACKED + '/' not in path, _rank(''.join(folders[-1:]), FOLDERS), len(folders), path,
-        found_signs, text)
+        aside=is_aside(path),
+        package_rank=min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
+        missing_signs=found_signs.count(False),
+        name_rank=_rank(name, [usual.lower() for usual in names]),
+        is_outside_zip=UNPACKED + '/' not in path,
+        folder_rank=_rank(''.join(folders[-1:]), FOLDERS),
+        depth=len(folders), path=path, found_signs=found_signs, text=text)
 
 
 def _rank(name, usual_names):

@@ -14,7 +14,8 @@ MANIFEST = 'package.xml'
 #: At most this much of a package.xml or a setup.py is read [bytes].
 MAX_MANIFEST_BYTES = 100000
 #: The folders of a package's messages and services, and the endings of these files.
-INTERFACES = MESSAGES, SERVICES = 'msg', 'srv'
+MESSAGES = 'msg'
+INTERFACES = MESSAGES, 'srv'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 #: A file was put aside if a part of its path is hidden, or has one of these words in its name.

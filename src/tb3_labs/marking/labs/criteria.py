@@ -52,7 +52,10 @@ class Criterion:
 
     def can_be_judged(self, parts: Sequence[str]) -> bool:
         """Can the criterion be judged after a trial of these parts? [] means all parts."""
-        return not parts or {self.part, self.second_part} <= {*parts, ''}
+        if not parts:
+            return True
+        needed = [self.part, self.second_part] if self.second_part else [self.part]
+        return set(needed) <= set(parts)
 
     @property
     def label(self) -> str:
