@@ -1,4 +1,4 @@
-"""Finds the missing modules that a node imports itself, or by another module of its submission.
+"""Finds the missing modules of a node, also those that other modules of its submission import.
 
 The programs of the submission are only read. Python imports their modules in the trial, and then
 says what is missing.
@@ -66,7 +66,7 @@ class MissingModules(NamedTuple):
 
 
 def read_program(path: Path) -> ParsedProgram:
-    """Returns the ParsedProgram in a file. A text that is not valid Python acts."""
+    """Returns the ParsedProgram in a file. If a text is not valid Python, `acts` is True."""
     data = path.read_bytes()
     text = data.decode(errors='replace')
     nodes = nodes_of(data)

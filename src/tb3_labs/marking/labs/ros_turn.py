@@ -108,12 +108,12 @@ NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """Returns the names of the three fields that have status, x and y, and a sentence on each name
+    """Returns two lists: the names of the fields for status, x and y, and a sentence on each name
     that differs from the mouse lab's name. `fields` has (name, type, ...) for each field.
 
-    x and y are the first numbers whose names begin with these letters. If such a name is missing,
-    they are the first two numbers. Raises ``ValueError`` with a clause if the message has no flag,
-    or fewer than two numbers.
+    The fields for x and y are the first numbers whose names begin with x and y. If such a name is
+    missing, they are the first two numbers. Raises ``ValueError`` with a clause if the message has
+    no flag, or fewer than two numbers.
     """
     flags = [name for name, kind, *_ in fields if kind in FLAGS]
     numbers = [name for name, kind, *_ in fields if kind in NUMBERS]

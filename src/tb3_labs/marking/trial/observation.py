@@ -146,8 +146,7 @@ class Observation:
 
     @property
     def unpublished_topic(self) -> str:
-        """A clause on the topics that nobody publishes, if the node subscribes to such topics and
-        not to a sensor's topic; '' without such topics."""
+        """A clause on the silent_topics of the node's processes; '' if there are no such topics."""
         topics = {topic for process in self.processes for topic in process.silent_topics}
         if not topics:
             return ''

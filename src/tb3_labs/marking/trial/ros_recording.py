@@ -82,8 +82,9 @@ class Recording:
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message at the time `at` [s], and return this time. By default `at` is now; all
-        default times differ. A `message` may be (type, bytes, checksum, class)."""
+        """Record a message at the time `at` [s], and return this time. The default of
+        `at` is the present time; no two default times are equal. A `message` may be (type, bytes,
+        checksum, class)."""
         with self._guard:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
