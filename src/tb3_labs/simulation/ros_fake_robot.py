@@ -84,15 +84,15 @@ class FakeRobot:
         with self._lock:
             self._robot.configure(settings)
 
-    def tick(self, step, epoch):
+    def tick(self, step, time_zero):
         """Let one SIMULATION_STEP pass, and publish the messages that are due. `step` is the number
-        of the call. `epoch` is the ROS time of the simulator's time 0 [s]."""
+        of the call. `time_zero` is the ROS time of the simulator's time 0 [s]."""
         truth_is_due = step % STEPS_PER_TRUTH == 0 and self._truth_has_readers()
         with self._lock:
             if self._hidden:
                 self._robot.configure(self._hidden.settings_at(self._robot.now))
             bursts = self._robot.step_in_bursts(SIMULATION_STEP)
-            now = epoch + self._robot.now
+            now = time_zero + self._robot.now
             world_T_odom = self._robot.sensors.world_T_odom
             truth = self._robot.truth if truth_is_due else None
         if self._static_tf and self._world_T_odom != world_T_odom:
@@ -100,7 +100,7 @@ class FakeRobot:
             self._static_tf.publish(TFMessage([
                 to_transform(world_T_odom, 'world', self._sensors.frames['odom'], now)]))
         for burst in bursts:
-            self._sensors.send(burst, epoch, self._robot.sensors.wheel_readings)
+            self._sensors.send(burst, time_zero, self._robot.sensors.wheel_readings)
         if truth is not None and self._pipe:
             self._pipe.write(truth)
         elif truth is not None:
@@ -135,11 +135,11 @@ def keep_pace(robot, clock, speed):
     """Step `robot` without end, `speed` times as fast as real time."""
     longest_catch_up = MAX_CATCH_UP_ON_CLOCK if clock else MAX_CATCH_UP
     due = time.monotonic()    # the time of the next step
-    epoch = time.time()       # the ROS time of the simulator's time 0
+    time_zero = time.time()   # the ROS time of the simulator's time 0
     for step in itertools.count():
         if clock:
-            clock.publish(Clock(rospy.Time.from_sec(epoch + (step + 1) * SIMULATION_STEP)))
-        robot.tick(step, epoch)
+            clock.publish(Clock(rospy.Time.from_sec(time_zero + (step + 1) * SIMULATION_STEP)))
+        robot.tick(step, time_zero)
         due += SIMULATION_STEP / speed
         late = time.monotonic() - due
         if late < 0.0:
@@ -147,7 +147,7 @@ def keep_pace(robot, clock, speed):
         elif late > longest_catch_up:
             due += late
             if not clock:
-                epoch += late
+                time_zero += late
 
 
 class TruthPipe:
@@ -182,21 +182,21 @@ class SensorTopics:
         self._joints = make_publisher('joint_states', JointState)
         self._tf = make_publisher('/tf', TFMessage)
 
-    def send(self, burst, epoch, wheels):
+    def send(self, burst, time_zero, wheels):
         """The samples of a `burst` arrive at one moment. Publish them by one write per topic. For
-        `epoch` see FakeRobot.tick. `wheels` is Sensors.wheel_readings. Rows that are older than the
-        burst are removed from it."""
+        `time_zero` see FakeRobot.tick. `wheels` is Sensors.wheel_readings, from which rows that are
+        older than the burst are removed."""
         imu = [sample for sample in burst if isinstance(sample, ImuSample)]
         odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
         link, odom, base, body = (self.frames[name] for name in (
             'imu_link', 'odom', 'base_footprint', 'base_link'))
-        _send(self._imu, imu, lambda sample: imu_message(sample, epoch + sample.stamp, link))
+        _send(self._imu, imu, lambda sample: imu_message(sample, time_zero + sample.stamp, link))
         _send(self._tf, odometry, lambda sample: TFMessage([
-            to_transform(sample.pose, odom, base, epoch + sample.stamp)]))
+            to_transform(sample.pose, odom, base, time_zero + sample.stamp)]))
         _send(self._odom, odometry, lambda sample: odometry_message(
-            sample, epoch + sample.stamp, odom, base))
+            sample, time_zero + sample.stamp, odom, base))
         _send(self._joints, odometry, lambda sample: joint_message(
-            *_wheels_at(wheels, sample.stamp), epoch + sample.stamp, body))
+            *_wheels_at(wheels, sample.stamp), time_zero + sample.stamp, body))
 
 
 def _wheels_at(wheels, stamp):
