@@ -84,8 +84,8 @@ def _files_to_copy(handed_in):
     for handed, own_name in handed_in.items():
         sources = {Path(own_name): handed}
         if handed.is_dir():
-            found, refused = submitted_files(handed)
-            sources = {path.relative_to(handed): path for path in found}
+            accepted, refused = submitted_files(handed)
+            sources = {path.relative_to(handed): path for path in accepted}
             remarks += omission_remarks('each is a link or a device',
                                         [path.relative_to(handed) for path in refused])
         for path, source in sources.items():

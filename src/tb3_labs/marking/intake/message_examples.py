@@ -68,24 +68,24 @@ def describe(search, definitions):
     return result
 
 
-def example_of(kind):
+def example_of(type_class):
     """Returns the example of a class of messages or services, with the checksum of the type.
 
     A message's example has the bytes of a new message, and [name, type, first byte] of each field.
     The first byte is None if FIELD_FORMATS lacks the type. A service's example has the bytes of a
     request with the pose (0, 0, 0), and the bytes of a response that reports success.
     """
-    if not hasattr(kind, '_request_class'):
-        data = _bytes_of(kind())
-        fields = [[name, type_name, _first_byte(kind(), name, type_name, data)]
-                  for name, type_name in zip(kind.__slots__, kind._slot_types)]
-        return {'sum': kind._md5sum, 'data': data.hex(), 'fields': fields}
-    request, response = kind._request_class(), kind._response_class()
+    if not hasattr(type_class, '_request_class'):
+        data = _bytes_of(type_class())
+        fields = [[name, type_name, _first_byte(type_class(), name, type_name, data)]
+                  for name, type_name in zip(type_class.__slots__, type_class._slot_types)]
+        return {'sum': type_class._md5sum, 'data': data.hex(), 'fields': fields}
+    request, response = type_class._request_class(), type_class._response_class()
     _turn_upright(request)
     for name, value in (('success', True), ('message', 'reset')):
         if name in response.__slots__:
             setattr(response, name, value)
-    return {'sum': kind._md5sum, 'request': _bytes_of(request).hex(),
+    return {'sum': type_class._md5sum, 'request': _bytes_of(request).hex(),
             'response': _bytes_of(response).hex()}
 
 

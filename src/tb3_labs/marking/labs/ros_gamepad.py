@@ -156,14 +156,14 @@ PARTS = {stimuli.STICKS: try_sticks, stimuli.BUTTONS: try_buttons,
 
 def is_origin(request):
     """Returns False if a request declares a pose that is not (0, 0, 0)."""
-    return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
-               if kind in ('float32', 'float64') and name != 'w')
+    return all(abs(value) <= 1e-6 for name, type_name, value in fields_of(request)
+               if type_name in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
     """Returns False if a quaternion of a request does not have the length 1."""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
-               for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
+               for _, type_name, q in fields_of(request) if type_name == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
@@ -221,14 +221,14 @@ class ResetServices:
             self._services[name] = rospy.Service(name, ANY_TYPE, partial(self._on_call, name))
 
     def _on_call(self, name, raw):
-        kind = self._types.get(connection_of(raw)['md5sum'])
-        if kind is None:
+        service_class = self._types.get(connection_of(raw)['md5sum'])
+        if service_class is None:
             self.calls.append((name, Empty()))
             raise rospy.ServiceException('the type of this request is not known here')
-        request = kind._request_class().deserialize(raw._buff)
+        request = service_class._request_class().deserialize(raw._buff)
         self.calls.append((name, request))
-        self._recording.event('call', service=name, of=kind._type, request=str(request))
-        response = kind._response_class()
+        self._recording.event('call', service=name, of=service_class._type, request=str(request))
+        response = service_class._response_class()
         for field, value in (('success', True), ('message', 'reset')):
             if field in response.__slots__:
                 setattr(response, field, value)

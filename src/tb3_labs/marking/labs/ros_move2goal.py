@@ -38,10 +38,10 @@ RESET_WORDS = ('reset', 'pose')
 def fields_of(message):
     """Yields (name, type, value) for each field of a message. The fields inside a field come
     right after this field. Headers are left out."""
-    for name, kind in zip(message.__slots__, message._slot_types):
+    for name, type_name in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
-        if kind != 'std_msgs/Header':
-            yield name, kind, value
+        if type_name != 'std_msgs/Header':
+            yield name, type_name, value
             if hasattr(value, '_slot_types'):
                 yield from fields_of(value)
 
@@ -49,8 +49,8 @@ def fields_of(message):
 def fill_pose(message, pose):
     """Write a Pose2 into the geometry_msgs/Pose of a request, or into a request of ResetPose.
     Returns False if the request has no fields for a pose."""
-    for _, kind, value in fields_of(message):
-        if kind == 'geometry_msgs/Pose':
+    for _, type_name, value in fields_of(message):
+        if type_name == 'geometry_msgs/Pose':
             value.position.x, value.position.y = pose.x, pose.y
             value.orientation = to_quaternion(pose.yaw)
             return True

@@ -94,8 +94,8 @@ class HeldMouse(Repeater):
     def send(self, message):
         # each message has a new stamp, since a node may reject a repeated stamp
         now = rospy.Time.now()
-        for name, kind, _ in message.fields:
-            if kind == 'std_msgs/Header':
+        for name, type_name, _ in message.fields:
+            if type_name == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
         self._recording.add(MOUSE_INFO_TOPIC, MouseController(Header(stamp=now), *self._last_sent))
@@ -115,10 +115,10 @@ def mouse_fields(fields):
     missing, they are the first two numbers. Raises ``ValueError`` with a clause if the message has
     no flag, or fewer than two numbers.
     """
-    flags = [name for name, kind, *_ in fields if kind in FLAGS]
-    numbers = [name for name, kind, *_ in fields if kind in NUMBERS]
+    flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
+    numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
     if not flags or len(numbers) < 2:
-        known = ', '.join(f'{kind} {name}' for name, kind, *_ in fields)
+        known = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields)
         raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
     x_and_y = [next((name for name in numbers if name.lower().startswith(letter)), '')
                for letter in 'xy']

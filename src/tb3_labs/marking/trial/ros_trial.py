@@ -79,11 +79,11 @@ class Trial:
         def folders(names):
             return [known.get_path(name) for name in names
                     if name != OWN_PACKAGE and name in known.list()]
-        own = folders([own_package])
+        own_folders = folders([own_package])
         copy = NodeStart.from_environment().copy
-        searched = [copy] if copy else own + folders(set(packages) - {own_package})
+        searched = [copy] if copy else own_folders + folders(set(packages) - {own_package})
         findings = read_findings(searched)
-        own_y_sign = read_findings(own)['mouse_y_sign']
+        own_y_sign = read_findings(own_folders)['mouse_y_sign']
         return dict(findings, mouse_y_sign=own_y_sign) if own_y_sign else findings
 
     def record_assigned(self):
