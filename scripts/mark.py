@@ -54,7 +54,7 @@ def parse(argv):
                         help="the node's file, or its path as a line names it, if it is not found")
     parts = '; '.join(f"{name}: {', '.join(lab.parts)}" for name, lab in sorted(LABS.items()))
     parser.add_argument('--parts', default='',
-                        help='these parts of the lab alone, with commas: ' + parts)
+                        help='only these parts of the lab, with commas: ' + parts)
     parser.add_argument('--pad', default=HANDOUT_PAD, metavar='NAME',
                         help='for the lab gamepad: the numbers of the gamepad that is played, '
                         f'launch/params/pad_NAME.yaml; default: {HANDOUT_PAD}')

@@ -40,7 +40,7 @@ XML_OPTION = '--gtest_output=xml:'
 #: words of rosrun -> what a student can do
 REMEDIES = {'not executable': 'Type: chmod +x FILE',
             'not found': 'Build its workspace, and type: source devel/setup.bash',
-            'non-unique': 'Give each file its own name, or source one workspace alone.'}
+            'non-unique': 'Give each file its own name, or source only one workspace.'}
 
 
 def marks_of_node():

@@ -65,7 +65,7 @@ def watch_robot(observer, read_truth=lambda message: to_pose2(message.pose)):
     observer.watch('ground_truth', PoseStamped, read_truth)
 
 
-class TestProgram(processes.Program):
+class TestProgram(processes.RunningProgram):
     """A program whose output and end a test waits for.
 
     `environment` is added to this process's environment, or replaces it if `clean`. Without a `terminal` the program

@@ -82,7 +82,7 @@ def test_the_file_that_rosrun_starts_is_named(package):
 
 @pytest.mark.parametrize('name, node, words', [
     ('lab_of_test', 'plain.py', "they're either not files, or not executable: {}/plain.py Type: chmod +x FILE"),
-    ('lab_of_test', 'two.py', 'two.py Give each file its own name, or source one workspace alone.'),
+    ('lab_of_test', 'two.py', 'two.py Give each file its own name, or source only one workspace.'),
     ('lab_of_test', 'x', "Couldn't find executable named x below {}"),
     ('lab_of_tset', 'good.py', "package 'lab_of_tset' not found Build its workspace, and type: ")])
 def test_a_node_that_rosrun_cannot_start_is_told(name, node, words, package):

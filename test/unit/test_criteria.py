@@ -404,7 +404,7 @@ def test_up_drives_forward_or_consistently_backward_if_the_client_is_not_known(b
     for name in map(names.get, backward.split()):
         parts[name]['commands'] = [(at, -linear, angular) for at, linear, angular in parts[name]['commands']]
     seen = observed('turn', **parts)
-    seen.mouse_up = client
+    seen.mouse_y_sign = client
     assert missed('turn', seen) == misses
 
 

@@ -108,7 +108,7 @@ def test_paths_that_lead_out_are_refused(tmp_path, name):
 
 def test_the_archives_of_a_submission_have_one_budget(tmp_path, monkeypatch):
     """The submission has sixty zip bombs of 90 kB each. A large file is left out, and uses nothing of the budget."""
-    monkeypatch.setattr(archives, 'MAX_BYTES', 100000)
+    monkeypatch.setattr(archives, 'MAX_SUBMISSION_BYTES', 100000)
     monkeypatch.setattr(archives, 'MAX_COPIED_BYTES', 95000)
     bomb = zipped(tmp_path / 'bomb.zip', {'a.txt': '0' * 90000, 'video': '0' * 96000}).read_bytes()
     (tmp_path / 'in').mkdir()

@@ -116,7 +116,7 @@ def test_programs_that_start_others_without_end_are_ended(monkeypatch):
 
 
 @pytest.mark.parametrize('limit, most, words', [
-    ('MAX_PROCESSES', 1, 'more than 1 processes'), ('MAX_MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
+    ('MAX_PROCESSES', 1, 'more than 1 processes'), ('MAX_NODE_MEMORY', 10 ** 3, 'more than 1e-06 GB of memory'),
     ('MAX_DISK', 0, 'files of more than 0 MB'),
     ('MAX_OTHER_MEMORY', 10 ** 6, 'more than 1 MB of the memory of master, robot and check')])
 def test_a_sandbox_that_uses_too_much_is_ended(monkeypatch, family, limit, most, words):

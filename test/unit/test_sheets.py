@@ -33,7 +33,7 @@ def test_every_part_of_a_check_is_named(lab):
     rows = read('instructor/marking.md').split('## What is tried')[1].split('| {} |'.format(lab))[1]
     assert re.findall(r'(?:^|\n\| \|) ([a-z ]+) \|', re.split(r'\n\| \w|\n\n', rows)[0]) == parts
     check = (ROOT / 'launch' / 'checks' / 'check_{}.test'.format(lab)).read_text(encoding='utf-8')
-    assert 'these parts alone: {}"'.format(', '.join(parts)) in check
+    assert 'only these parts: {}"'.format(', '.join(parts)) in check
 
 
 #: Names, commands and sentences of the handouts that a reader will look for in the sheets.

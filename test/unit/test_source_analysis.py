@@ -4,10 +4,10 @@ import sys
 import pytest
 
 from pages import ROOT
-from tb3_labs.marking.trial.source_analysis import MAX_TEXT_BYTES, analyse, text_of
+from tb3_labs.marking.trial.source_analysis import MAX_TEXT_BYTES, analyse, read_findings
 
 #: The result for a text in which nothing is found.
-NOTHING = {'up': 0, 'remarks': [], 'assigned': {}}
+NOTHING = {'mouse_y_sign': 0, 'remarks': [], 'assigned': {}}
 CLIENT = '''import rospy
 class Mouse:
     def __init__(self):
@@ -39,12 +39,12 @@ MOVED = 'pass'
     ('0; x, y = 0, -event.y / 540 + 1; self.mouse_info.yPos = y', MOVED, 0)])
 def test_a_mouse_client_counts_up_or_down(sent, moved, up):
     text = CLIENT.format(sent, moved).encode()
-    assert analyse([text])['up'] == up
-    assert analyse([text.replace(b'mouse_info', b'pointer')])['up'] == 0    # another client
+    assert analyse([text])['mouse_y_sign'] == up
+    assert analyse([text.replace(b'mouse_info', b'pointer')])['mouse_y_sign'] == 0    # another client
     hears = text.replace(b'Publisher', b'Subscriber') + b"        Publisher('cmd_vel', Twist)\n"
-    assert analyse([hears])['up'] == 0      # a controller, which may call the message event
+    assert analyse([hears])['mouse_y_sign'] == 0      # a controller, which may call the message event
     other = CLIENT.format('event.y', MOVED).encode()
-    assert analyse([text, other, b'no ( Python'])['up'] == (up if up < 0 else 0 if up else -1)
+    assert analyse([text, other, b'no ( Python'])['mouse_y_sign'] == (up if up < 0 else 0 if up else -1)
 
 
 def test_the_text_of_a_submission_is_read_in_a_process_with_limits(tmp_path):
@@ -52,7 +52,7 @@ def test_the_text_of_a_submission_is_read_in_a_process_with_limits(tmp_path):
     (tmp_path / 'link.py').symlink_to('/dev/zero')
     (tmp_path / 'deep.py').write_text('-' * 100000 + '1')
     # Python 3.9 crashes at this depth; then the direction of the mouse is unknown, and the marker goes on
-    assert text_of([str(tmp_path)])['up'] == (0 if sys.version_info[:2] == (3, 9) else -1)
+    assert read_findings([str(tmp_path)])['mouse_y_sign'] == (0 if sys.version_info[:2] == (3, 9) else -1)
 
 
 def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
@@ -72,17 +72,17 @@ def test_an_angle_that_is_given_to_a_quaternion_costs_a_remark():
 def test_a_file_that_was_made_to_be_hard_shows_nothing(tmp_path, begin, more, times):
     path = tmp_path / 'node.py'
     path.write_text(begin + more * times)
-    assert text_of([str(path)]) == NOTHING
+    assert read_findings([str(path)]) == NOTHING
 
 
 def test_what_is_no_text_of_a_program_shows_nothing(tmp_path):
     assert analyse([b'# coding: nothing\nx', b'\xff\0']) == NOTHING
     (tmp_path / 'link.py').symlink_to('/dev/zero')
-    assert text_of([str(tmp_path / 'link.py'), str(tmp_path / 'missing.py'), str(tmp_path)]) == NOTHING
+    assert read_findings([str(tmp_path / 'link.py'), str(tmp_path / 'missing.py'), str(tmp_path)]) == NOTHING
 
 
 def test_the_lines_that_assign_a_variable_are_known(tmp_path):
     text = b"self.goal_yaw = 1\ngoal_yaw += 2\nself.cmd.angular.z, x = 3, 4\nprint(self.goal_yaw)"
     (tmp_path / 'node').write_bytes(text)
-    assert text_of([str(tmp_path / 'node')])['assigned'] == {
+    assert read_findings([str(tmp_path / 'node')])['assigned'] == {
         'goal_yaw': [1, 2], 'angular.z': [3], 'z': [3], 'x': [3]}

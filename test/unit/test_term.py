@@ -92,7 +92,7 @@ def test_the_overview_has_the_cells_of_the_table_and_lines_for_the_instructor(wr
     assert lines == [UNPROTECTED, 'To look at: <xx>=Bobby: It did <that>.',
                      'To look at: Di: Not judged: It lacks cv2.']
     words = Strict(page).words
-    assert all(line in words for line in ['For the instructor alone', *lines]) and '<td data-head="short_way">' in page
+    assert all(line in words for line in ['Only for the instructor', *lines]) and '<td data-head="short_way">' in page
     assert 'xx' not in Strict(page).tags
     rows = [re.findall('<td[^>]*>(.*?)</td>', row) for row in page.split('<tr>')[2:]]
     table = list(rows_of((folder / 'marks.csv').read_text()).values())

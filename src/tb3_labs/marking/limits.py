@@ -1,7 +1,7 @@
 """The limits of the programs of a submission: memory, processes, files."""
 #: All programs of a sandbox together may use this much. Linux limits only single processes, so
 #: ResourceWatch (trial/processes.py) adds up what the programs use.
-MAX_MEMORY = 2 * 10 ** 9       # [bytes]
+MAX_NODE_MEMORY = 2 * 10 ** 9  # [bytes]
 MAX_DISK = 300 * 10 ** 6       # size of the files in OWN_FOLDERS [bytes]
 MAX_PROCESSES = 100
 #: Master, robot and check together may use this memory [bytes]. The three need about 180 MB, but a

@@ -74,8 +74,8 @@ class Marks:
     number: str = ''                 # the student's number on the learning platform
     late: bool = False               # does the learning platform call the submission late?
     remarks: List[str] = field(default_factory=list)      # sentences for the student
-    findings: List[str] = field(default_factory=list)     # sentences for the instructor alone
-    unjudged: str = ''               # a sentence on why it was not judged; '' if it was judged
+    findings: List[str] = field(default_factory=list)     # sentences only for the instructor
+    unjudged: str = ''               # why was it not judged? A sentence; '' if it was judged
     seconds: float = 0.0             # the duration of the trial [s]
     #: First parts of paths on the marking machine. No page shows them.
     path_prefixes: List[str] = field(default_factory=list)
@@ -144,7 +144,7 @@ class Marks:
 
     @property
     def points_text(self) -> str:
-        """The points in words, or that the submission was not judged."""
+        """The points in words; NOT_JUDGED for a submission that was not judged."""
         return f'{self.points:g} of {self.full_points:g} points' if self.is_known else NOT_JUDGED
 
     @property

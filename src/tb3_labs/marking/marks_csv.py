@@ -147,8 +147,8 @@ td.words { min-width: 24em; overflow-wrap: anywhere; }'''
 
 def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) -> str:
     """Returns the page of all students, HTML, with the cells of the table, and a link to each
-    student's page. `lab` is the title of the lab. `notes` are sentences for the instructor
-    alone."""
+    student's page. `lab` is the title of the lab. `notes` are sentences only for the
+    instructor."""
     rows = []
     for marks in all_marks:
         cells = cells_of(marks)
@@ -160,6 +160,6 @@ def overview(all_marks: Sequence[Marks], lab: str, notes: Sequence[str] = ()) ->
         rows.append(list(cells.values()))
     parts = [f'<p>{escape(note)}</p>' for note in notes]
     if notes:
-        parts.insert(0, '<h2>For the instructor alone</h2>')
+        parts.insert(0, '<h2>Only for the instructor</h2>')
     heads = list(cells_of(all_marks[0]))
     return document(f'{lab}: overview', [*parts, table(heads, rows, (REMARKS,))], LANDSCAPE_STYLE)

@@ -1,10 +1,11 @@
 """The nodes that students write: their names, and the start of a node from a submission."""
+import ast
 import json
 import keyword
 import os
 import re
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from tb3_labs.marking.limits import LIMIT_FILES_COMMAND
 
@@ -40,6 +41,15 @@ def is_name(text: str) -> bool:
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
 
 
+def nodes_of(text: bytes) -> List[Any]:
+    """Returns the nodes of a program's syntax tree, first the module; [] if `text` is not valid
+    Python, or is nested too deeply."""
+    try:
+        return list(ast.walk(ast.parse(text)))
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+
+
 # -- the start
 
 #: This package, of which a submission's program sees only a part.
@@ -48,7 +58,7 @@ OWN_PACKAGE = 'tb3_labs'
 IDENTITY = 'TB3_LABS_SUBMISSION'
 #: The environment variable with the path of the file that holds a NodeStart.
 NODE_START_FILE = 'TB3_LABS_NODE_START'
-#: A program in a sandbox can write into these folders alone.
+#: A program in a sandbox can write only into these folders.
 HOME = '/home/student'
 OWN_FOLDERS = '/tmp', HOME, '/dev/shm'
 #: This command starts a node. The node dies with the process that starts it. On a busy processor,

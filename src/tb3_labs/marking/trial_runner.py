@@ -187,7 +187,7 @@ def kill_processes(identity: str) -> None:
         empty_searches = 0 if stopped else empty_searches + 1
         for pid in stopped:
             with suppress(ProcessLookupError):      # it has ended already
-                if _has_in_environment(pid, mark):     # else the number is a new process's
+                if _has_in_environment(pid, mark):     # not a new process of the same number
                     os.kill(pid, signal.SIGKILL)
 
 

@@ -18,12 +18,12 @@ from tb3_labs.command_line import printable
 ZIP = '.zip'
 #: A zip file is unpacked into a folder with its name and this ending.
 UNPACKED = '.unpacked'
-#: The copy of a submission has at most MAX_FILES files and MAX_BYTES bytes.
-MAX_FILES, MAX_BYTES = 5000, 200000000
+#: The copy of a submission has at most MAX_FILES files and MAX_SUBMISSION_BYTES bytes.
+MAX_FILES, MAX_SUBMISSION_BYTES = 5000, 200000000
 #: A larger file is left out [bytes].
 MAX_COPIED_BYTES = 20000000
 #: A file in deeper folders is refused.
-DEEPEST = 50
+MAX_FOLDER_DEPTH = 50
 #: These folders and files are not a student's work, or programs made them. They are not copied.
 IGNORED_PATHS = re.compile(
     r'(^|/)(__MACOSX|\.git|\.svn|__pycache__|\.DS_Store|site-packages|node_modules|'
@@ -84,8 +84,8 @@ def _files_to_copy(handed_in):
     for handed, own_name in handed_in.items():
         sources = {Path(own_name): handed}
         if handed.is_dir():
-            found, refused = submitted_files(handed)
-            sources = {path.relative_to(handed): path for path in found}
+            accepted, refused = submitted_files(handed)
+            sources = {path.relative_to(handed): path for path in accepted}
             remarks += omission_remarks('each is a link or a device',
                                         [path.relative_to(handed) for path in refused])
         for path, source in sources.items():
@@ -139,13 +139,13 @@ class SubmissionCopy:
         if size > MAX_COPIED_BYTES:
             self._large.append(path)
             return
-        if len(path.parts) > DEEPEST + 1:
-            raise NotJudged(f'Its folders are deeper than {DEEPEST}.')
+        if len(path.parts) > MAX_FOLDER_DEPTH + 1:
+            raise NotJudged(f'Its folders are deeper than {MAX_FOLDER_DEPTH}.')
         self._files += 1
         self._bytes += size
-        if self._files > MAX_FILES or self._bytes > MAX_BYTES:
+        if self._files > MAX_FILES or self._bytes > MAX_SUBMISSION_BYTES:
             raise NotJudged(f'It has more than {MAX_FILES} files, or more than '
-                            f'{MAX_BYTES / 1e6:g} MB.')
+                            f'{MAX_SUBMISSION_BYTES / 1e6:g} MB.')
         target = self._folder / path
         target.parent.mkdir(parents=True, exist_ok=True)
         with open(str(target), 'wb') as file:

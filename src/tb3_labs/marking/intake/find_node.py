@@ -70,12 +70,12 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
         _candidate(lab, str(path.relative_to(folder)), own_names[above],
                    path.read_bytes().decode(errors='replace'), packages, names)
         for path, above in package_of.items())
-    found = [program for program in programs if _can_be_the_node(program, names, name)]
+    candidates = [program for program in programs if _can_be_the_node(program, names, name)]
     if package:
-        found = [program for program in found if program.package_rank == 0]
+        candidates = [program for program in candidates if program.package_rank == 0]
     if '/' in name:
-        found = [program for program in found if program.path == os.path.normpath(name)]
-    if not found:
+        candidates = [program for program in candidates if program.path == os.path.normpath(name)]
+    if not candidates:
         wanted = name if name else ' or '.join(names)
         if package:
             wanted += f' in a package {package}'
@@ -83,12 +83,13 @@ def find_node(folder: Path, lab: NodeNames, package: str = '', name: str = '') -
         listing = shortened([str(path.relative_to(folder)) for path in paths]) or 'nothing'
         raise NotJudged(f'There is no {wanted}, and no other file does what it should. Handed in '
                         f'(--type chooses a file): {listing}. {WHAT_IS_READ}')
-    start = None if name else _starting_program(found[0], programs, folder)
+    start = None if name else _starting_program(candidates[0], programs, folder)
     if start is None:
-        return Choice(found[0].path, *_remarks_and_findings(found, names))
-    found = [program for program in found if program.path != start.path]
-    _, findings = _remarks_and_findings(found, names)
-    return Choice(start.path, [f'Judged was {start.path}, which starts {found[0].path}.'], findings)
+        return Choice(candidates[0].path, *_remarks_and_findings(candidates, names))
+    candidates = [program for program in candidates if program.path != start.path]
+    _, findings = _remarks_and_findings(candidates, names)
+    remark = f'Judged was {start.path}, which starts {candidates[0].path}.'
+    return Choice(start.path, [remark], findings)
 
 
 def _starting_program(module, programs, folder):
@@ -106,15 +107,15 @@ def _starting_program(module, programs, folder):
     return None
 
 
-def _remarks_and_findings(found, names):
+def _remarks_and_findings(candidates, names):
     """Returns (remarks, findings) on the choice of the first candidate, at most one of each."""
-    best, *others = found
+    best, *others = candidates
     if not others:
         if best.name_rank < len(names):
             return [], []
         return [f"There is no {' or '.join(names)}; judged was {best.path}."], []
     remark = '{} files can be the node; judged was {}. The others: {}.'.format(
-        len(found), best.path, shortened([other.path for other in others]))
+        len(candidates), best.path, shortened([other.path for other in others]))
     doubtful = [other.path for other in others if _is_doubtful(best, other, names)]
     if not doubtful:
         return [remark], []
@@ -128,10 +129,12 @@ def _is_doubtful(best, other, names):
     if other.text == best.text:
         return False
     is_alike = other[:COMPARED_RANKS] == best[:COMPARED_RANKS]
-    has_usual_name = other.name_rank < len(names) == best.name_rank and other[:2] == best[:2]
+    only_other_has_usual_name = best.name_rank == len(names) and other.name_rank < len(names)
+    in_same_place = (other.aside, other.package_rank) == (best.aside, best.package_rank)
+    has_better_name = only_other_has_usual_name and in_same_place
     has_usual_package = other.package_rank < 2 <= best.package_rank
     is_elsewhere = other.is_outside_zip != best.is_outside_zip
-    return is_alike or has_usual_name or has_usual_package or is_elsewhere
+    return is_alike or has_better_name or has_usual_package or is_elsewhere
 
 
 def _is_program(path):
@@ -157,11 +160,13 @@ def _candidate(lab, path, package, text, packages, names):
     own_names = package_names + folders[depth:]
     found_signs = _signs(lab, text)
     return _Candidate(
-        is_aside(path),
-        min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
-        found_signs.count(False), _rank(name, [usual.lower() for usual in names]),
-        UNPACKED + '/' not in path, _rank(''.join(folders[-1:]), FOLDERS), len(folders), path,
-        found_signs, text)
+        aside=is_aside(path),
+        package_rank=min(_package_rank(usual, own_names, folders[:depth]) for usual in packages),
+        missing_signs=found_signs.count(False),
+        name_rank=_rank(name, [usual.lower() for usual in names]),
+        is_outside_zip=UNPACKED + '/' not in path,
+        folder_rank=_rank(''.join(folders[-1:]), FOLDERS),
+        depth=len(folders), path=path, found_signs=found_signs, text=text)
 
 
 def _rank(name, usual_names):

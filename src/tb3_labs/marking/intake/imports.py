@@ -1,4 +1,4 @@
-"""Finds the missing modules that a node imports itself, or by another module of its submission.
+"""Finds the missing modules of a node, also those that other modules of its submission import.
 
 The programs of the submission are only read. Python imports their modules in the trial, and then
 says what is missing.
@@ -15,10 +15,8 @@ import rospkg
 from tb3_labs.marking.intake.archives import files_in
 from tb3_labs.marking.intake.packages import (
     INTERFACES, MAX_MANIFEST_BYTES, definitions_in, distance, interface_files, is_aside)
-from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name
+from tb3_labs.marking.student_nodes import OWN_PACKAGE, is_name, nodes_of
 
-#: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
-NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
 #: If a statement of these kinds has a call, the program does something.
 ACTING_STATEMENTS = ast.Expr, ast.If, ast.For, ast.While, ast.With, ast.Try
 #: Methods that a module calls to change Python's path.
@@ -50,7 +48,7 @@ class Import(NamedTuple):
         return bool({*self.module.split('.')[1:], *self.names} & set(INTERFACES))
 
 
-class Program(NamedTuple):
+class ParsedProgram(NamedTuple):
     """A program of the submission. A text that is not valid Python has no imports."""
 
     text: str
@@ -67,15 +65,13 @@ class MissingModules(NamedTuple):
     used: List[str]             # modules that a program uses
 
 
-def read_program(path: Path) -> Program:
-    """Returns the Program in a file. A text that is not valid Python acts."""
+def read_program(path: Path) -> ParsedProgram:
+    """Returns the ParsedProgram in a file. If a text is not valid Python, `acts` is True."""
     data = path.read_bytes()
     text = data.decode(errors='replace')
-    try:
-        tree = ast.parse(data)
-    except NOT_READ:
-        return Program(text, [], set(), True)
-    nodes = list(ast.walk(tree))
+    nodes = nodes_of(data)
+    if not nodes:
+        return ParsedProgram(text, [], set(), True)
     tried: Set[ast.AST] = set()
     for node in nodes:
         if isinstance(node, ast.Try):
@@ -93,7 +89,7 @@ def read_program(path: Path) -> Program:
                 '.' * node.level + (node.module or ''), tuple(alias.name for alias in node.names),
                 tuple(alias.asname or alias.name for alias in node.names), may_fail))
     used = {node.id for node in nodes if isinstance(node, ast.Name)}
-    return Program(text, list(dict.fromkeys(imports)), used, _acts(tree))
+    return ParsedProgram(text, list(dict.fromkeys(imports)), used, _acts(nodes[0]))
 
 
 def _acts(tree):
@@ -105,15 +101,15 @@ def _acts(tree):
     return False
 
 
-def programs_of(node: Path, package: Path) -> Dict[Path, Program]:
-    """Returns file -> Program, for the node and its modules in the folder `package`. A file is one
-    of these modules if its name is in an import of the node, or in an import of such a module."""
+def programs_of(node: Path, package: Path) -> Dict[Path, ParsedProgram]:
+    """Returns file -> ParsedProgram, for the node and its modules in the folder `package`. A file
+    is such a module if its name is in an import of the node, or of another of these modules."""
     modules: Dict[str, List[Path]] = {}
     for path in files_in(package):
         if path.suffix == '.py' and path.stat().st_size <= MAX_PROGRAM_BYTES:
             name = path.parent.name if path.stem == '__init__' else path.stem
             modules.setdefault(name, []).append(path)
-    programs: Dict[Path, Program] = {}
+    programs: Dict[Path, ParsedProgram] = {}
     files = [node]
     for file in files:      # the list grows meanwhile
         if file not in programs:

@@ -25,7 +25,7 @@ from genpy.generator import MsgGenerator, SrvGenerator
 MAX_EXAMPLE_BYTES = 100000
 GENERATORS = {'msg': MsgGenerator, 'srv': SrvGenerator}
 #: The types of the fields that the check fills in, and their formats for struct. In a header the
-#: check fills in the stamp alone.
+#: check fills in only the stamp.
 FIELD_FORMATS = {'bool': '?', 'std_msgs/Bool': '?', 'float32': '<f', 'float64': '<d',
                  'std_msgs/Float32': '<f', 'std_msgs/Float64': '<d', 'std_msgs/Header': '<II'}
 
@@ -68,24 +68,24 @@ def describe(search, definitions):
     return result
 
 
-def example_of(kind):
+def example_of(type_class):
     """Returns the example of a class of messages or services, with the checksum of the type.
 
     A message's example has the bytes of a new message, and [name, type, first byte] of each field.
     The first byte is None if FIELD_FORMATS lacks the type. A service's example has the bytes of a
     request with the pose (0, 0, 0), and the bytes of a response that reports success.
     """
-    if not hasattr(kind, '_request_class'):
-        data = _bytes_of(kind())
-        fields = [[name, of, _first_byte(kind(), name, of, data)]
-                  for name, of in zip(kind.__slots__, kind._slot_types)]
-        return {'sum': kind._md5sum, 'data': data.hex(), 'fields': fields}
-    request, response = kind._request_class(), kind._response_class()
+    if not hasattr(type_class, '_request_class'):
+        data = _bytes_of(type_class())
+        fields = [[name, type_name, _first_byte(type_class(), name, type_name, data)]
+                  for name, type_name in zip(type_class.__slots__, type_class._slot_types)]
+        return {'sum': type_class._md5sum, 'data': data.hex(), 'fields': fields}
+    request, response = type_class._request_class(), type_class._response_class()
     _turn_upright(request)
     for name, value in (('success', True), ('message', 'reset')):
         if name in response.__slots__:
             setattr(response, name, value)
-    return {'sum': kind._md5sum, 'request': _bytes_of(request).hex(),
+    return {'sum': type_class._md5sum, 'request': _bytes_of(request).hex(),
             'response': _bytes_of(response).hex()}
 
 
@@ -97,16 +97,16 @@ def _bytes_of(message):
     return buffer.getvalue()
 
 
-def _first_byte(message, name, of, before):
+def _first_byte(message, name, type_name, before):
     """Returns the index of the first byte that changes if all bytes of the field become 1. Returns
     None if FIELD_FORMATS lacks the type. `before` has the message's bytes before this change."""
-    if of not in FIELD_FORMATS:
+    if type_name not in FIELD_FORMATS:
         return None
-    form = FIELD_FORMATS[of]
+    form = FIELD_FORMATS[type_name]
     ones = struct.unpack(form, b'\1' * struct.calcsize(form))
-    if of == 'std_msgs/Header':
+    if type_name == 'std_msgs/Header':
         getattr(message, name).stamp = genpy.Time(*ones)
-    elif '/' in of:
+    elif '/' in type_name:
         getattr(message, name).data = ones[0]
     else:
         setattr(message, name, ones[0])
@@ -116,8 +116,8 @@ def _first_byte(message, name, of, before):
 
 def _turn_upright(message):
     """Set each quaternion in a new message to no rotation; it has only zeros before."""
-    for name, of in zip(message.__slots__, message._slot_types):
-        if of == 'geometry_msgs/Quaternion':
+    for name, type_name in zip(message.__slots__, message._slot_types):
+        if type_name == 'geometry_msgs/Quaternion':
             getattr(message, name).w = 1.0
         elif hasattr(getattr(message, name), '_slot_types'):
             _turn_upright(getattr(message, name))

@@ -14,7 +14,8 @@ MANIFEST = 'package.xml'
 #: At most this much of a package.xml or a setup.py is read [bytes].
 MAX_MANIFEST_BYTES = 100000
 #: The folders of a package's messages and services, and the endings of these files.
-INTERFACES = MESSAGES, SERVICES = 'msg', 'srv'
+MESSAGES = 'msg'
+INTERFACES = MESSAGES, 'srv'
 #: The folders of a package where nodes usually are, likeliest first.
 FOLDERS = ('scripts', 'nodes', 'src')
 #: A file was put aside if a part of its path is hidden, or has one of these words in its name.
@@ -35,9 +36,9 @@ def package_folder(path: Path, folder: Path) -> Optional[Path]:
 
 def source_of(node: Path, folder: Path) -> Path:
     """Returns the folder of a node's package. Without a package.xml the folder is guessed."""
-    found = package_folder(node, folder)
-    if found is not None:
-        return found
+    package = package_folder(node, folder)
+    if package is not None:
+        return package
     in_usual = node.parent.name in FOLDERS and node.parent != folder
     return node.parent.parent if in_usual else node.parent
 
@@ -75,12 +76,12 @@ def packages_in(folder: Path, node: Path) -> Dict[str, Path]:
     A package has a package.xml, or at least message files. If packages have the same name, the one
     nearest to `node` is returned. A package without a name gets the name of its folder.
     """
-    found = {path.parent for path in files_in(folder) if path.name == MANIFEST}
-    found |= {path.parent.parent for path in definitions_in(folder)
-              if path.parent.name == path.suffix[1:]}
+    folders = {path.parent for path in files_in(folder) if path.name == MANIFEST}
+    folders |= {path.parent.parent for path in definitions_in(folder)
+                if path.parent.name == path.suffix[1:]}
     packages = {}
     # the nearest package comes last, and replaces packages with the same name
-    for package in sorted(found, key=lambda path: distance(path, node, folder), reverse=True):
+    for package in sorted(folders, key=lambda path: distance(path, node, folder), reverse=True):
         name = package_name(package) or re.sub(r'\W|^(?=\d)', '_', package.name)
         if is_name(name):
             packages[name] = package
@@ -94,10 +95,10 @@ def definitions_in(folder: Path) -> List[Path]:
 
 def interface_files(package: Path) -> List[Path]:
     """Returns the files of a package's messages and services. Their names may be invalid."""
-    found = []
+    files = []
     for kind in INTERFACES:
-        found += sorted(path for path in (package / kind).glob('*.' + kind) if path.is_file())
-    return found
+        files += sorted(path for path in (package / kind).glob('*.' + kind) if path.is_file())
+    return files
 
 
 def modules_of(package: Path, name: str) -> List[Path]:

@@ -72,9 +72,9 @@ UNPROTECTED = "No sandboxes: a submission's program can read and delete your fil
 
 class Protection:
     """The commands that start a submission's check and a submission's programs with limits. `words`
-    are the words of a command without limits. This class has the weakest limits, for
-    an ordinary user who cannot make sandboxes: a program cannot write a large file, and the check
-    ends with the process that starts it."""
+    are the words of a command without limits. This class has the weakest limits, and
+    is for an ordinary user who cannot make sandboxes. A program cannot write a large file, and the
+    check ends with the process that starts it."""
 
     isolates = False
 

@@ -1,10 +1,10 @@
 """Finds the submissions of a class, which are folders and zip files of a learning platform. Reads
 each submission: copies its files, chooses its node, and finds the node's packages.
 
-Moodle writes ``Ann Miller_12345_assignsubmission_file_`` (a folder), or adds the name of a file to
-it. Canvas writes ``millerann_12345_67890_lab2.zip``. It adds ``_LATE`` to the name of a student who
-is late, and writes ``lab2-1.zip`` for a file that is handed in again. A name may be any bytes, so
-each name is checked.
+Moodle writes ``Ann Miller_12345_assignsubmission_file_`` as the name of a folder. For a file, it
+adds the file's name at the end. Canvas writes ``millerann_12345_67890_lab2.zip``. It adds ``_LATE``
+to the name of a student who is late, and writes ``lab2-1.zip`` for a file that is handed in again.
+A name may be any bytes, so each name is checked.
 
 The files that were handed in are neither changed nor run. A separate process reads a submission,
 since a stranger's file may use all memory, or take hours to read. If a limit ends that process, the
@@ -33,7 +33,7 @@ CANVAS = re.compile(
     re.IGNORECASE)
 #: The number that Canvas adds to the name of a file that is handed in again.
 CANVAS_REPETITION = re.compile(r'-(\d+)(?=\.\w+$)')
-#: A student's files get other names than these, which the folder of marks or Linux uses.
+#: The folder of marks, or Linux, uses these names. A student's files get other names.
 RESERVED_NAMES = re.compile(r'|\..*|overview|.*\.marks', re.DOTALL)
 #: The longest name [bytes]. Linux allows 255 bytes, which leaves space for an ending.
 MAX_NAME_LENGTH = 180
@@ -96,7 +96,7 @@ def by_student(names: Dict[str, PlatformName]) -> Dict[str, List[str]]:
     for (student, number, single), together in groups.items():
         if times[student] > 1:
             student = file_name(f'{student} ({number or single})')
-        while student in students:      # the names differed in their ends, or invisible characters
+        while student in students:      # only ends or invisible letters differed
             student += '_'
         students[student] = together
     return students

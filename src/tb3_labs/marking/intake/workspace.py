@@ -1,4 +1,4 @@
-"""Makes the copy of a submission a workspace in which its node can run.
+"""Turns the copy of a submission into a workspace in which its node can run.
 
 A missing exec bit, line endings of Windows and a byte order mark are repaired in the copy, since
 the transfer to the marking machine may cause them. A missing module that the node imports but

@@ -48,11 +48,14 @@ class Criterion:
     judge: Callable[[Observation], Reason]
     extra: bool = False      # is the criterion beyond the handout?
     limits: str = ''         # the limits that `meaning` leaves out
-    second_part: str = ''    # '', or another part of the lab that the criterion needs as well
+    second_part: str = ''    # another part that the criterion also needs; '' without such a part
 
     def can_be_judged(self, parts: Sequence[str]) -> bool:
         """Can the criterion be judged after a trial of these parts? [] means all parts."""
-        return not parts or {self.part, self.second_part} <= {*parts, ''}
+        if not parts:
+            return True
+        needed = [self.part, self.second_part] if self.second_part else [self.part]
+        return set(needed) <= set(parts)
 
     @property
     def label(self) -> str:
@@ -152,7 +155,7 @@ def _why_no_clean_exit(observation: Observation) -> Reason:
 
 
 def why_not_stopped_at_ctrl_c(observation: Observation) -> Reason:
-    """Judges whether the node sent a zero velocity at one Ctrl+C at least."""
+    """Judges whether the node sent a zero velocity after at least one Ctrl+C."""
     scenes = [scene for scene in observation.scenes(CTRL_C, may_die=True)
               if scene.facts[WAS_MOVING]]
     if not scenes:

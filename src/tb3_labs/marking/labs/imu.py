@@ -24,7 +24,7 @@ LISTENING_STEP, EXERCISE_STEP, CTRL_C_STEP = (
     HEADING_EXERCISE.at_step(step) for step in (2, 3, 4))
 
 
-def headings(text: str) -> List[float]:
+def printed_headings(text: str) -> List[float]:
     """Returns the headings in a node's output [deg]."""
     return [float(number) for number in re.findall(
         PRINTED_HEADING.format(r'(-?\d+(?:\.\d+)?)'), text)]
@@ -34,14 +34,14 @@ def _headings_at_rest(observation):
     """Yields the IMU's heading, and the list of the printed headings, for each stimulus [deg].
     ``NotObserved`` if the node printed no heading in any stimulus."""
     scenes = [observation.scene(name) for name in STANDING_HEADINGS]
-    if not any(headings(scene.printed) for scene in scenes):
-        before = len(headings(scenes[0].process.printed))
+    if not any(printed_headings(scene.printed) for scene in scenes):
+        before = len(printed_headings(scenes[0].process.printed))
         why = f'it printed {before} at its start, and then none'
         if not before:
             why = why_unprinted(scenes[-1])
         raise NotObserved(f'no line "{PRINTED_HEADING.format("...")}." was printed: {why}')
     for scene in map(observation.scene, STANDING_HEADINGS):    # sets the moment of the verdict
-        yield scene.facts[HEADING_DEG], headings(scene.printed)
+        yield scene.facts[HEADING_DEG], printed_headings(scene.printed)
 
 
 def _why_no_heading(observation: Observation) -> Reason:
@@ -72,14 +72,14 @@ def _why_no_goodbye(observation: Observation) -> Reason:
     if reason:
         return reason
     printed = observation.scene(CTRL_C[0], may_die=True).printed
-    late = len(headings(printed[printed.rfind(IMU_GOODBYE):]))
+    late = len(printed_headings(printed[printed.rfind(IMU_GOODBYE):]))
     if late <= MAX_LATE_HEADINGS:
         return ''
     return f'{late} headings were printed after "{IMU_GOODBYE}"'
 
 
 def _why_360_printed(observation: Observation) -> Reason:
-    printed = headings(observation.scene(HAIR_BELOW_ZERO).printed)
+    printed = printed_headings(observation.scene(HAIR_BELOW_ZERO).printed)
     if not printed:
         return 'nothing was printed while the IMU was just below zero'
     if max(printed) >= 360.0:
@@ -91,7 +91,7 @@ def _why_not_survived(observation: Observation) -> Reason:
     scene = observation.scene(ZERO_QUATERNION)
     if exceptions_in(scene):
         return 'a quaternion of zeros gave a traceback'
-    printed = headings(scene.printed)
+    printed = printed_headings(scene.printed)
     if not any(abs(number - VALID_HEADING_DEG) < HEADING_TOLERANCE for number in printed):
         return 'after a quaternion of zeros the heading was not printed any more'
     return ''

@@ -63,7 +63,7 @@ def _stick_up(trial, pad, name):
     time.sleep(DELIVERY_TIME)
 
 
-def sticks(trial):
+def try_sticks(trial):
     """Hold the sticks at each of the STICK_POSITIONS."""
     with ResetServices(trial):
         trial.node.start()
@@ -72,7 +72,7 @@ def sticks(trial):
                 trial.observe(name, stimuli.STICK_TIME, lambda: pad.sticks(*place))
 
 
-def buttons(trial):
+def try_buttons(trial):
     """Press A, push a stick, press B, push a stick, and press Y. Then send Ctrl+C while a stick
     drives the robot."""
     with ResetServices(trial) as services:
@@ -82,7 +82,7 @@ def buttons(trial):
         with HeldPad(trial.pad) as pad:
             _hand_over(trial, pad)
             with trial.stimulus(stimuli.RESET_BUTTON) as stimulus:
-                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # first the right name alone
+                for names in ((SET_POSE_SERVICE,), RESET_NAMES):    # first only the right name
                     if calls:
                         break
                     services.offer(names)
@@ -95,7 +95,7 @@ def buttons(trial):
                     stimuli.IS_ORIGIN: all(map(is_origin, requests)),
                     stimuli.IS_UNIT: all(map(is_unit, requests))})
             trial.remark(f'{remark} See {Y_STEP}.'
-                         for remark in trial.findings_in_text()['remarks'])
+                         for remark in trial.source_findings()['remarks'])
             if not all(map(has_covariance, requests)):
                 trial.remark(['The covariance of its reset is all zeros: TODO 4 is open.'])
             trial.ctrl_c_in_motion(lambda: _start_driving(trial, pad))
@@ -133,7 +133,7 @@ def _hand_over(trial, pad):
     _stick_up(trial, pad, stimuli.UP_TAKEN_BACK)
 
 
-def no_service(trial):
+def try_reset_without_service(trial):
     """Press Y while no reset service exists. Push a stick as soon as Y is released."""
     trial.node.start()
     with HeldPad(trial.pad) as pad, trial.stimulus(stimuli.RESET_WITHOUT_SERVICE):
@@ -142,32 +142,32 @@ def no_service(trial):
         time.sleep(stimuli.CALL_AFTER_Y_TIME)
 
 
-def lost(trial):
+def try_lost_pad(trial):
     """Let the gamepad fall silent while it drives the robot."""
     with HeldPad(trial.pad) as pad:
         trial.falls_silent(stimuli.PAD_SILENT, _start_driving(trial, pad), lambda: pad.hold(None))
 
 
-PARTS = {stimuli.STICKS: sticks, stimuli.BUTTONS: buttons, stimuli.NO_SERVICE: no_service,
-         stimuli.LOST: lost}
+PARTS = {stimuli.STICKS: try_sticks, stimuli.BUTTONS: try_buttons,
+         stimuli.NO_SERVICE: try_reset_without_service, stimuli.LOST: try_lost_pad}
 
 
 # -- a reset service of any type
 
 def is_origin(request):
     """Returns False if a request declares a pose that is not (0, 0, 0)."""
-    return all(abs(value) <= 1e-6 for name, kind, value in fields_of(request)
-               if kind in ('float32', 'float64') and name != 'w')
+    return all(abs(value) <= 1e-6 for name, type_name, value in fields_of(request)
+               if type_name in ('float32', 'float64') and name != 'w')
 
 
 def is_unit(request):
     """Returns False if a quaternion of a request does not have the length 1."""
     return all(abs(math.sqrt(q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2) - 1.0) < 0.01
-               for _, kind, q in fields_of(request) if kind == 'geometry_msgs/Quaternion')
+               for _, type_name, q in fields_of(request) if type_name == 'geometry_msgs/Quaternion')
 
 
 def has_covariance(request):
-    """Returns False if a request has a covariance of zeros alone."""
+    """Returns False if a request has a covariance in which all numbers are zero."""
     return all(any(value) for name, _, value in fields_of(request) if name == 'covariance')
 
 
@@ -189,9 +189,10 @@ class ResetServices:
     of an unknown type gets an error. `calls` has (name, request) for each call, with an Empty in
     place of a request of an unknown type.
 
-    A client's checksum shows the type of its service. The fields of a student's own type are not
-    read. Another version of rospy may compare checksums in another way, or may hand over an AnyMsg
-    without its header and bytes. Then launch/checks/check_gamepad.test and test/ros/mark.test fail.
+    A client's checksum shows the type of its service. If a student made the type, its fields are
+    not read. Another version of rospy may compare checksums in another way, or may hand over an
+    AnyMsg without its header and bytes. Then launch/checks/check_gamepad.test and
+    test/ros/mark.test fail.
     """
 
     def __init__(self, trial):
@@ -220,14 +221,14 @@ class ResetServices:
             self._services[name] = rospy.Service(name, ANY_TYPE, partial(self._on_call, name))
 
     def _on_call(self, name, raw):
-        kind = self._types.get(connection_of(raw)['md5sum'])
-        if kind is None:
+        service_class = self._types.get(connection_of(raw)['md5sum'])
+        if service_class is None:
             self.calls.append((name, Empty()))
             raise rospy.ServiceException('the type of this request is not known here')
-        request = kind._request_class().deserialize(raw._buff)
+        request = service_class._request_class().deserialize(raw._buff)
         self.calls.append((name, request))
-        self._recording.event('call', service=name, of=kind._type, request=str(request))
-        response = kind._response_class()
+        self._recording.event('call', service=name, of=service_class._type, request=str(request))
+        response = service_class._response_class()
         for field, value in (('success', True), ('message', 'reset')):
             if field in response.__slots__:
                 setattr(response, field, value)

@@ -1,8 +1,8 @@
 """Scripts for the trials of the Transformation lab, and calls of the node's reset service.
 
-The service has the handout's type, ResetPose of this package, a type of std_srvs, or a student's
-own type. The marker does not know the fields of a student's own type. A request of such a type
-declares the pose (0, 0, 0).
+The service has the handout's type, ResetPose of this package, a type of std_srvs, or a type that
+the student made. The marker does not know what the fields of such a type mean. Therefore its
+request declares the pose (0, 0, 0).
 """
 import math
 import threading
@@ -38,10 +38,10 @@ RESET_WORDS = ('reset', 'pose')
 def fields_of(message):
     """Yields (name, type, value) for each field of a message. The fields inside a field come
     right after this field. Headers are left out."""
-    for name, kind in zip(message.__slots__, message._slot_types):
+    for name, type_name in zip(message.__slots__, message._slot_types):
         value = getattr(message, name)
-        if kind != 'std_msgs/Header':
-            yield name, kind, value
+        if type_name != 'std_msgs/Header':
+            yield name, type_name, value
             if hasattr(value, '_slot_types'):
                 yield from fields_of(value)
 
@@ -49,8 +49,8 @@ def fields_of(message):
 def fill_pose(message, pose):
     """Write a Pose2 into the geometry_msgs/Pose of a request, or into a request of ResetPose.
     Returns False if the request has no fields for a pose."""
-    for _, kind, value in fields_of(message):
-        if kind == 'geometry_msgs/Pose':
+    for _, type_name, value in fields_of(message):
+        if type_name == 'geometry_msgs/Pose':
             value.position.x, value.position.y = pose.x, pose.y
             value.orientation = to_quaternion(pose.yaw)
             return True
@@ -131,7 +131,7 @@ class Control:
         recorder = self._trial.recorder
         start = start or recorder.pose
         local_T_world = local_T_base @ start.inverse()
-        self._trial.motion(
+        self._trial.record_motion(
             name, self.give, stimuli.REACTION_TIME, ARRIVAL_REST_TIME, stimuli.DRIVE_TIME,
             {GOAL_POSE: stimuli.GOAL,
              LOCAL_T_WORLD: [local_T_world.x, local_T_world.y, local_T_world.yaw]},
@@ -157,7 +157,7 @@ def reset_to_origin(trial):
     return bool(caller.name) and not caller.call(Pose2())
 
 
-def drive(trial):
+def try_drive(trial):
     """Start the node without control. Then give control for a drive from the odometry's origin."""
     control = Control(trial)
     start = trial.recorder.pose
@@ -167,7 +167,7 @@ def drive(trial):
     trial.observe(stimuli.AT_GOAL, stimuli.OBSERVATION_TIME)
 
 
-def reset(trial):
+def try_reset(trial):
     """Turn the robot, reset the node's frame, and give control for a second drive."""
     control = Control(trial)
     if not trial.node.alive:
@@ -178,13 +178,13 @@ def reset(trial):
     caller = ResetCaller(trial)
     if not caller.name:
         trial.not_offered([stimuli.RESET_TO_ORIGIN, stimuli.SECOND_DRIVE], OFFERS_NO_RESET)
-    if _reset(trial, stimuli.RESET_TO_ORIGIN, caller):
+    if _record_reset(trial, stimuli.RESET_TO_ORIGIN, caller):
         control.drive(stimuli.SECOND_DRIVE)
-        _reset_in_drive(trial, control, caller)
+        _try_reset_in_drive(trial, control, caller)
 
 
-def _reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
-           straight=True):
+def _record_reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_TIME,
+                  straight=True):
     """Record the stimulus `name`: call the reset service with `pose`, and wait for `seconds` [s].
     Returns False if the call failed. `straight` is the fact DROVE_STRAIGHT."""
     facts = {WAS_MOVING: trial.recorder.moves(trial.recorder.now - INTERRUPTION_TIME),
@@ -195,7 +195,7 @@ def _reset(trial, name, caller, pose=Pose2(), seconds=stimuli.PRINT_AFTER_RESET_
     return not problem
 
 
-def _reset_in_drive(trial, control, caller):
+def _try_reset_in_drive(trial, control, caller):
     """Reset the frame at the goal, turn the robot toward the new goal, and give control. In the
     middle of the drive, reset the frame again."""
     control.take()
@@ -208,12 +208,12 @@ def _reset_in_drive(trial, control, caller):
         lambda: any(linear for _, linear, _ in trial.recorder.commands_since(begun)),
         stimuli.REACTION_TIME)
     time.sleep(INTERRUPTION_TIME)
-    _reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
-           straight=straight)
+    _record_reset(trial, stimuli.RESET_IN_DRIVE, caller, seconds=stimuli.TURN_TIME_IN_DRIVE,
+                  straight=straight)
     control.take()
 
 
-def control_taken(trial):
+def try_taking_control(trial):
     """Take control away in a drive. Then send Ctrl+C in another drive."""
     control = Control(trial)
     facts = {WAS_MOVING: control.start_driving()}
@@ -222,7 +222,7 @@ def control_taken(trial):
     control.take()
 
 
-def declared(trial):
+def try_declared_pose(trial):
     """Reset the frame to a pose that is not the origin, and give control for a drive."""
     control = Control(trial)
     trial.node.start()
@@ -230,11 +230,11 @@ def declared(trial):
     if not caller.takes_pose:
         reason = 'its reset takes no pose' if caller.name else OFFERS_NO_RESET
         trial.not_offered([stimuli.RESET_ELSEWHERE, stimuli.DECLARED_DRIVE], reason)
-    if _reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):
+    if _record_reset(trial, stimuli.RESET_ELSEWHERE, caller, DECLARED_POSE):
         control.drive(stimuli.DECLARED_DRIVE, DECLARED_POSE)
 
 
-def offset(trial):
+def try_offset_imu(trial):
     """Reset the robot's board, which sets the odometry to zero, but not the IMU. Then give control
     for a drive."""
     control = Control(trial)
@@ -252,12 +252,13 @@ def offset(trial):
     control.take()
 
 
-def lost(trial):
+def try_lost_odometry(trial):
     """Let the odometry fall silent in a drive."""
     control = Control(trial)
     trial.sensor_falls_silent(stimuli.ODOMETRY_SILENT, control.start_driving(), ODOM_SWITCH)
     control.take()
 
 
-PARTS = {stimuli.DRIVE: drive, stimuli.RESET: reset, stimuli.CONTROL: control_taken,
-         stimuli.DECLARED: declared, stimuli.OFFSET: offset, stimuli.LOST: lost}
+PARTS = {stimuli.DRIVE: try_drive, stimuli.RESET: try_reset, stimuli.CONTROL: try_taking_control,
+         stimuli.DECLARED: try_declared_pose, stimuli.OFFSET: try_offset_imu,
+         stimuli.LOST: try_lost_odometry}

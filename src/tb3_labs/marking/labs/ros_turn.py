@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 from tb3_labs.geometry.angles import difference_degrees
 from tb3_labs.handout import LEFT_KEY, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs import stimuli
-from tb3_labs.marking.labs.imu import headings
+from tb3_labs.marking.labs.imu import printed_headings
 from tb3_labs.marking.labs.turn import any_full_speed
 from tb3_labs.marking.trial.observation import REQUESTED_DEG, WAS_MOVING, NotOffered
 from tb3_labs.marking.trial.ros_stimuli import IMU_SWITCH, INTERRUPTION_TIME, Repeater
@@ -31,7 +31,7 @@ YAWS_BELOW_ZERO = (-1e-17, -1e-12, math.radians(-1e-8))
 TURN_REST_TIME = 0.4
 
 
-def exercise(trial):
+def stand_at_headings(trial):
     """Let the robot stand at several headings. Then send Ctrl+C."""
     node = trial.node
     offset = rospy.get_param('/turtlebot3/imu_offset_deg')      # read before the node can change it
@@ -40,12 +40,12 @@ def exercise(trial):
         trial.robot.turn_to(degrees - offset)
         heading = (trial.recorder.heading_deg + offset) % 360.0
         with trial.stimulus(name, {stimuli.HEADING_DEG: heading}):
-            wait_until(lambda: not node.alive or len(headings(node.printed)) > 2,
+            wait_until(lambda: not node.alive or len(printed_headings(node.printed)) > 2,
                        stimuli.READING_TIME)
     trial.ctrl_c()
 
 
-def odd_samples(trial):
+def send_odd_samples(trial):
     """Play an IMU, and send samples that a real IMU seldom sends."""
     trial.node.start('imu:=' + MARKERS_IMU, needed=[MARKERS_IMU])
     with Repeater(MARKERS_IMU, Imu) as sensor:
@@ -71,7 +71,7 @@ class HeldMouse(Repeater):
 
     def __init__(self, graph, recording):
         #: The sign of y in the upper half of the screen.
-        self.up = 1
+        self.y_sign = 1
         self._recording = recording
         self._last_sent = None
         self._kind = graph.kind_of(MOUSE_INFO_TOPIC) or graph.types.message(MouseController._type)
@@ -85,7 +85,7 @@ class HeldMouse(Repeater):
         """Hold the mouse at (x, y) from now on, and wait for `seconds` [s]. x is positive to the
         right, y upward, both from -1 to 1."""
         message = self._kind()
-        for name, value in zip(self._names, (active, x, self.up * y)):
+        for name, value in zip(self._names, (active, x, self.y_sign * y)):
             message.put(name, value)
         self._last_sent = BoolMessage(active), x, y
         self.hold(message)
@@ -94,8 +94,8 @@ class HeldMouse(Repeater):
     def send(self, message):
         # each message has a new stamp, since a node may reject a repeated stamp
         now = rospy.Time.now()
-        for name, kind, _ in message.fields:
-            if kind == 'std_msgs/Header':
+        for name, type_name, _ in message.fields:
+            if type_name == 'std_msgs/Header':
                 message.put(name, now.secs, now.nsecs)
         super().send(message)
         self._recording.add(MOUSE_INFO_TOPIC, MouseController(Header(stamp=now), *self._last_sent))
@@ -108,17 +108,17 @@ NUMBERS = ('float32', 'float64', 'std_msgs/Float32', 'std_msgs/Float64')
 
 
 def mouse_fields(fields):
-    """Returns the names of the three fields that have status, x and y, and a sentence on each name
+    """Returns two lists: the names of the fields for status, x and y, and a sentence on each name
     that differs from the mouse lab's name. `fields` has (name, type, ...) for each field.
 
-    x and y are the first numbers whose names begin with these letters. If such a name is missing,
-    they are the first two numbers. Raises ``ValueError`` with a clause if the message has no flag,
-    or fewer than two numbers.
+    The fields for x and y are the first numbers whose names begin with x and y. If such a name is
+    missing, they are the first two numbers. Raises ``ValueError`` with a clause if the message has
+    no flag, or fewer than two numbers.
     """
-    flags = [name for name, kind, *_ in fields if kind in FLAGS]
-    numbers = [name for name, kind, *_ in fields if kind in NUMBERS]
+    flags = [name for name, type_name, *_ in fields if type_name in FLAGS]
+    numbers = [name for name, type_name, *_ in fields if type_name in NUMBERS]
     if not flags or len(numbers) < 2:
-        known = ', '.join(f'{kind} {name}' for name, kind, *_ in fields)
+        known = ', '.join(f'{type_name} {name}' for name, type_name, *_ in fields)
         raise ValueError(f"its message has no flag and two numbers, but {known or 'no field'}")
     x_and_y = [next((name for name in numbers if name.lower().startswith(letter)), '')
                for letter in 'xy']
@@ -140,15 +140,15 @@ def mouse_of(trial, names):
     except ValueError as problem:
         trial.not_offered(names, str(problem))
     trial.remark(mouse.remarks)
-    up = trial.findings_in_text(mouse.package)['up']
-    trial.recording.event('mouse client', up=up)
-    mouse.up = up or 1
+    y_sign = trial.source_findings(mouse.package)['mouse_y_sign']
+    trial.recording.event('mouse client', up=y_sign)
+    mouse.y_sign = y_sign or 1
     mouse.at(0.0, 0.0, active=False)
     mouse.wait_for_subscriber()
     return mouse
 
 
-def turns(trial):
+def try_turns(trial):
     """Ask for six turns, then type an invalid input. Each turn begins at its own heading, even if
     the previous turn failed."""
     for name, turn in stimuli.TURN_STIMULI.items():
@@ -172,11 +172,11 @@ def _begin_at(trial, heading):
 
 
 def _try_turn(trial, name, typed, facts=(), seconds=stimuli.TURN_TIME):
-    trial.motion(name, lambda: trial.node.type(typed), stimuli.TURN_REACTION, TURN_REST_TIME,
-                 seconds, facts)
+    trial.record_motion(name, lambda: trial.node.type(typed), stimuli.TURN_REACTION,
+                        TURN_REST_TIME, seconds, facts)
 
 
-def mouse(trial):
+def try_mouse(trial):
     """Move the mouse before any letter is typed."""
     trial.node.start()
     with mouse_of(trial, stimuli.MOUSE_ALONE) as hand:
@@ -189,7 +189,7 @@ def mouse(trial):
         trial.observe(stimuli.DEACTIVATED, 1.0, lambda: hand.at(0.0, 1.0, active=False))
 
 
-def both(trial):
+def try_mouse_with_turns(trial):
     """Ask for a turn while the mouse is active. Then move the mouse after a turn, and move it while
     the robot turns."""
     if not _is_idle(trial):
@@ -220,7 +220,7 @@ def _set_turning(trial):
                                stimuli.TURN_REACTION)
 
 
-def lost(trial):
+def try_lost_devices(trial):
     """Let the mouse fall silent in a drive. Then let the IMU fall silent in a turn."""
     trial.node.start()
     with suppress(NotOffered), mouse_of(trial, [stimuli.MOUSE_SILENT]) as hand:
@@ -232,7 +232,8 @@ def lost(trial):
     trial.sensor_falls_silent(stimuli.IMU_SILENT, _set_turning(trial), IMU_SWITCH)
 
 
-EXERCISE_PARTS = {stimuli.HEADING: exercise, stimuli.ODD_SAMPLES: odd_samples}
-PARTS = {stimuli.TURNS: turns, stimuli.MOUSE: mouse, stimuli.MOUSE_AND_TURNS: both,
+EXERCISE_PARTS = {stimuli.HEADING: stand_at_headings, stimuli.ODD_SAMPLES: send_odd_samples}
+PARTS = {stimuli.TURNS: try_turns, stimuli.MOUSE: try_mouse,
+         stimuli.MOUSE_AND_TURNS: try_mouse_with_turns,
          stimuli.SHUTDOWN: lambda trial: trial.ctrl_c_in_motion(lambda: _set_turning(trial)),
-         stimuli.LOST: lost}
+         stimuli.LOST: try_lost_devices}

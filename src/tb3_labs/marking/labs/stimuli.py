@@ -81,7 +81,7 @@ TURN_TIME = 8.0
 BESIDE_MOUSE_TIME = 2.0 * TURN_TIME
 #: The node answers an invalid input within this time [s].
 ANSWER_TIME = 1.0
-#: The stimuli with the mouse alone, and the stimuli with the mouse and turns.
+#: The stimuli with only the mouse, and the stimuli with the mouse and turns.
 MOUSE_ALONE = NOT_ACTIVE, MOUSE_UP, NEAR_MIDDLE, MOUSE_LEFT, HALF_WAY, DEACTIVATED = (
     'mouse not active', 'mouse up', 'mouse near the middle', 'mouse left',
     'mouse half right and half down', 'mouse deactivated')
@@ -114,7 +114,7 @@ ODOMETRY_SILENT = 'odometry silent'
 #: Keys of the facts of a reset.
 RESET_PROBLEM = 'problem'       # the reason why the reset failed; '' for a success
 WRONG_NAME = 'name'             # a wrong name of the service; '' for the right name
-DROVE_STRAIGHT = 'straight'     # turned to the goal by the marker, did the robot drive forward?
+DROVE_STRAIGHT = 'straight'     # after the marker's turn to the goal, did the robot drive forward?
 #: The marker observes the node for this time, before the node has control and at the goal [s].
 OBSERVATION_TIME = 1.5
 #: The reset service answers within this time [s].

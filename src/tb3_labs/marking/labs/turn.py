@@ -152,28 +152,31 @@ def _why_not_deactivated(observation: Observation) -> Reason:
 
 
 def _why_not_driven_after_turn(observation: Observation) -> Reason:
-    up = sign_of_up(observation)
-    if any_full_speed(observation.scene(AFTER_TURN).commands, up):
+    forward_sign = expected_sign_at_top(observation)
+    if any_full_speed(observation.scene(AFTER_TURN).commands, forward_sign):
         return ''
     return 'after a turn the mouse did not move the robot any more'
 
 
 def _why_not_driven_in_turn(observation: Observation) -> Reason:
-    up = sign_of_up(observation)
+    forward_sign = expected_sign_at_top(observation)
     scene = observation.scene(IN_TURN)
     if not scene.facts[WAS_MOVING]:
         return 'there was no turn in the middle of which the mouse could be moved'
-    if any_full_speed(scene.commands, up):
+    if any_full_speed(scene.commands, forward_sign):
         return ''
     return ('the mouse, moved in the middle of a turn, had not driven the robot as before '
             f'{scene.end - scene.begin:.0f} s later')
 
 
-def sign_of_up(observation: Observation) -> float:
-    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0. If the
-    submission's mouse client shows the direction of y, the sign is 1.0. Otherwise the first speed
-    that the node commanded for such a mouse shows the sign."""
-    if observation.mouse_up:
+def expected_sign_at_top(observation: Observation) -> float:
+    """Returns the right sign of the speed for a mouse at the upper edge, 1.0 or -1.0.
+
+    If the direction of y in the submission's mouse client is known, the check sends y in this
+    direction, and the robot must drive forward: 1.0. Otherwise the sign is the sign of the first
+    speed that the node commanded for a mouse at the upper edge.
+    """
+    if observation.mouse_y_sign:
         return 1.0
     for name in filter(observation.has, (MOUSE_UP, AFTER_TURN, IN_TURN)):
         speeds = observation.scene(name, may_die=True).moving[:, LINEAR]
@@ -190,25 +193,32 @@ def any_full_speed(commands: Iterable[Sequence[float]], *signs: float) -> bool:
 
 
 def _why_not_driven_by_mouse(observation: Observation) -> Reason:
-    up = sign_of_up(observation)
-    return (why_not_steered(observation, MOUSE_UP, linear=scaled(EDGE_SPEED, up), skip_zeros=True)
+    forward_sign = expected_sign_at_top(observation)
+    return (why_not_steered(observation, MOUSE_UP, linear=scaled(EDGE_SPEED, forward_sign),
+                            skip_zeros=True)
             or why_not_steered(observation, MOUSE_LEFT, angular=EDGE_SPEED, skip_zeros=True)
-            or why_not_steered(observation, HALF_WAY, linear=scaled(HALF_WAY_SPEED, -up),
+            or why_not_steered(observation, HALF_WAY, linear=scaled(HALF_WAY_SPEED, -forward_sign),
                                angular=scaled(HALF_WAY_SPEED, -1.0), skip_zeros=True))
+
+
+def _printed_only_prompt(observation):
+    if not (observation.has(LEFT_KEY) and observation.has(NONSENSE)):
+        return False
+    # the lines after the typed letter
+    after_turn, after_nonsense = (observation.scene(name, may_die=True).printed.splitlines()[1:]
+                                  for name in (LEFT_KEY, NONSENSE))
+    return len(after_nonsense) == 1 and after_turn[-1:] == after_nonsense
 
 
 def remarks_on_turns(observation: Observation) -> List[str]:
     """Returns sentences on mistakes that cost no points."""
-    # the lines after the typed letter
-    printed = [observation.scene(name, may_die=True).printed.splitlines()[1:]
-               for name in (LEFT_KEY, NONSENSE) if observation.has(name)]
     remarks = []
-    if len(printed) == 2 and len(printed[1]) == 1 and printed[0][-1:] == printed[1]:
+    if _printed_only_prompt(observation):
         remarks.append(f'After "{TYPED_NONSENSE}" it printed its prompt alone, and no error. See '
                        f'{RIGHT_STEP}.')
-    if sign_of_up(observation) < 0.0:
+    if expected_sign_at_top(observation) < 0.0:
         remarks.append(NO_MOUSE_CLIENT)
-    if observation.mouse_up < 0:
+    if observation.mouse_y_sign < 0:
         remarks.append(Y_COUNTS_DOWN)
     return remarks
 

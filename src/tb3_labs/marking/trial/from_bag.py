@@ -160,7 +160,7 @@ def _add_event(observation: Observation, kind: str, at: float, facts: Dict[str, 
     elif kind == 'call' and 'pose' in facts:
         observation.calls.append([at, facts['pose'], facts['problem']])
     elif kind == 'mouse client':
-        observation.mouse_up = facts['up']
+        observation.mouse_y_sign = facts['up']
     elif kind == 'broken':
         observation.marker_error = facts['text']
     elif kind in SENTENCE_LISTS:

@@ -114,7 +114,7 @@ class Observation:
     own_moves: List[List[float]] = field(default_factory=list)
     #: The sign of y in the upper half of the screen, as the submission's mouse client sends y; 0 if
     #: the sign is unknown.
-    mouse_up: int = 0
+    mouse_y_sign: int = 0
     #: variable -> the lines of the node's file that assign the variable
     assigned: Dict[str, List[int]] = field(default_factory=dict)
     #: [time, pose, problem] of each call of the node's reset service.
@@ -146,8 +146,7 @@ class Observation:
 
     @property
     def unpublished_topic(self) -> str:
-        """A clause on the topics that nobody publishes, if the node subscribes to such topics and
-        not to a sensor's topic; '' without such topics."""
+        """A clause on the silent_topics of the node's processes; '' if there are no such topics."""
         topics = {topic for process in self.processes for topic in process.silent_topics}
         if not topics:
             return ''

@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Iterable
 
-from tb3_labs.marking.limits import MAX_DISK, MAX_MEMORY, MAX_OTHER_MEMORY, MAX_PROCESSES
+from tb3_labs.marking.limits import MAX_DISK, MAX_NODE_MEMORY, MAX_OTHER_MEMORY, MAX_PROCESSES
 
 #: ResourceWatch checks the limits with this period [s].
 LIMITS_POLL_PERIOD = 0.25
@@ -23,7 +23,7 @@ LIMITS_POLL_PERIOD = 0.25
 PRINTED_A_SECOND = 20000
 
 
-class Program:
+class RunningProgram:
     """Runs a command, a list of words, in a process group and a pseudo-terminal of its own, as if a
     person had started it. Calls ``on_text(text)`` with each part of its output and errors."""
 
@@ -158,8 +158,8 @@ class ResourceWatch:
         processes = _descendants(self._pid)
         if len(processes) > MAX_PROCESSES:
             return f'more than {MAX_PROCESSES} processes'
-        if sum(map(_memory, processes)) > MAX_MEMORY:
-            return f'more than {MAX_MEMORY / 1e9:g} GB of memory'
+        if sum(map(_memory, processes)) > MAX_NODE_MEMORY:
+            return f'more than {MAX_NODE_MEMORY / 1e9:g} GB of memory'
         family = {self._check_parent_pid, *_descendants(self._check_parent_pid)}
         if sum(map(_memory, family - {self._pid, *processes})) > MAX_OTHER_MEMORY:
             return (f'more than {MAX_OTHER_MEMORY / 1e6:g} MB of the memory of master, robot and '

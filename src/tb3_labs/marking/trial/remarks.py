@@ -101,9 +101,9 @@ def other_fields(scene: Scene) -> str:
 
 
 def _why_no_command(process):
-    kind = process.published.get('/' + CMD_VEL_TOPIC)
-    if kind not in (None, TWIST):
-        return f'it publishes {CMD_VEL_TOPIC} as {kind}, and the robot takes {TWIST} alone'
+    type_name = process.published.get('/' + CMD_VEL_TOPIC)
+    if type_name not in (None, TWIST):
+        return f'it publishes {CMD_VEL_TOPIC} as {type_name}, and the robot takes {TWIST} alone'
     return other_topics(process, CMD_VEL_TOPIC) or f'nothing came on {CMD_VEL_TOPIC}'
 
 

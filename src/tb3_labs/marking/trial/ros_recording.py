@@ -45,12 +45,12 @@ ROBOT_NODE = 'turtlebot3'
 #: A bag has at most this many messages of each kind.
 MAX_COMMANDS = 40000
 MAX_NOT_FINITE = 1000      # events on commands that are not finite numbers
-MAX_LINES = 1000           # lines of the log
+MAX_LOG_LINES = 1000
 MAX_EVENTS = 5000          # events of all kinds
 #: A line of the log is cut after this many characters.
-LINE_LENGTH = 300
+LOG_LINE_LENGTH = 300
 #: A message of more bytes than this is not recorded.
-MAX_BYTES = 10000
+MAX_MESSAGE_BYTES = 10000
 #: A command that equals the last command is recorded only after this time [s].
 SAME_COMMAND = 0.04
 #: A bag of this size is full [bytes].
@@ -82,8 +82,9 @@ class Recording:
         self._writer.start()
 
     def add(self, topic, message, at=None):
-        """Record a message at the time `at` [s], and return this time. By default `at` is now; all
-        default times differ. A `message` may be (type, bytes, checksum, class)."""
+        """Record a message at the time `at` [s], and return this time. The default of
+        `at` is the present time; no two default times are equal. A `message` may be (type, bytes,
+        checksum, class)."""
         with self._guard:
             if at is None:
                 at = self._last_time = max(ros_time(), self._last_time + 1e-6)
@@ -198,17 +199,17 @@ class Recorder:
         buffer = BytesIO()
         message.serialize(buffer)
         data = buffer.getvalue()
-        if connection_of(message)['md5sum'] != kind._md5sum or len(data) > MAX_BYTES:
+        if connection_of(message)['md5sum'] != kind._md5sum or len(data) > MAX_MESSAGE_BYTES:
             return
         self.recording.add(topic, (kind._type, data, kind._md5sum, kind), at)
 
     def _on_log(self, line):
         if line.name in (rospy.get_name(), '/' + ROBOT_NODE):
             return
-        if self._is_within('log lines', MAX_LINES):
+        if self._is_within('log lines', MAX_LOG_LINES):
             self.recording.add('/rosout', Log(
                 header=Header(stamp=line.header.stamp), level=line.level,
-                name=line.name[:LINE_LENGTH], msg=line.msg[:LINE_LENGTH]), self.now)
+                name=line.name[:LOG_LINE_LENGTH], msg=line.msg[:LOG_LINE_LENGTH]), self.now)
 
     def finish(self):
         """Record how many messages were not recorded."""

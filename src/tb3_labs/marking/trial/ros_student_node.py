@@ -17,7 +17,7 @@ import rosservice
 from tb3_labs.handout import CTRL_RELINQ_TOPIC, JOY_TOPIC, MOUSE_INFO_TOPIC
 from tb3_labs.marking.labs.stimuli import START_TIME
 from tb3_labs.marking.trial.observation import NotTried
-from tb3_labs.marking.trial.processes import NodeOutput, Program, ResourceWatch
+from tb3_labs.marking.trial.processes import NodeOutput, ResourceWatch, RunningProgram
 from tb3_labs.marking.trial.ros_recording import ROBOT_NODE, VARIABLES
 from tb3_labs.marking.trial.ros_types import Types
 from tb3_labs.marking.student_nodes import OWN_FOLDERS, NodeStart
@@ -84,8 +84,8 @@ class StudentNode:
         self._output = NodeOutput(self._recording)
         environment = dict(self._prepared.environment or watched(os.environ))
         environment['ROS_MASTER_URI'] = os.environ['ROS_MASTER_URI']    # the master of this trial
-        self._process = Program([*self._prepared.prefix, *self._command, *arguments], environment,
-                                self._output.add)
+        command = [*self._prepared.prefix, *self._command, *arguments]
+        self._process = RunningProgram(command, environment, self._output.add)
         if self._prepared.program:        # mark.py has prepared a submission
             own_folders = OWN_FOLDERS if self._prepared.isolated else ()
             self._watch = ResourceWatch(self._process.pid, own_folders, os.getppid())

@@ -18,7 +18,7 @@ from tb3_labs.marking.labs.stimuli import (
     EXIT_SECONDS, EXIT_SIGNAL, EXIT_TIME, LOST_STOP_TIME, STOP_TIME)
 from tb3_labs.marking.student_nodes import (
     GAMEPAD, IMU, LAB_NODES, MOVE2GOAL, OWN_PACKAGE, TURN, NodeStart)
-from tb3_labs.marking.trial.source_analysis import text_of
+from tb3_labs.marking.trial.source_analysis import read_findings
 from tb3_labs.marking.trial.observation import (
     CTRL_C, MOVED, RESTED, WAS_MOVING, NotOffered, NotTried)
 from tb3_labs.marking.trial.ros_recording import Recorder, Recording
@@ -27,7 +27,7 @@ from tb3_labs.marking.trial.ros_student_node import StudentNode
 from tb3_labs.ros.clocks import wait_until
 
 #: A node's file lies in the folder of its package, or at most this many folders deeper.
-DEEPEST = 3
+MAX_PACKAGE_DEPTH = 3
 #: lab -> part -> script. A script is a function of a Trial.
 SCRIPTS = {IMU: ros_turn.EXERCISE_PARTS, TURN: ros_turn.PARTS, MOVE2GOAL: ros_move2goal.PARTS,
            GAMEPAD: ros_gamepad.PARTS}
@@ -69,8 +69,8 @@ class Trial:
             time.sleep(seconds)
 
     @lru_cache(maxsize=None)
-    def findings_in_text(self, *packages):
-        """Returns the findings of source_analysis.text_of in the submission. If mark.py has
+    def source_findings(self, *packages):
+        """Returns the findings of source_analysis.read_findings in the submission. If mark.py has
         prepared no submission, the node's package and `packages` are read. A mouse client in the
         node's own package is preferred to other mouse clients."""
         known = rospkg.RosPack()
@@ -79,12 +79,12 @@ class Trial:
         def folders(names):
             return [known.get_path(name) for name in names
                     if name != OWN_PACKAGE and name in known.list()]
-        own = folders([own_package])
+        own_folders = folders([own_package])
         copy = NodeStart.from_environment().copy
-        searched = [copy] if copy else own + folders(set(packages) - {own_package})
-        findings = text_of(searched)
-        own_up = text_of(own)['up']
-        return dict(findings, up=own_up) if own_up else findings
+        searched = [copy] if copy else own_folders + folders(set(packages) - {own_package})
+        findings = read_findings(searched)
+        own_y_sign = read_findings(own_folders)['mouse_y_sign']
+        return dict(findings, mouse_y_sign=own_y_sign) if own_y_sign else findings
 
     def record_assigned(self):
         """Record the lines of the node's file that assign each variable. If the package has several
@@ -95,9 +95,9 @@ class Trial:
             files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(package))
-            files = {str(path.resolve()) for depth in range(DEEPEST + 1)
+            files = {str(path.resolve()) for depth in range(MAX_PACKAGE_DEPTH + 1)
                      for path in folder.glob('*/' * depth + name)}
-        assigned = text_of(files)['assigned'] if len(files) == 1 else {}
+        assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
 
     def not_offered(self, names, reason):
@@ -120,17 +120,21 @@ class Trial:
         wait_until(lambda: self.recorder.moves(begun) or not self.node.alive, seconds)
         return self.recorder.moves(begun)
 
-    def motion(self, name, act, reaction, quiet, seconds, facts=(), is_astray=lambda: False):
-        """Record the stimulus `name`: call `act()`, and wait for the motion that begins within
-        `reaction` [s]. The stimulus ends when the robot rests and got no command to move for
-        `quiet` [s], when `is_astray()` is True, or after `seconds` [s]."""
+    def record_motion(self, name, act, begins_within, rest_time, ends_within, facts=(),
+                      is_astray=lambda: False):
+        """Record the stimulus `name`: call `act()`, and wait for a motion. All times are in [s].
+
+        The stimulus ends if no motion begins within `begins_within`. It ends when the robot rests
+        and got no command to move for `rest_time`, when the node ends, or when `is_astray()` is
+        True. It also ends `ends_within` after the begin of the motion.
+        """
         def is_over():
-            return not self.node.alive or self.recorder.rests(quiet) or is_astray()
+            return not self.node.alive or self.recorder.rests(rest_time) or is_astray()
         with self.stimulus(name, facts) as stimulus:
-            stimulus.facts[MOVED] = self.moves_after(act, reaction)
+            stimulus.facts[MOVED] = self.moves_after(act, begins_within)
             if stimulus.facts[MOVED]:
-                wait_until(is_over, seconds)
-            stimulus.facts[RESTED] = self.recorder.rests(quiet)
+                wait_until(is_over, ends_within)
+            stimulus.facts[RESTED] = self.recorder.rests(rest_time)
 
     def set_in_motion(self, is_ready, act, reaction):
         """Make the node move the robot by `act()`, and return True while the robot moves. Returns
@@ -219,7 +223,7 @@ def record_trial(lab, package, executable, parts, path, pad, print_line):
                 trial.recording.event('part', name=name)
                 trial.set_slip(0.0)
                 print_line(f'{name}: the node is started')
-                with suppress(NotOffered, NotTried):    # these exceptions end this part alone
+                with suppress(NotOffered, NotTried):    # these exceptions end only this part
                     act(trial)
     except Exception as problem:
         # the node must not lose points by an error of the marker

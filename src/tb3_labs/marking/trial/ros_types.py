@@ -27,31 +27,31 @@ class Types:
         described = described or {'msg': {}, 'srv': {}}
         self._messages, self._services = described['msg'], described['srv']
 
-    def message(self, kind: str) -> Any:
+    def message(self, type_name: str) -> Any:
         """Returns a subclass of Example for a message type, such as 'lab2/MouseController'; None
         for an unknown type."""
-        known = _class_in_a_package(kind, 'msg')
-        example = example_of(known) if known else self._messages.get(kind)
+        known = _class_in_a_package(type_name, 'msg')
+        example = example_of(known) if known else self._messages.get(type_name)
         if example is None:
             return None
-        return _example_class(kind, example['sum'], example['data'], example['fields'])
+        return _example_class(type_name, example['sum'], example['data'], example['fields'])
 
-    def service(self, kind: str) -> Any:
+    def service(self, type_name: str) -> Any:
         """Returns the class of a service type; None for an unknown type."""
-        known = _class_in_a_package(kind, 'srv')
-        if known is None and kind in self._services:
-            return self.by_sum().get(self._services[kind]['sum'])
+        known = _class_in_a_package(type_name, 'srv')
+        if known is None and type_name in self._services:
+            return self.by_sum().get(self._services[type_name]['sum'])
         return known
 
     def by_sum(self) -> Dict[str, Any]:
         """Returns checksum -> class for all known services."""
         classes: Dict[str, Any] = {}
-        for kind, example in self._services.items():
+        for type_name, example in self._services.items():
             checksum = example['sum']
             classes[checksum] = SimpleNamespace(
-                _type=kind, _md5sum=checksum,
-                _request_class=_example_class(kind, checksum, example['request']),
-                _response_class=_example_class(kind, checksum, example['response']))
+                _type=type_name, _md5sum=checksum,
+                _request_class=_example_class(type_name, checksum, example['request']),
+                _response_class=_example_class(type_name, checksum, example['response']))
         for package in KNOWN_SERVICES:
             for service in vars(importlib.import_module(package + '.srv')).values():
                 if hasattr(service, '_request_class'):
@@ -70,8 +70,8 @@ class Example(genpy.Message):
     def put(self, name: str, *value: Any) -> None:
         """Replace the value of a field, or the stamp of a header. The type of the field must be in
         FIELD_FORMATS."""
-        kind, first_byte = {field: rest for field, *rest in self.fields}[name]
-        struct.pack_into(FIELD_FORMATS[kind], self._data, first_byte, *value)
+        type_name, first_byte = {field: rest for field, *rest in self.fields}[name]
+        struct.pack_into(FIELD_FORMATS[type_name], self._data, first_byte, *value)
 
     def serialize(self, buff: BinaryIO) -> None:
         """Write the message into a stream, as genpy's messages do."""
@@ -82,14 +82,14 @@ class Example(genpy.Message):
         return self
 
 
-def _example_class(kind, checksum, data, fields=()):
-    return type(kind.partition('/')[2], (Example,), {
-        '_type': kind, '_md5sum': checksum, '_full_text': '', '_slot_types': [],
+def _example_class(type_name, checksum, data, fields=()):
+    return type(type_name.partition('/')[2], (Example,), {
+        '_type': type_name, '_md5sum': checksum, '_full_text': '', '_slot_types': [],
         '_example': bytes.fromhex(data), 'fields': list(fields)})
 
 
-def _class_in_a_package(kind, what):
-    package, _, name = kind.partition('/')
+def _class_in_a_package(type_name, what):
+    package, _, name = type_name.partition('/')
     if not (is_name(package) and is_name(name)):
         return None
     try:

@@ -16,6 +16,7 @@ import sys
 from typing import Any, Dict, Iterable, Iterator, List, Set, Tuple
 
 from tb3_labs.marking.limits import LIMIT_READER_COMMAND
+from tb3_labs.marking.student_nodes import nodes_of
 
 #: This program prints the result of `analyse` for the files in its arguments.
 ANALYSE_FILES = '''import json, sys
@@ -25,10 +26,8 @@ print(json.dumps(source_analysis.analyse(source_analysis.python_texts(sys.argv[1
 '''
 #: A larger file is not read [bytes].
 MAX_TEXT_BYTES = 200000
-#: ast.parse raises these errors for a text that is not valid Python, or is nested too deeply.
-NOT_READ = SyntaxError, ValueError, RecursionError, MemoryError
-#: The result has at most MAX_NAMES variables, and at most MAX_LINES lines for each variable.
-MAX_NAMES, MAX_LINES = 200, 6
+#: The result has at most MAX_NAMES variables, and for each variable at most MAX_LISTED_LINES lines.
+MAX_NAMES, MAX_LISTED_LINES = 200, 6
 #: The text of a mouse client has such a call.
 PUBLISHES_MOUSE = re.compile(rb'\bPublisher\(\s*(name\s*=\s*)?[\'"]/?mouse_info[\'"]')
 #: The name of a variable that holds y.
@@ -47,11 +46,11 @@ ANGLE_AS_ORIENTATION = 'In {} the angle itself is given to the orientation: a ya
 Slopes = Dict[str, float]
 
 
-def text_of(paths: Iterable[str]) -> Dict[str, Any]:
+def read_findings(paths: Iterable[str]) -> Dict[str, Any]:
     """Returns the findings in programs. Each of the `paths` is a program or a folder of programs.
 
-    `up` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction is
-    unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
+    `mouse_y_sign` is 1 if y points up in the mouse client, -1 if y points down, 0 if the direction
+    is unknown. `remarks` are sentences for the student. `assigned` has the lines that assign each
     variable; see the function `assigned`.
     """
     done = subprocess.run(
@@ -61,7 +60,7 @@ def text_of(paths: Iterable[str]) -> Dict[str, Any]:
 
 
 def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
-    """Returns the findings in `texts`; see `text_of`."""
+    """Returns the findings in `texts`; see `read_findings`."""
     signs: Set[int] = set()
     remarks: List[str] = []
     lines: Dict[str, List[int]] = {}
@@ -72,17 +71,8 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
         lines.update(assigned(nodes))
-    up = -signs.pop() if len(signs) == 1 else 0
-    return {'up': up, 'remarks': remarks, 'assigned': lines}
-
-
-def nodes_of(text: bytes) -> List[Any]:
-    """Returns the nodes of a program's syntax tree, first the module; [] if `text` is not valid
-    Python, or nested too deeply."""
-    try:
-        return list(ast.walk(ast.parse(text)))
-    except NOT_READ:
-        return []
+    y_sign = -signs.pop() if len(signs) == 1 else 0
+    return {'mouse_y_sign': y_sign, 'remarks': remarks, 'assigned': lines}
 
 
 def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
@@ -98,17 +88,20 @@ def assigned(nodes: Iterable[Any]) -> Dict[str, List[int]]:
                     names.append(f'{node.value.attr}.{node.attr}')
             for name in names:
                 lines.setdefault(name, []).append(node.lineno)
-    return {name: sorted(set(at))[:MAX_LINES] for name, at in lines.items()}
+    return {name: sorted(set(at))[:MAX_LISTED_LINES] for name, at in lines.items()}
 
 
 def _gives_angle(function: ast.FunctionDef) -> bool:
     """Does a function assign its last argument, an angle, to a field of an orientation? An argument
     with the name of a quaternion's component, such as z or q_w, is not an angle."""
     angle = function.args.args[-1].arg if function.args.args else 'x'
-    return not re.fullmatch('(.*q.*)?[xyzw]', angle) and any(
-        isinstance(node, ast.Assign) and _dotted_name(node.value) == angle
-        and any('.orientation.' in _dotted_name(target) for target in node.targets)
-        for node in ast.walk(function))
+    if re.fullmatch('(.*q.*)?[xyzw]', angle):
+        return False
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assign) and _dotted_name(node.value) == angle:
+            if any('.orientation.' in _dotted_name(target) for target in node.targets):
+                return True
+    return False
 
 
 def _dotted_name(node: Any) -> str:
