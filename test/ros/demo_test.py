@@ -12,7 +12,7 @@ import rospkg
 
 from tb3_labs.report.bag.ros_bag import read_run
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.resets_and_goals import epochs
+from tb3_labs.report.motion.resets_and_goals import frame_intervals
 
 from masters import free_port, processes_with
 from node_case import TestProgram
@@ -57,7 +57,7 @@ class DemoTest(unittest.TestCase):
             path, = pathlib.Path(folder).glob('run_*.bag')
             recorded = read_run(str(path))
         reported = drives(recorded)
-        self.assertEqual((len(table), len(epochs(recorded))), (2, 2), run.text)
+        self.assertEqual((len(table), len(frame_intervals(recorded))), (2, 2), run.text)
         self.assertEqual([drive.outcome for drive in reported], ['reached'] * 2)
         for drive, printed in zip(reported, table):
             true = 1000.0 * drive.true[0], abs(math.degrees(drive.true[1]))

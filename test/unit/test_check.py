@@ -10,14 +10,14 @@ import rosunit
 
 from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict
 from tb3_labs.marking.marks import Marks
-from tb3_labs.watch.chains import Place
+from tb3_labs.watch.chains import SheetStep
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / 'launch' / 'checks'))
 from check_lab import checks_of, file_of
 
 
 def verdict(name, outcome, worth=2.0, extra=False):
-    criterion = Criterion(name, 'turns', name + 's well', Place('imu_lab.md', 'Lab', 4), lambda seen: '', extra)
+    criterion = Criterion(name, 'turns', name + 's well', SheetStep('imu_lab.md', 'Lab', 4), lambda seen: '', extra)
     seen = '' if outcome is Outcome.MET else 'it fell'
     return Verdict(criterion, outcome, seen, worth)
 

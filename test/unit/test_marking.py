@@ -29,7 +29,7 @@ from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
 from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
 from tb3_labs.report.run_data import Poses
-from tb3_labs.watch.chains import Place
+from tb3_labs.watch.chains import SheetStep
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))
 
@@ -205,9 +205,9 @@ def test_a_criterion_that_is_not_met_leads_to_its_moment():
     seen = turned(81.0)
     seen.stimuli[0].begin = 0.4
     marks = marks_of('Bobby', seen)
-    lost = [mark for mark in timeline_of(recording_for_timeline(marks.observation), marks)['marks']
-            if mark['kind'] == 'lost']
-    assert lost and all(mark['begin'] == pytest.approx(0.4, abs=0.01) for mark in lost)
+    lost = [event for event in timeline_of(recording_for_timeline(marks.observation), marks)['marks']
+            if event['kind'] == 'lost']
+    assert lost and all(event['begin'] == pytest.approx(0.4, abs=0.01) for event in lost)
     assert '<a href="#t=0.4">Watch it</a>' in student_page(marks, 'IMU lab')
     marks.observation = None        # nothing was recorded
     assert 'Watch it' not in student_page(marks, 'IMU lab')
@@ -229,7 +229,7 @@ def test_the_timeline_of_a_mark_shows_heading_commands_stimuli_and_starts():
     assert heading == pytest.approx(np.degrees(true[:, 3]), abs=0.2)
     assert [row for row in data['commands'] if None not in row] == [
         pytest.approx(row, abs=0.001) for row in seen.commands]
-    assert [(mark['kind'], mark['begin'], mark['text']) for mark in data['marks']] == [
+    assert [(event['kind'], event['begin'], event['text']) for event in data['marks']] == [
         ('hand', 0.0, 'l'), ('start', 0.0, 'the node is started'), ('hand', 1.0, 'x'),
         ('start', 1.5, 'the node is started')]
 
@@ -254,7 +254,7 @@ def test_the_drives_of_a_mark_are_in_their_drive_states():
 
 def test_the_table_of_marks():
     def verdict(name, outcome, worth, extra=True):
-        place = Place('imu_lab.md', 'Lab')
+        place = SheetStep('imu_lab.md', 'Lab')
         return Verdict(Criterion(name, '', name, place, lambda seen: '', extra=extra), outcome, '', worth)
     verdicts = [verdict('one', Outcome.MET, 1.5, False), verdict('two', Outcome.NOT_OFFERED, 2, False),
                 verdict('more', Outcome.MET, 0.5), verdict('free', Outcome.MET, 0), verdict('freer', Outcome.MISSED, 0)]

@@ -10,7 +10,7 @@ from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
 from tb3_labs.report.motion.movements import (
     CAME_TO_REST, LAB_GOAL, MovementKind, completed, movements)
-from tb3_labs.report.motion.resets_and_goals import epochs
+from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.run_data import Commands, Poses
 
 #: Any drive of the lab.
@@ -117,7 +117,7 @@ def test_a_reset_while_it_drives_ends_the_drive():
 def test_a_node_that_sends_tf_alone_has_the_local_pose_of_its_frames():
     run = run_of(resets=resets((12.0, 0.5, -0.2, math.pi / 2.0)))
     again = completed(replace(run, local_pose=Poses.none(), derived=()))
-    assert again.derived == ('local_pose',) and len(epochs(again)) == 2
+    assert again.derived == ('local_pose',) and len(frame_intervals(again)) == 2
     last, expected = again.local_pose.pose(-1), run.local_pose.pose(-1)
     assert (last.x, last.y, last.yaw) == pytest.approx((expected.x, expected.y, expected.yaw))
 

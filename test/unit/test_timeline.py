@@ -80,11 +80,11 @@ def test_the_robot_is_where_it_was_recorded():
     assert data['goals'][0][2] == [1.0, 0.0, 0.0]
 
 
-def test_a_reset_is_a_mark_and_the_frame_jumps_there():
+def test_a_reset_is_an_event_and_the_frame_jumps_there():
     """At 8 s the robot, 1 m from the origin, is declared to be at (0, 0)."""
     run = made(local_pose=poses(x=X - (TIME >= 8.0)), resets=reset_lines(8.0))
     data = data_of(run)
-    (reset,) = [mark for mark in data['marks'] if mark['kind'] == 'reset']
+    (reset,) = [event for event in data['marks'] if event['kind'] == 'reset']
     assert reset['begin'] == pytest.approx(8.0, abs=0.051)
     at, (x, _, _), (jump,) = decoded(data['frame'])
     assert list(x[:jump]) == pytest.approx([0.0] * jump, abs=0.002)
@@ -92,11 +92,11 @@ def test_a_reset_is_a_mark_and_the_frame_jumps_there():
     assert at[jump] == pytest.approx(8.0, abs=0.051)
 
 
-def test_marks_name_stops_silences_and_who_may_drive():
+def test_events_name_stops_silences_and_who_may_drive():
     keep = TIME[(TIME < 2.0) | (TIME > 3.0)]
     run = made(imu=imu_samples(keep, keep, 0.0 * keep, 0.0 * keep),
                control=Numbers(*np.array([(0.5, 4.0), (0.5, 4.0), (1.0, 0.0)])))
-    words = [(mark['kind'], mark['text']) for mark in data_of(run)['marks']]
+    words = [(event['kind'], event['text']) for event in data_of(run)['marks']]
     assert ('lost', 'imu silent for 1.1 s') in words
     assert [word for word in words if 'control' in word[1]] == [
         ('start', 'control given to the node'), ('stop', 'control taken from the node')]

@@ -9,7 +9,7 @@ from made_run import made, values
 from tb3_labs.report.run_data import Commands, ImuSamples, MouseSamples, Variables
 from tb3_labs.watch.broken_link import NodeRun, sentence
 from tb3_labs.watch.chains import CHAINS, first_broken
-from tb3_labs.watch.headings import headings, is_usable_heading
+from tb3_labs.watch.headings import heading_candidates, is_usable_heading
 from tb3_labs.watch.variables import Quantity, Series, longest_delay, matching_quantities
 
 #: A letter every EVERY [s], and the time between two steps of robot and IMU [s]; a node's callback and a
@@ -263,7 +263,7 @@ def test_a_value_is_not_late_while_the_sensor_is_silent():
 
 def test_the_heading_in_any_range_can_be_used_and_no_other():
     quaternion = orientation([-3.0, 3.0, -6.0])
-    right, *others = headings(NodeRun(made(imu=ImuSamples(TIMES, TIMES, TIMES, TIMES, *quaternion))))
+    right, *others = heading_candidates(NodeRun(made(imu=ImuSamples(TIMES, TIMES, TIMES, TIMES, *quaternion))))
     usable = [each.name for each in [right, *others] if is_usable_heading(each, right)]
     assert usable[0] == 'the heading, from 0 to 360 degrees'
     assert {'the yaw in degrees, from -180 to 180', 'the yaw in radians, from -180 to 180'} <= set(usable)

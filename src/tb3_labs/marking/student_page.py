@@ -18,7 +18,7 @@ from tb3_labs.marking.marks import Marks
 from tb3_labs.marking.trial.from_bag import samples_from_rows
 from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, Observation
 from tb3_labs.report.page.document import Markup, document, hints, table
-from tb3_labs.report.page.timeline import mark, section, timeline
+from tb3_labs.report.page.timeline import section, timeline, timeline_event
 from tb3_labs.report.run_data import Poses, RunData
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS
 
@@ -73,12 +73,12 @@ def timeline_of(recording: RunData, marks: Marks) -> Dict[str, Any]:
     moments = []
     for stimulus in observation.stimuli:
         kind = 'drive' if GOAL_POSE in stimulus.facts else 'hand'
-        moments.append(mark(kind, stimulus.begin, stimulus.name, stimulus.end))
-    moments += [mark('hand', begin, "the check's own movement of the robot", end)
+        moments.append(timeline_event(kind, stimulus.begin, stimulus.name, stimulus.end))
+    moments += [timeline_event('hand', begin, "the check's own movement of the robot", end)
                 for begin, end in observation.own_moves]
-    moments += [mark('start', process.begin, 'the node is started')
+    moments += [timeline_event('start', process.begin, 'the node is started')
                 for process in observation.processes]
-    moments += [mark('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
+    moments += [timeline_event('lost', verdict.moment, 'not met: ' + verdict.criterion.meaning)
                 for verdict in marks.verdicts
                 if verdict.outcome is Outcome.MISSED and verdict.moment is not None]
     return timeline(recording, MODELS[DEFAULT_MODEL], moments)

@@ -3,7 +3,7 @@
 Each sample has two times in seconds since the recording's start. `arrival` is the time at which the
 sample arrived at the recorder. `time` is the stamp of the sample. It is converted from the sender's
 clock to the recorder's clock, because the clocks of a real robot and a recorder differ by up to a
-second. If a message has no stamp, `time` is the arrival, too.
+second. If a message has no stamp, `time` equals `arrival`.
 
 Units: metres, radians, m/s, rad/s. Yaws are in [-pi, pi], as in the messages.
 Edge cases: a topic that was not recorded has samples of length 0. A message with an invalid

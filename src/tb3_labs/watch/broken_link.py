@@ -57,8 +57,7 @@ class NodeRun:
         return None
 
     def boolean_variable(self, name: str) -> Optional[Series]:
-        """Returns the first variable with this bare name if all its values are True or False, or
-        1 or 0; else None."""
+        """Returns the same as `variable`, but None if a value is not True, False, 1 or 0."""
         series = self.variable(name)
         return series if series is not None and set(series.value) <= {0.0, 1.0} else None
 
@@ -112,8 +111,8 @@ def worst_index(series: Series, should: np.ndarray) -> int:
 
 def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink:
     """Returns the BrokenLink of a variable that should follow the quantity `correct`. The clause
-    `behaviour` says what the variable does instead. The BrokenLink has the variable's value and the
-    correct value at the moment when they differ most."""
+    `behaviour` says what the variable does instead. The BrokenLink contains the value of
+    the variable and the correct value, at the moment when they differ most."""
     should = correct.at(series.time)
     worst = worst_index(series, should)
     name = correct.name.partition(',')[0]

@@ -6,7 +6,7 @@ from tb3_labs.watch.broken_link import BrokenLink, Check, NodeRun, sentence
 from tb3_labs.watch.variables import bare_name
 
 
-class Place(NamedTuple):
+class SheetStep(NamedTuple):
     """A numbered step of a section of a lab sheet, or the whole section if `step` is 0. The section
     is found by its heading."""
 
@@ -14,8 +14,8 @@ class Place(NamedTuple):
     heading: str
     step: int = 0
 
-    def at_step(self, step: int) -> 'Place':
-        return Place(self.sheet, self.heading, step)
+    def at_step(self, step: int) -> 'SheetStep':
+        return SheetStep(self.sheet, self.heading, step)
 
     def __str__(self) -> str:
         step = f', step {self.step}' if self.step else ''
@@ -29,22 +29,24 @@ class Link(NamedTuple):
 
     question: str
     check: Check
-    place: Place
+    place: SheetStep
     parts: Tuple[str, ...]
 
 
 IMU_SHEET, TRANSFORMATION_SHEET = 'imu_lab.md', 'transformation_lab.md'
-HEADING_EXERCISE = Place(IMU_SHEET, '2. Exercise: the heading')
-TURN_LAB = Place(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
+HEADING_EXERCISE = SheetStep(IMU_SHEET, '2. Exercise: the heading')
+TURN_LAB = SheetStep(IMU_SHEET, '3. Lab: turn 90 and 180 degrees')
 THE_LOCAL_POSE, FOUR_STATES, THE_RESET, BY_THUMB = (
-    Place(TRANSFORMATION_SHEET, heading) for heading in (
+    SheetStep(TRANSFORMATION_SHEET, heading) for heading in (
         '1. The local pose', '2. The four states', '3. The reset', '4. By thumb'))
 TURN_STEP, DRIVE_STEP, CONTROL_STEP = (
     TURN_LAB.at_step(5), FOUR_STATES.at_step(1), FOUR_STATES.at_step(2))
 #: The parts of the labs (see marking/labs) that use a link.
-TURNS, DRIVES, CONTROL = ('turns', 'both'), ('drive', 'reset'), ('drive', 'reset', 'control')
+TURN_PARTS = ('turns', 'both')
+DRIVE_PARTS = ('drive', 'reset')
+CONTROL_PARTS = (*DRIVE_PARTS, 'control')
 #: For each lab with a chain, the links of the chain, in order. The gamepad and the mouse have no
-#: chain. Their criteria move each input alone, so that the criterion itself names the mistake.
+#: chain. Their criteria move one input at a time, so that the criterion itself names the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '
@@ -52,32 +54,33 @@ CHAINS: Dict[str, Sequence[Link]] = {
              ('heading',)),),
     'turn': (
         Link('Look at curr_yaw while you turn the robot once around by hand.',
-             turn_links.wrong_heading, TURN_LAB.at_step(4), TURNS),
+             turn_links.wrong_heading, TURN_LAB.at_step(4), TURN_PARTS),
         Link('Look at goal_yaw: which one does each letter give, at which curr_yaw?',
-             turn_links.wrong_goal, TURN_STEP, TURNS),
+             turn_links.wrong_goal, TURN_STEP, TURN_PARTS),
         Link('rostopic hz /cmd_vel: how often does a command come, and who sends it?',
-             turn_links.too_seldom, TURN_STEP, TURNS),
+             turn_links.too_seldom, TURN_STEP, TURN_PARTS),
         Link('Look at turning: when does it become True, and when False?', turn_links.not_turning,
-             TURN_STEP, TURNS),
+             TURN_STEP, TURN_PARTS),
         Link('Which command belongs to an error of 90, of -90, of 270?', turn_links.wrong_command,
-             TURN_STEP, TURNS),
-        *(Link('At which error does a turn end, and by which command?', check, TURN_STEP, TURNS)
+             TURN_STEP, TURN_PARTS),
+        *(Link('At which error does a turn end, and by which command?', check, TURN_STEP,
+               TURN_PARTS)
           for check in (turn_links.wrong_stop, turn_links.turning_stayed_true))),
     'move2goal': (
         Link('Look at has_control: when does it become True, and when False?',
-             drive_links.wrong_control, CONTROL_STEP, CONTROL),
+             drive_links.wrong_control, CONTROL_STEP, CONTROL_PARTS),
         Link('Look at state after a reset.', drive_links.state_not_reset, THE_RESET.at_step(1),
-             DRIVES),
+             DRIVE_PARTS),
         Link('Drive the robot forward by hand after a reset in another direction, and look at '
              'local_x, local_y and local_yaw.', drive_pose.wrong_pose, THE_LOCAL_POSE.at_step(3),
-             DRIVES),
-        Link('Look at the goal.', drive_links.wrong_goal, DRIVE_STEP, DRIVES),
+             DRIVE_PARTS),
+        Link('Look at the goal.', drive_links.wrong_goal, DRIVE_STEP, DRIVE_PARTS),
         Link('Look at state: which command belongs to each, and when does it change?',
-             drive_links.wrong_law, DRIVE_STEP, DRIVES),
+             drive_links.wrong_law, DRIVE_STEP, DRIVE_PARTS),
         Link('rostopic echo /cmd_vel: which message is the last one at the goal, and after False?',
-             drive_links.not_silent, CONTROL_STEP, CONTROL),
+             drive_links.not_silent, CONTROL_STEP, CONTROL_PARTS),
         Link('rostopic hz /cmd_vel: how often does a command come?', drive_links.too_seldom,
-             DRIVE_STEP, DRIVES))}
+             DRIVE_STEP, DRIVE_PARTS))}
 #: A node with these variables belongs to the lab. The handout gives the variables' names.
 VARIABLES_OF_LAB = {'turn': {'goal_yaw', 'turning'},
                     'move2goal': {'local_x', 'local_y', 'local_yaw'}}

@@ -85,7 +85,7 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
     yaw, imu = part.pose.yaw, node_run.run.imu
     latest = last_before(imu.arrival, part.time).clip(0)
-    yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu.yaw[latest]), ('0', 0.0 * yaw)]
+    yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu.yaw[latest]), ('0', np.zeros_like(yaw))]
     for (target, angle), (heading, turned) in product(targets, yaws):
         yield f'{target} - {heading}', wrap_all(angle - turned)
         yield f'{target} - {heading}, not normalized', angle - turned
@@ -111,8 +111,10 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
         is_near = np.abs(command - gain * error) < 0.01 + 0.03 * np.abs(gain * error)
         if is_near.mean() >= RIGHT_SHARE and (has_handouts_gain or not is_constant_command):
             found.append((formula, gain))
-    with_handouts_gain = [each for each in found if abs(each[1]) == requested]
-    return [*with_handouts_gain, *found, ('', requested)][0]
+    with_handouts_gain = [(formula, gain) for formula, gain in found if abs(gain) == requested]
+    if with_handouts_gain:
+        return with_handouts_gain[0]
+    return found[0] if found else ('', requested)
 
 
 def wrong_law(node_run: NodeRun) -> Iterator[BrokenLink]:

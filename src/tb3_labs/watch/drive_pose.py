@@ -102,7 +102,9 @@ def comparable(name: str, value: np.ndarray) -> np.ndarray:
     unit circle, and a complex place becomes its x or its y."""
     if 'yaw' in name:
         return np.cos(value) + 1j * np.sin(value)       # faster than exp
-    return np.imag(value) if name == 'local_y' and np.iscomplexobj(value) else np.real(value)
+    if not np.iscomplexobj(value):
+        return value
+    return value.imag if name == 'local_y' else value.real
 
 
 def wrong_pose(node_run: NodeRun) -> Iterator[BrokenLink]:

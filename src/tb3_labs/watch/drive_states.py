@@ -50,7 +50,7 @@ class Frame(NamedTuple):
 
 def local_frames(node_run: NodeRun) -> List[Frame]:
     """Returns the local frames of a run in order. A frame begins at each recorded start of the
-    node, and at each recorded reset. The starts are recorded in a trial alone."""
+    node, and at each recorded reset. Starts are recorded only in a trial."""
     run, read = node_run.run, node_run.reading_times
     if not len(read) or not len(run.odometry) or not len(run.imu):
         return []
@@ -96,7 +96,7 @@ class Pose(NamedTuple):
 
 
 def own_pose(node_run: NodeRun, times: np.ndarray) -> Pose:
-    """Returns the Pose at these times. In a trial, the handout's goal replaces a missing one."""
+    """Returns the Pose at these times. In a trial, the handout's goal replaces a missing goal."""
     default = HANDOUT_GOAL if node_run.run.starts else {}
     value, unit = {}, {}
     for name in (*REFERENCES_OF, *HANDOUT_GOAL):

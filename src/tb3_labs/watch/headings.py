@@ -57,7 +57,7 @@ UNITS = (('degrees', 1.0), ('radians', math.pi / 180.0),
          ('degrees, converted to degrees twice', 180.0 / math.pi))
 
 
-def headings(node_run: NodeRun) -> List[Quantity]:
+def heading_candidates(node_run: NodeRun) -> List[Quantity]:
     """Returns the quantities of the IMU that a node may take for the heading. The first is the
     correct heading."""
     imu = node_run.run.imu
@@ -116,8 +116,8 @@ def followed_heading(series: Series, quantities: List[Quantity]
 
 
 def heading_from_another_zero(series: Series, correct: Quantity, unit: float) -> Optional[Quantity]:
-    """Returns the heading that a variable follows if this heading is 0 in another direction, such
-    as the direction at the node's start; else None. `unit` is the change of the variable for one
+    """A variable may follow a heading that is 0 in another direction, for instance in the direction
+    at the node's start. Returns this heading, or None. `unit` is the change of the variable for one
     degree."""
     heading = correct.at(series.time)
     offset = np.exp(1j * np.radians(series.value / unit - heading))
@@ -147,7 +147,8 @@ def median_pause(series: Series, quantity: Quantity) -> float:
 def printed_headings(node_run: NodeRun) -> Series:
     """Returns the headings that the node printed in its first run."""
     printed = node_run.run.printed
-    end_of_run = [*node_run.run.starts[1:], np.inf][0]
+    starts = node_run.run.starts
+    end_of_run = starts[1] if len(starts) > 1 else np.inf
     texts = [str(text) for text in printed.text]
     time_of_letter = np.repeat(printed.arrival, [len(text) for text in texts])
     lines = list(HEADING_LINE.finditer(''.join(texts)))
@@ -159,7 +160,7 @@ def printed_headings(node_run: NodeRun) -> Series:
 
 def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields the printed number if it does not follow the heading from 0 to 360."""
-    series, quantities = printed_headings(node_run), node_run.cached(headings)
+    series, quantities = printed_headings(node_run), node_run.cached(heading_candidates)
     correct = quantities[0]
     if len(series.time) < 3 or not len(correct.time):
         return

@@ -185,7 +185,7 @@ def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def own_tolerance_text(node_run: NodeRun) -> str:
-    """Returns a clause on the node's HDG_TOL if its value is not the handout's; else ''."""
+    """Returns a clause on the node's HDG_TOL; '' if its value is the handout's."""
     series = node_run.variable('hdg_tol')
     if series is None or series.value[-1] == HDG_TOL:
         return ''
@@ -193,7 +193,7 @@ def own_tolerance_text(node_run: NodeRun) -> str:
 
 
 def same_time_text(node_run: NodeRun) -> str:
-    """Returns a clause on the time of a turn if all turns took the same time; else ''."""
+    """Returns a clause on the time of a turn; '' if the turns took different times."""
     durations = [np.ptp(turn.time[turn.moving]) for turn in node_run.cached(letter_turns)
                  if len(turn.moving)]
     if len(durations) < 3 or np.ptp(durations) >= 0.15:

@@ -7,7 +7,8 @@ import numpy as np
 from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun
-from tb3_labs.watch.headings import followed_heading, heading_from_another_zero, headings
+from tb3_labs.watch.headings import (
+    followed_heading, heading_candidates, heading_from_another_zero)
 from tb3_labs.watch.variables import Quantity, Series
 
 #: A node reads a typed letter within this time [s].
@@ -20,7 +21,7 @@ CLEAR_ERROR = 20.0
 OVER_TOLERANCE = 4.0
 #: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
-#: The value of a recorded letter (RunData.letters), and the requested angle [deg].
+#: The letter of each value in RunData.letters, and the requested angle of each letter [deg].
 LETTER_OF_SIDE = {1.0: LEFT_KEY, -1.0: RIGHT_KEY}
 TURNS_DEG = {LEFT_KEY: TURN_DEG, RIGHT_KEY: -TURN_DEG}
 
@@ -68,7 +69,7 @@ class NodeTurn:
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a
-        turn, the clause has the difference and the wrapped error."""
+        turn, the clause contains the difference and the wrapped error."""
         clause = f'for an error of {self.error[k]:+.0f} degrees'
         if abs(self.difference[k]) > 180.0:
             clause = 'goal_yaw {:.4g} minus curr_yaw {:.4g} is {:+.0f}, by the short way {:+.0f} ' \
@@ -86,7 +87,7 @@ class OwnHeading(NamedTuple):
 
 
 def own_heading(node_run: NodeRun) -> OwnHeading:
-    series, quantities = node_run.variable('curr_yaw'), node_run.cached(headings)
+    series, quantities = node_run.variable('curr_yaw'), node_run.cached(heading_candidates)
     if series is None:
         return OwnHeading()
     quantity, broken = followed_heading(series, quantities)
@@ -141,12 +142,12 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
 
 
 def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: str) -> NodeTurn:
-    """Returns the NodeTurn of a letter. If the node has no usable heading, the turn has the correct
-    heading and the correct goal."""
+    """Returns the NodeTurn of a letter. If the node has no usable heading, the correct heading and
+    the correct goal are used instead."""
     series, heading, _ = node_run.cached(own_heading)
     goal = node_run.variable('goal_yaw')
     if series is None or heading is None:
-        series, heading, goal = None, node_run.cached(headings)[0], None
+        series, heading, goal = None, node_run.cached(heading_candidates)[0], None
     begin_yaw = float((series or heading).at(begin))
     read_at = begin
     goal_before = goal_after = ''
@@ -160,7 +161,8 @@ def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: s
     commands = commands.take(is_after & (commands.arrival < end))
     times, yaws = commands.arrival, heading.at(commands.arrival)
     if goal is None:
-        goals = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree + 0.0 * times
+        goal_yaw = begin_yaw + TURNS_DEG.get(letter, np.nan) * heading.per_degree
+        goals = np.full(len(times), goal_yaw)
     else:
         last_moment = np.nextafter(end, 0.0)
         goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))

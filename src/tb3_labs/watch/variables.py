@@ -134,11 +134,13 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
     most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
     # in each array a row is a reading, and a column is a sample, newest first
-    index = last_before(times, readings + ARRIVAL_LEAD)[:, None] - np.arange(most)
-    exists, index = index >= 0, index.clip(0)
+    newest = last_before(times, readings + ARRIVAL_LEAD)
+    sample = newest[:, None] - np.arange(most)
+    exists = sample >= 0
+    sample = sample.clip(0)
     replaced_at = np.append(times[1:], np.inf)    # a sample gets old when the next sample comes
-    age = (readings[:, None] - replaced_at[index]).clip(0.0)
-    distance = np.abs(series.value[:, None] - quantity.value[index])
+    age = (readings[:, None] - replaced_at[sample]).clip(0.0)
+    distance = np.abs(series.value[:, None] - quantity.value[sample])
     is_equal = exists & (age <= longest) & (distance <= SAME_SHARE * quantity.scale)
     return np.where(is_equal, age, np.inf).min(axis=1)
 
@@ -152,7 +154,7 @@ def subsampled(series: Series) -> Series:
 def matching_quantities(series: Series, quantities: Iterable[Quantity],
                         share: float = FOLLOWING_SHARE) -> List[Quantity]:
     """Returns the quantities that a variable follows, in the given order. If there are several,
-    this run does not show which one the node uses."""
+    this run does not show which of them the node uses."""
     # the variable may have its first value before the first message comes
     first = int(np.argmax(series.text != series.text[:1])) if len(series.text) else 0
     values = subsampled(series.take(slice(first, None)))

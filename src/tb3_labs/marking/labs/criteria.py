@@ -15,7 +15,7 @@ from tb3_labs.marking.trial.observation import (
     CTRL_C, WAS_MOVING, NotObserved, NotOffered, NotTried, Observation, Scene)
 from tb3_labs.marking.trial.remarks import (
     CLOSED_TOPIC, exceptions_in, other_fields, reason_of, why_idle, why_missing)
-from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, Place
+from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, SheetStep
 
 #: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
 #: The functions why_... return a Reason. Of two Reasons, `a or b` is the first that is not ''.
@@ -33,8 +33,8 @@ class Outcome(Enum):
 
 
 #: The places to which the criteria of several labs point.
-IMU_EXTRAS = Place(IMU_SHEET, 'Beyond the handout')
-BEYOND = Place(TRANSFORMATION_SHEET, 'Beyond the handout')
+IMU_EXTRAS = SheetStep(IMU_SHEET, 'Beyond the handout')
+BEYOND = SheetStep(TRANSFORMATION_SHEET, 'Beyond the handout')
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Criterion:
     name: str
     part: str                # the part of the lab that tries the requirement
     meaning: str             # the requirement
-    place: Place             # the place in a lab sheet that explains the requirement
+    place: SheetStep             # the place in a lab sheet that explains the requirement
     judge: Callable[[Observation], Reason]
     extra: bool = False      # is the criterion beyond the handout?
     limits: str = ''         # the limits that `meaning` leaves out
@@ -134,7 +134,7 @@ def why_not_started(observation: Observation) -> Reason:
     return why_missing(observation)
 
 
-def clean_exit_criterion(part: str, place: Place) -> Criterion:
+def clean_exit_criterion(part: str, place: SheetStep) -> Criterion:
     """Returns a criterion: at Ctrl+C the node ends by itself, and prints no traceback."""
     return Criterion(
         'clean_exit', part, 'at Ctrl+C ends by itself, without a traceback', place,
@@ -191,7 +191,7 @@ def why_not_stopped(scene: Scene, event: str, limit: float = STOP_TIME) -> Reaso
 
 
 def lost_device_criterion(name: str, meaning: str, device: str, stimulus: str,
-                          place: Place) -> Criterion:
+                          place: SheetStep) -> Criterion:
     """Returns a criterion beyond the handout: the node stops the robot after the device fell
     silent. In the stimulus `stimulus` the device falls silent."""
     def why_not_stopped_when_lost(observation: Observation) -> Reason:

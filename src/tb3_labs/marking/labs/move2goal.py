@@ -25,7 +25,7 @@ from tb3_labs.marking.trial.observation import (
     GOAL_POSE, LOCAL_T_WORLD, MOVED, RESTED, WAS_MOVING, NotObserved, Observation, Scene)
 from tb3_labs.marking.trial.remarks import why_idle
 from tb3_labs.watch.chains import (
-    FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, Place)
+    FOUR_STATES, THE_LOCAL_POSE, THE_RESET, TRANSFORMATION_SHEET, SheetStep)
 
 #: After its arrival the node may send commands for this time [s].
 SILENT_AFTER = 0.5
@@ -47,7 +47,7 @@ PLACE_LIMITS = f'within {DISTANCE_TOLERANCE:g} m, and {COAST_DISTANCE:g} for sto
 HEADING_LIMITS = f'within {ANGLE_TOLERANCE:g} rad ({TOLERANCE_DEG:.1f} degrees), and ' \
     f'{COAST_DEG:g} degrees for stopping'
 
-ANALYSIS = Place(TRANSFORMATION_SHEET, '6. Analysis')
+ANALYSIS = SheetStep(TRANSFORMATION_SHEET, '6. Analysis')
 #: The step of the sheet with the usual mistakes of a drive after a reset.
 SECOND_DRIVE_STEP = THE_RESET.at_step(2)
 TWO_ZEROS_STEP = THE_LOCAL_POSE.at_step(4)

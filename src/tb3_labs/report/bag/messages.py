@@ -85,8 +85,8 @@ def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
 @dataclass(frozen=True)
 class Layout:
     """The layout of messages that end with `size` numbers of 8 bytes each. Names of frames may
-    precede the numbers. `index` has the index of the number for each field of the samples, apart
-    from the yaw. The numbers from the index `quaternion` on are x, y, z, w."""
+    precede the numbers. `index` gives the index of the number for each field of the samples,
+    apart from the yaw. The numbers from the index `quaternion` on are x, y, z, w."""
 
     size: int
     index: Dict[str, int]

@@ -24,9 +24,8 @@ MESSAGE_OVERHEAD, CONNECTION_OVERHEAD = 500, 10000
 #: The largest header, message and unpacked chunk, and the longest name [bytes].
 MAX_HEADER_BYTES, MAX_NAME_BYTES = 10000, 200
 MAX_MESSAGE_BYTES, MAX_CHUNK_BYTES = 2 ** 18, 2 ** 26
-#: The recorder's clock was set back if a message arrived by more than this before the previous
-#: message of the same sender [s]. A busy recorder may exchange two messages that are nearer to each
-#: other.
+#: If a message arrived more than this before the previous message of its sender, the recorder's
+#: clock was set back [s]. A busy recorder may exchange two messages that are nearer to each other.
 MIN_SET_BACK = 0.2
 #: If all topics are silent for longer than this [s], the clock was set forward, or the computer
 #: slept. A smaller jump of the clock looks like a silence of all topics.
@@ -84,10 +83,10 @@ class Bag:
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''
         self._is_wanted = is_wanted
-        self._left = MAX_MEMORY
+        self._memory_left = MAX_MEMORY
         self._last = math.inf                   # arrival of the last message
-        self._of_number: Dict[bytes, Stream] = {}
-        self._of_header: Dict[bytes, Stream] = {}   # {header without its time: stream}
+        self._stream_by_connection: Dict[bytes, Stream] = {}
+        self._stream_by_header: Dict[bytes, Stream] = {}   # {header without its time: stream}
         with open(path, 'rb') as file:
             if not os.fstat(file.fileno()).st_size:
                 raise BagProblem('the file is empty; copy or download it again')
@@ -113,17 +112,17 @@ class Bag:
                 raise ValueError('a header is too long')
             header = data[at + UINT32.size:header_end]
             at = end
-            stream = self._of_header.get(header[:-TIME.size])
+            stream = self._stream_by_header.get(header[:-TIME.size])
             if stream is not None:
                 self._keep(stream, header[-TIME.size:], data, begin, end)
                 continue
             fields = _fields(header)
             op = fields[b'op']
             if op == MESSAGE:
-                stream = self._of_number[fields[b'conn']]
+                stream = self._stream_by_connection[fields[b'conn']]
                 self._keep(stream, fields[b'time'], data, begin, end)
                 if header[:-TIME.size].endswith(TIME_FIELD):
-                    self._of_header[header[:-TIME.size]] = stream
+                    self._stream_by_header[header[:-TIME.size]] = stream
             elif op == CHUNK and fields[b'compression'] == b'none':
                 at = begin    # the records of the chunk follow
             elif op in (CONNECTION, CHUNK) and data_size > MAX_CHUNK_BYTES:
@@ -136,8 +135,8 @@ class Bag:
             raise ValueError('the last record is not whole')
 
     def _spend(self, memory: int) -> None:
-        self._left -= memory
-        if self._left < 0:
+        self._memory_left -= memory
+        if self._memory_left < 0:
             raise ReadingEnded(f'it takes more than {MAX_MEMORY:.0e} bytes of memory')
 
     def _keep(self, stream: Stream, time: bytes, data: Union[bytes, mmap.mmap], begin: int,
@@ -170,8 +169,8 @@ class Bag:
                                   for name in names))
         if connection not in self.streams:
             self.streams[connection] = Stream(self._is_wanted(connection))
-        self._of_number[header[b'conn']] = self.streams[connection]
-        self._of_header.clear()     # the number may have had another connection
+        self._stream_by_connection[header[b'conn']] = self.streams[connection]
+        self._stream_by_header.clear()     # the number may have had another connection
 
     def _unpacked(self, compression: bytes, packed: bytes) -> bytes:
         """Returns the records of a packed chunk."""

@@ -128,9 +128,9 @@ def choose_topics(types, namespace):
 
 
 def _by_type(types, kind, name, prefix):
-    """Returns the topic of type `kind` in the namespace `prefix`, or in any namespace if it is
-    None. If there are several, the topic is the one with this `name`. Raises BagProblem if there is
-    not exactly one."""
+    """Returns the topic of type `kind` in the namespace `prefix`, or in any namespace if `prefix`
+    is None. If there are several topics, the topic with this `name` is returned. Raises BagProblem
+    if there is not exactly one such topic."""
     topics = [topic for topic, made in types.items() if made is kind
               and (prefix is None or topic.startswith(prefix))]
     if not topics:

@@ -14,7 +14,8 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.resets_and_goals import Epoch, Span, epochs, spans
+from tb3_labs.report.motion.resets_and_goals import (
+    FrameInterval, StateInterval, frame_intervals, state_intervals)
 from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
@@ -49,7 +50,7 @@ class DriveReport:
 
 def drives(run: RunData) -> List[DriveReport]:
     """Returns the DriveReport of each drive, in order."""
-    states, frames = spans(run), epochs(run)
+    states, frames = state_intervals(run), frame_intervals(run)
     reports = []
     first = 0
     while first < len(states):
@@ -62,45 +63,47 @@ def drives(run: RunData) -> List[DriveReport]:
     return reports
 
 
-def epoch_of(in_order: Sequence[Epoch], begin: float, end: float) -> Epoch:
-    """Returns the Epoch of a drive from `begin` to `end` [s].
+def frame_interval_of(in_order: Sequence[FrameInterval], begin: float, end: float) -> FrameInterval:
+    """Returns the FrameInterval of a drive from `begin` to `end` [s].
 
     If a reset begins the drive, the pose may show the reset a moment after the drive's begin. But a
-    reset that is nearer to the drive's end has ended the drive, so that its epoch is not returned.
+    reset that is nearer to the drive's end has ended the drive, so its interval is not returned.
     """
     latest = min(begin + RESET_DELAY, (begin + end) / 2.0)
-    return [epoch for epoch in in_order if epoch.begin <= latest][-1]
+    return [interval for interval in in_order if interval.begin <= latest][-1]
 
 
-def _is_same_drive(frames: Sequence[Epoch], span: Span, following: Span) -> bool:
+def _is_same_drive(frames: Sequence[FrameInterval], previous: StateInterval,
+                   following: StateInterval) -> bool:
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
     # after a stop or a final error that is too large, the robot drives to the same goal again
-    is_again = span.state == FINAL_TURN or is_stopped(span.state)
-    epoch, next_epoch = (epoch_of(frames, each.begin, each.end) for each in (span, following))
-    return is_again and span.goal == following.goal and epoch is next_epoch
+    is_again = previous.state == FINAL_TURN or is_stopped(previous.state)
+    interval, next_interval = (
+        frame_interval_of(frames, each.begin, each.end) for each in (previous, following))
+    return is_again and previous.goal == following.goal and interval is next_interval
 
 
-def _drive(run: RunData, frames: Sequence[Epoch], parts: Sequence[Span],
-           next_states: Sequence[Span]) -> DriveReport:
-    """Returns the report of the drive with the states `parts`. `next_states` has the state after
-    the drive; it is empty if the recording ended."""
-    whole = Span('', parts[0].begin, parts[-1].end, parts[0].goal)
-    epoch = epoch_of(frames, whole.begin, whole.end)
+def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[StateInterval],
+           next_states: Sequence[StateInterval]) -> DriveReport:
+    """Returns the report of the drive with the states `parts`. `next_states` contains the state
+    after the drive. It is empty if the recording ended."""
+    whole = StateInterval('', parts[0].begin, parts[-1].end, parts[0].goal)
+    interval = frame_interval_of(frames, whole.begin, whole.end)
     rest = whole.end
     if next_states and next_states[0].state != TURN_TO_GOAL:
         rest = min(whole.end + SETTLE_TIME, next_states[0].end)
-    local, truth = (poses.between(epoch.begin, min(rest, epoch.end))
+    local, truth = (poses.between(interval.begin, min(rest, interval.end))
                     for poses in (run.local_pose, run.ground_truth))
     true_error = UNKNOWN
-    if epoch.local_T_world is not None:
-        true_error = _final_error(truth.seen_from(epoch.local_T_world), whole)
+    if interval.local_T_world is not None:
+        true_error = _final_error(truth.seen_from(interval.local_T_world), whole)
     return DriveReport(
         whole.begin, whole.end, whole.goal, _outcome(next_states),
         _final_error(local, whole), true_error, _drift(run, parts))
 
 
-def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
+def _final_error(poses: Poses, drive: StateInterval) -> Tuple[float, float]:
     """Returns (distance, angle) from the last pose to the goal; UNKNOWN if there is no pose near
     the end of the drive."""
     if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - MIN_GAP:
@@ -109,7 +112,7 @@ def _final_error(poses: Poses, drive: Span) -> Tuple[float, float]:
     return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)
 
 
-def _drift(run: RunData, parts: Sequence[Span]) -> float:
+def _drift(run: RunData, parts: Sequence[StateInterval]) -> float:
     """Returns the drift in the longest stretch of MOVE_FORWARD."""
     stretches = [part for part in parts if part.state == FORWARD]
     if not stretches:
@@ -119,7 +122,7 @@ def _drift(run: RunData, parts: Sequence[Span]) -> float:
     return float(yaw[-1] - yaw[0]) if len(yaw) > 1 else math.nan
 
 
-def _outcome(next_states: Sequence[Span]) -> str:
+def _outcome(next_states: Sequence[StateInterval]) -> str:
     if not next_states:
         return 'recording ended'
     following = next_states[0].state

@@ -80,14 +80,15 @@ def movements(run: RunData) -> List[Movement]:
     # a reset, or the loss of control, cuts off a movement
     cuts = np.concatenate([run.resets.time, run.control.time[run.control.value == 0.0]])
     is_cut = np.diff(np.searchsorted(np.sort(cuts), time[moves])) > 0
-    is_pause = time[moves[1:]] - ends[moves[:-1]] >= MOVEMENT_PAUSE
+    begins, previous_ends = time[moves[1:]], ends[moves[:-1]]
+    is_pause = begins - previous_ends >= MOVEMENT_PAUSE
     parts = np.split(moves, np.flatnonzero(is_cut | is_pause) + 1)
     return [_movement(run, part, ends) for part in parts]
 
 
 def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
-    """Returns the Movement of the commands with the indices `moves`. `ends` has the time at which
-    each command of the run ends [s]."""
+    """Returns the Movement of the commands with the indices `moves`. `ends` are the times
+    at which the run's commands end [s]."""
     time = run.commands.time
     begin, end = float(time[moves[0]]), float(min(ends[moves[-1]], run.duration))
     forward = turns_again = end

@@ -4,17 +4,18 @@ At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y
 handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
 or a degree sign follows the number, or if the number is larger than a whole turn in radians.
 
-An *epoch* is the time from one reset of ``local`` to the next. The line of a reset comes a moment
-before or after the first pose in the new frame. So an epoch begins at the largest jump of
-local_pose, relative to the odometry, that is within `NEAR_RESET` of this line.
+A *frame interval* is the time from one reset of ``local`` to the next. The line of a reset comes a
+moment before or after the first pose in the new frame. So a frame interval begins at the largest
+jump of local_pose, relative to the odometry, that is within `NEAR_RESET` of this line.
 
-Within an epoch, ``local`` may move in ``odom``. If the odometry jumps while the robot rests,
+``local`` may move in ``odom`` within a frame interval. If the odometry jumps while the robot rests,
 move_to_goal shifts ``local`` by the jump, so that the robot's pose in ``local`` stays the same (see
 :mod:`tb3_labs.localization.odometry_jumps`).
 
 The run has a local_pose, recorded or computed (see :mod:`tb3_labs.report.motion.movements`). Goals
 are in ``local``. Units: metres, radians, seconds since the recording's start on the recorder's
-clock. Edge case: a reset before the first local_pose, or after the last one, begins no epoch.
+clock. Edge case: a reset before the first local_pose, or after the last local_pose, begins no frame
+interval.
 """
 import math
 import re
@@ -71,7 +72,7 @@ def resets_in(log: LogLines) -> Poses:
 
 
 @dataclass(frozen=True)
-class Epoch:
+class FrameInterval:
     """The time from `begin` to `end` between two resets of ``local``."""
 
     begin: float
@@ -81,7 +82,7 @@ class Epoch:
 
 
 @dataclass(frozen=True)
-class Span:
+class StateInterval:
     """The time from `begin` to `end` in which goal_state was `state`."""
 
     state: str
@@ -91,22 +92,24 @@ class Span:
 
 
 @cached_per_run
-def epochs(run: RunData) -> List[Epoch]:
-    """Returns the Epochs of a run. The first epoch begins at -inf, the last epoch ends at inf."""
+def frame_intervals(run: RunData) -> List[FrameInterval]:
+    """Returns the FrameIntervals of a run. The first begins at -inf, and the last ends at inf."""
     frames = _frames(run)
-    begins = [-math.inf] + _epoch_begins(run)
+    begins = [-math.inf] + _interval_begins(run)
     ends = begins[1:] + [math.inf]
-    # the first transform of an epoch on tf has the exact pose of ``local``
+    # the first transform of an interval on tf has the exact pose of ``local``
     first = np.searchsorted(frames.time, begins).clip(max=len(frames) - 1)
-    return [Epoch(begin, end, frames.pose(int(k)), _local_T_world(run, begin, end))
+    return [FrameInterval(begin, end, frames.pose(int(k)), _local_T_world(run, begin, end))
             for k, begin, end in zip(first, begins, ends)]
 
 
-def _epoch_begins(run: RunData) -> List[float]:
-    """Returns the times at which the epochs begin, without the first epoch [s]. Two resets never
-    begin the same epoch."""
+def _interval_begins(run: RunData) -> List[float]:
+    """Returns the times at which the frame intervals begin, without the first interval [s]. Two
+    resets never begin the same interval."""
     local = run.local_pose
-    jump = _displacements(local).inverse() @ _displacements(robot_in_odom(run, local.time))
+    moved_in_local = _displacements(local)
+    moved_in_odom = _displacements(robot_in_odom(run, local.time))
+    jump = moved_in_local.inverse() @ moved_in_odom
     jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
     begins = _begins_of_frames(local)
     found: Set[int] = set()
@@ -152,7 +155,7 @@ def _begins_of_frames(frames: Poses) -> np.ndarray:
 
 def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
     """Returns the pose of ``world`` in ``local``, or None without ground truth. The first pose in
-    the epoch is taken for the true pose."""
+    the interval is taken for the true pose."""
     if not len(run.ground_truth):
         return None
     known = run.local_pose.between(max(begin, run.ground_truth.time[0]),
@@ -163,12 +166,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 
 @cached_per_run
-def spans(run: RunData) -> List[Span]:
-    """Returns the states of move_to_goal as Spans, in order. A state begins when it arrives."""
+def state_intervals(run: RunData) -> List[StateInterval]:
+    """Returns the StateIntervals of move_to_goal in order. A state begins when it arrives."""
     begins = run.states.arrival.tolist()
     ends = begins[1:] + [run.duration]
     goals = last_until(run.goals.arrival, run.states.arrival + SAME_MOMENT).tolist()
-    return [Span(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
+    return [StateInterval(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
             for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
@@ -176,7 +179,8 @@ def spans(run: RunData) -> List[Span]:
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
     local_pose."""
-    goals = [(span.begin, span.goal) for span in spans(run) if span.goal is not None]
+    goals = [(interval.begin, interval.goal) for interval in state_intervals(run)
+             if interval.goal is not None]
     begins = [begin for begin, _ in goals]
     poses = run.local_pose.between(begins[0], math.inf) if begins else Poses.none()
     if not len(poses):

@@ -1,7 +1,7 @@
 """Finds the turns of the IMU lab in a recorded run, and measures each from rest to rest.
 
 A turn is a movement without forward speed (see :mod:`tb3_labs.report.motion.movements`). The robot
-rests before and after a turn. Topic `turn` has the requested angle. Without a message on `turn`,
+rests before and after a turn. Topic `turn` gives the requested angle. Without a message on `turn`,
 the requested angle is the nearest of the lab's angles, +/-90 and +/-180 degrees. A movement without
 this message is not a turn if its angle is below `MIN_TURN`.
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
-from tb3_labs.report.motion.resets_and_goals import spans
+from tb3_labs.report.motion.resets_and_goals import state_intervals
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 from tb3_labs.robot.samples import REST_ANGULAR
 
@@ -69,14 +69,14 @@ class TurnReport:
 @cached_per_run
 def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
-    driven = [span for span in spans(run) if span.state in DRIVING]
+    driven = [interval for interval in state_intervals(run) if interval.state in DRIVING]
     everything = movements(run)
     next_begins = [movement.begin for movement in everything[1:]] + [run.duration]
     reports: List[TurnReport] = []
     since = 0.0
     for movement, next_begin in zip(everything, next_begins):
         is_driven = any(
-            span.begin < movement.end and movement.begin < span.end for span in driven)
+            interval.begin < movement.end and movement.begin < interval.end for interval in driven)
         if movement.kind is not MovementKind.TURN or is_driven:
             continue
         for begin, end, until in _separate_turns(run, movement, next_begin):

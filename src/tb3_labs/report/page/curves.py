@@ -1,4 +1,4 @@
-"""Draws the curves of a timeline, and the line of its marks, as HTML.
+"""Draws the curves of a timeline, and the line of its events, as HTML.
 
 Each curve is an SVG picture. Its x is the time in seconds, and its y is the negated value in the
 unit of the data. To show another stretch of time, the timeline's program only changes the picture's
@@ -10,10 +10,10 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Se
 
 import numpy as np
 
-#: The kinds of marks. Each kind has its own row, in this order from the top.
-MARK_KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
+#: The kinds of events. Each kind has its own row, in this order from the top.
+EVENT_KINDS = ('drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost')
 #: The height of a row [px].
-MARK_HEIGHT = 8
+EVENT_HEIGHT = 8
 #: The distance between two grid lines is the smallest of these steps with which a curve has at most
 #: GRID_LINES intervals.
 GRID_STEPS = tuple(digit * 10.0 ** power for power in range(-3, 6) for digit in (1, 2, 5))
@@ -26,13 +26,13 @@ BOTH_LINES = ': <b class="measured">measured</b>, <b class="commanded">commanded
 CURVE = '''<figure><figcaption>{caption}</figcaption><div class="plot" id="curve-{name}">
 <svg viewBox="0 {top:.4f} {duration} {height:.4f}" preserveAspectRatio="none">
 <path class="grid" d="{grid}"/>{lines}</svg>{labels}<div class="now"></div></div></figure>'''
-MARK = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
-        ' style="top:{top}px;--x:{x:.4f};--w:{width:.4f}"></a>')
+EVENT = ('<a class="{kind}" href="#t={begin}" title="{title}" tabindex="-1"'
+         ' style="top:{top}px;--x:{x:.4f};--w:{width:.4f}"></a>')
 
 
 class Command(NamedTuple):
-    """A command of the timeline, in force until the next one. Both speeds are None if the robot's
-    timeout has ended the command before."""
+    """A command of the timeline. It is in force until the next command. Both speeds are None where
+    the robot's timeout ended the previous command."""
 
     time: float
     linear: Optional[float]
@@ -75,16 +75,17 @@ def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
     return np.flatnonzero(is_kept)
 
 
-def mark_line(data: Dict[str, Any]) -> Iterator[str]:
-    """Yields the HTML of each mark, then an empty box as high as all rows of marks."""
+def event_line(data: Dict[str, Any]) -> Iterator[str]:
+    """Yields the HTML of each event, then an empty box as high as all rows of events."""
     duration = data['duration']
-    kinds = {mark['kind'] for mark in data['marks']}
-    rows = [kind for kind in MARK_KINDS if kind in kinds]
-    for mark in data['marks']:
-        yield MARK.format(kind=mark['kind'], title=escape(mark['text']), begin=mark['begin'],
-                          top=MARK_HEIGHT * rows.index(mark['kind']), x=mark['begin'] / duration,
-                          width=(mark['end'] - mark['begin']) / duration)
-    yield f'<div style="height:{MARK_HEIGHT * len(rows)}px"></div>'
+    kinds = {event['kind'] for event in data['marks']}
+    rows = [kind for kind in EVENT_KINDS if kind in kinds]
+    for event in data['marks']:
+        begin, end = event['begin'], event['end']
+        yield EVENT.format(kind=event['kind'], title=escape(event['text']), begin=begin,
+                           top=EVENT_HEIGHT * rows.index(event['kind']), x=begin / duration,
+                           width=(end - begin) / duration)
+    yield f'<div style="height:{EVENT_HEIGHT * len(rows)}px"></div>'
 
 
 def curves(data: Dict[str, Any]) -> Iterator[str]:
@@ -145,8 +146,9 @@ def _curve(data: Dict[str, Any], name: str, caption: str, lines: Sequence[Tuple[
     if margin == 0.0:       # a constant curve
         margin = 1.0
     low, high = low - margin, high + margin
-    wide_enough = [step for step in steps if high - low <= GRID_LINES * step] + [high - low]
-    step = 1.0 if levels else wide_enough[0]
+    step = next((step for step in steps if high - low <= GRID_LINES * step), high - low)
+    if levels:
+        step = 1.0
     grid = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     labels = []
     for value in grid:

@@ -70,7 +70,7 @@ def number(value: float, form: str, unknown: str = DASH) -> str:
 
 
 def degrees(angle: float, form: str) -> str:
-    """Returns the angle [rad] as degrees in the format `form`; a dash if it is not finite."""
+    """Returns the angle [rad] in degrees, in the format `form`; a dash if it is not finite."""
     return number(math.degrees(angle), form)
 
 
@@ -109,7 +109,7 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
           has_timeline: bool = True) -> str:
     """Returns the HTML of three hints; '' if nothing was `found`. The hints are the question of the
     link, the place that explains the link, and the sentence `mistake`. Each hint is folded within
-    the previous hint, so that a student can still find the mistake alone."""
+    the previous hint, so that a student can find the mistake without the next hint."""
     if found is None:
         return ''
     link, broken = found
@@ -122,8 +122,8 @@ def hints(found: Optional[Tuple[Link, BrokenLink]], mistake: str,
 
 
 def safe(text: str) -> str:
-    """Returns the text for a cell. It has an additional "'" at each place at which a spreadsheet
-    would begin to read a formula.
+    """Returns the text for a cell. A "'" is added wherever a spreadsheet would begin to read a
+    formula.
 
     Source: "CSV Injection", https://owasp.org/www-community/attacks/CSV_Injection.
     """

@@ -24,8 +24,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.motion.drives import DriveReport, epoch_of
-from tb3_labs.report.motion.resets_and_goals import Epoch, epochs, local_in_odom
+from tb3_labs.report.motion.drives import DriveReport, frame_interval_of
+from tb3_labs.report.motion.resets_and_goals import FrameInterval, frame_intervals, local_in_odom
 from tb3_labs.report.motion.turns import REST_MEAN, turn_reports
 from tb3_labs.report.run_data import Poses, RunData
 
@@ -65,21 +65,21 @@ def legend_below(figure: Figure, handles: Sequence[Any], labels: Sequence[str]) 
 def turns_figure(run: RunData) -> Figure:
     """Returns a figure of the remaining angle and of the rate of turn. Both are positive in the
     requested direction. The run has a turn."""
-    found = turn_reports(run)
+    reports = turn_reports(run)
     figure = new_figure(4.3)
     left, rate = figure.subplots(2, 1, sharex=True)
-    next_begins = [turn.begin for turn in found[1:]] + [math.inf]
-    for number, (turn, next_begin) in enumerate(zip(found, next_begins)):
+    next_begins = [turn.begin for turn in reports[1:]] + [math.inf]
+    for number, (turn, next_begin) in enumerate(zip(reports, next_begins)):
         until = min(turn.end + SHOWN_AFTER, next_begin)
         sign = math.copysign(1.0, turn.requested)
         imu = run.imu.between(turn.begin - SHOWN_BEFORE, until)
         yaw = np.unwrap(imu.yaw)
         remaining = abs(turn.requested) - sign * (yaw - np.interp(turn.begin, imu.time, yaw))
         colour, style = STYLES[number % len(STYLES)]
-        looks: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
+        line_style: Dict[str, Any] = dict(color=colour, linestyle=style, linewidth=1.1)
         name = f'{number + 1}: {math.degrees(turn.requested):+.0f} deg'
-        left.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **looks)
-        rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **looks)
+        left.plot(imu.time - turn.begin, np.degrees(remaining), label=name, **line_style)
+        rate.plot(imu.time - turn.begin, sign * imu.yaw_rate, **line_style)
         commands = run.commands.between(turn.begin - SHOWN_BEFORE, until)
         rate.plot(commands.time - turn.begin, sign * commands.angular, '.', color=ORANGE,
                   markersize=2.5, label=None if number else 'commanded')
@@ -95,30 +95,30 @@ def turns_figure(run: RunData) -> Figure:
 
 
 def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
-    """Returns a figure with two panels: the path in odom, and the path in local. Both panels have
+    """Returns a figure with two panels: the path in odom, and the path in local. Both panels show
     the axes of both frames, and the goals of the drives."""
     figure = new_figure(4.0)
     in_odom, in_local = figure.subplots(1, 2)
-    frames, local = epochs(run), run.local_pose
-    for number, epoch in enumerate(frames):
+    frames, local = frame_intervals(run), run.local_pose
+    for number, interval in enumerate(frames):
         colour, _ = STYLES[number % len(STYLES)]
         _, style = STYLES[(number + number // len(STYLES)) % len(STYLES)]
         name = f'path after reset {number}' if number else 'path'
-        looks = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
-        draw_path(in_odom, run.odometry.between(epoch.begin, epoch.end), **looks)
-        draw_path(in_local, local.between(epoch.begin, epoch.end), **looks)
-        if epoch.local_T_world is not None:
-            truth = run.ground_truth.between(epoch.begin, epoch.end).seen_from(
-                epoch.local_T_world)
-            looks = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
-                         label=None if number else 'ground truth')
-            draw_path(in_local, truth, **looks)
-            draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **looks)
+        path_style = dict(color=colour, linestyle=style, linewidth=1.6, label=name)
+        draw_path(in_odom, run.odometry.between(interval.begin, interval.end), **path_style)
+        draw_path(in_local, local.between(interval.begin, interval.end), **path_style)
+        if interval.local_T_world is not None:
+            truth = run.ground_truth.between(interval.begin, interval.end).seen_from(
+                interval.local_T_world)
+            truth_style = dict(color='#bbbbbb', linewidth=4.5, zorder=1,
+                               label=None if number else 'ground truth')
+            draw_path(in_local, truth, **truth_style)
+            draw_path(in_odom, local_in_odom(run, truth.time) @ truth, **truth_style)
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _draw_ends(in_local, local, [goal for _, goal in goals])
-    chosen = [(epoch.odom_T_local, f', reset {number}' if number else '')
-              for number, epoch in enumerate(frames)]
+    chosen = [(interval.odom_T_local, f', reset {number}' if number else '')
+              for number, interval in enumerate(frames)]
     _draw_frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in chosen])
     _draw_frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in chosen])
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
@@ -129,16 +129,17 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     return figure
 
 
-def draw_path(axes: Axes, poses: Poses, **looks: Any) -> None:
+def draw_path(axes: Axes, poses: Poses, **style: Any) -> None:
     """Draw a line through the poses. The line has a gap where the poses leap."""
     if len(poses):
         axes.plot(*(np.insert(column, poses.leaps, np.nan) for column in (poses.x, poses.y)),
-                  **looks)
+                  **style)
 
 
-def _in_odom(run: RunData, frames: Sequence[Epoch], drive: DriveReport, goal: Pose2) -> Pose2:
+def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
+             goal: Pose2) -> Pose2:
     """Returns the goal of a drive in odom, at the end of the drive."""
-    last = min(drive.end, epoch_of(frames, drive.begin, drive.end).end)
+    last = min(drive.end, frame_interval_of(frames, drive.begin, drive.end).end)
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 

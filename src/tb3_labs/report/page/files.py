@@ -17,7 +17,7 @@ import numpy as np
 from tb3_labs.command_line import output_folder, write_output
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.report.motion.drives import STRAIGHT_AFTER, DriveReport, drives
-from tb3_labs.report.motion.resets_and_goals import epochs
+from tb3_labs.report.motion.resets_and_goals import frame_intervals
 from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, timeline
 from tb3_labs.report.page.document import document, number, safe, table
@@ -33,7 +33,7 @@ CAPTIONS = {
 FIGURE = '<figure><img alt="{0}" src="data:image/png;base64,{1}"><figcaption>{2} File: {0}.png.' \
     '</figcaption></figure>'
 NO_DRIVE = 'No drives are listed: neither goal_state nor the commands on cmd_vel show one.'
-#: The paragraph of a page on the values that were not recorded.
+#: A page has this paragraph if values were computed, since their topics were not recorded.
 COMPUTED = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
@@ -96,8 +96,8 @@ def write_report(run: RunData, model: RobotModel, folder: Union[str, Path]) -> L
     write_reports(drives_csv, name, 'drive', DRIVE_COLUMNS, driven)
     notes = [note[:1].upper() + note[1:] + '.' for note in run.notes]
     parts = [f'<p>{escape(text)}</p>' for text in [*notes, _summary(run, model)]]
-    parts += [printed_faults(run), timeline.section(timeline.timeline(
-        run, model, moments(run, turned, driven))), *broken_links(run)]
+    shown = timeline.timeline(run, model, moments(run, turned, driven))
+    parts += [printed_faults(run), timeline.section(shown), *broken_links(run)]
     if turned:
         files.append(folder / 'turns.png')
         parts += ['<h2>Turns</h2>', numbered('turn', TURN_COLUMNS, turned),
@@ -131,7 +131,8 @@ def _summary(run: RunData, model: RobotModel) -> str:
     invalid = ''.join(f', {number} invalid messages of {run.topics.get(part, part)} dropped'
                       for part, number in run.dropped.items() if number)
     return (f'{model.name.capitalize()} on {date}, {run.duration:.1f} s, '
-            f'{run.odometry.length:.2f} m driven, resets: {len(epochs(run)) - 1}{invalid}.')
+            f'{run.odometry.length:.2f} m driven, resets: {len(frame_intervals(run)) - 1}'
+            f'{invalid}.')
 
 
 def write_csv(run: RunData, path: Path) -> None:
@@ -139,7 +140,7 @@ def write_csv(run: RunData, path: Path) -> None:
     odometry, commands = run.odometry, run.commands
     at = odometry.time
     newest = last_until(commands.time, at)
-    is_over = np.append(commands.time, -math.inf)[newest] < at - COMMAND_TIMEOUT
+    is_over = _chosen(commands.time, newest) < at - COMMAND_TIMEOUT
     newest = np.where(is_over, -1, newest)      # before the first command, `newest` is -1, too
     columns = {
         'time_s': at, 'odom_x_m': odometry.x, 'odom_y_m': odometry.y,

@@ -1,6 +1,6 @@
 """Finds the moments of a run that its page points to.
 
-The marks on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps.
+The events on the timeline are turns, drives, movements by hand, resets, starts, stops and gaps.
 Signs of a mistake in the node are exceptions, open TODOs, and the first broken link.
 """
 import re
@@ -11,10 +11,10 @@ import numpy as np
 
 from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.movements import movements
-from tb3_labs.report.motion.resets_and_goals import epochs, spans
+from tb3_labs.report.motion.resets_and_goals import frame_intervals, state_intervals
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
-from tb3_labs.report.page.timeline import Mark, mark
+from tb3_labs.report.page.timeline import TimelineEvent, timeline_event
 from tb3_labs.report.run_data import MIN_GAP, RunData
 from tb3_labs.watch.broken_link import sentence
 from tb3_labs.watch.chains import broken_links_of_nodes
@@ -29,51 +29,53 @@ FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 
 
 def moments(run: RunData, turned: Sequence[TurnReport],
-            driven: Sequence[DriveReport]) -> List[Mark]:
-    """Returns the Marks of a run with these turns and drives."""
-    found = [_turn_mark(k, turn) for k, turn in enumerate(turned, 1)]
-    found += [_drive_mark(k, drive) for k, drive in enumerate(driven, 1)]
+            driven: Sequence[DriveReport]) -> List[TimelineEvent]:
+    """Returns the TimelineEvents of a run with these turns and drives."""
+    found = [_turn_event(k, turn) for k, turn in enumerate(turned, 1)]
+    found += [_drive_event(k, drive) for k, drive in enumerate(driven, 1)]
     turns_and_drives = list(found)
     for movement in movements(run):
         is_known = any(movement.begin < known['end'] and known['begin'] < movement.end
                        for known in turns_and_drives)
         if not is_known:
             found.append(_by_hand(run, movement.begin, movement.end))
-    found += [mark('reset', epoch.begin, f'reset {k} of local')
-              for k, epoch in enumerate(epochs(run)[1:], 1)]
-    found += [mark('stop', span.begin, span.state) for span in spans(run) if ':' in span.state]
+    found += [timeline_event('reset', interval.begin, f'reset {k} of local')
+              for k, interval in enumerate(frame_intervals(run)[1:], 1)]
+    found += [timeline_event('stop', interval.begin, interval.state)
+              for interval in state_intervals(run) if ':' in interval.state]
     was_given = None
     for time, value in zip(run.control.time, run.control.value):
         is_given = value > 0.5
         if is_given and not was_given:
-            found.append(mark('start', time, 'control given to the node'))
+            found.append(timeline_event('start', time, 'control given to the node'))
         elif not is_given and was_given is not False:
-            found.append(mark('stop', time, 'control taken from the node'))
+            found.append(timeline_event('stop', time, 'control taken from the node'))
         was_given = is_given
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > MIN_GAP):
             begin, end = samples.time[k:k + 2]
-            found.append(mark('lost', begin, f'{name} silent for {end - begin:.1f} s', end))
+            text = f'{name} silent for {end - begin:.1f} s'
+            found.append(timeline_event('lost', begin, text, end))
     return found
 
 
-def _turn_mark(k: int, turn: TurnReport) -> Mark:
+def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:
     requested, turned = degrees(turn.requested, '{:+.0f}'), degrees(turn.turned, '{:+.1f}')
     text = f'turn {k}: asked {requested}, turned {turned} deg'
-    return mark('turn', turn.begin, text, turn.end)
+    return timeline_event('turn', turn.begin, text, turn.end)
 
 
-def _drive_mark(k: int, drive: DriveReport) -> Mark:
+def _drive_event(k: int, drive: DriveReport) -> TimelineEvent:
     distance, angle = drive.measured
     off = f"{number(distance, '{:.3f}')} m and {degrees(angle, '{:.1f}')} deg off"
-    return mark('drive', drive.begin, f'drive {k}: {drive.outcome}, {off}', drive.end)
+    return timeline_event('drive', drive.begin, f'drive {k}: {drive.outcome}, {off}', drive.end)
 
 
-def _by_hand(run: RunData, begin: float, end: float) -> Mark:
+def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
     before, after = run.imu.yaw_at((begin, end))
     length = run.odometry.between(begin, end).length
     turned = degrees(after - before, '{:+.1f}')
-    return mark('hand', begin, f'by hand: {length:.2f} m, turned {turned} deg', end)
+    return timeline_event('hand', begin, f'by hand: {length:.2f} m, turned {turned} deg', end)
 
 
 def printed_faults(run: RunData) -> str:

@@ -20,9 +20,9 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
-    Epoch, epochs, goal_errors, local_in_odom, spans)
+    FrameInterval, frame_intervals, goal_errors, local_in_odom, state_intervals)
 from tb3_labs.report.page.curves import (
-    Command, Figure, Line, curves, kept_samples, mark_line, variable_curves)
+    Command, Figure, Line, curves, event_line, kept_samples, variable_curves)
 from tb3_labs.report.run_data import (
     MIN_GAP, Commands, LogLines, Poses, RunData, cached_per_run)
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
@@ -54,13 +54,13 @@ MAX_DRAWN_NUMBER = 1e300
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
-Mark = Dict[str, Any]
+TimelineEvent = Dict[str, Any]
 
 
 def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
           breaks: Sequence[int] = ()) -> Dict[str, Any]:
     """Returns the track of `columns`, which have these units. No line is drawn across a gap of
-    time, or into a sample whose index is in `breaks`. In the result, 'breaks' has the indices of
+    time, or into a sample whose index is in `breaks`. In the result, 'breaks' are the indices of
     the points into which no line is drawn."""
     if not len(time):
         return {'time': [], 'columns': [[] for _ in units], 'breaks': []}
@@ -73,17 +73,17 @@ def track(time: np.ndarray, columns: Sequence[np.ndarray], units: Sequence[str],
             'breaks': np.unique(np.searchsorted(shown, begins)).tolist()}
 
 
-def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[str, Any]:
+def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -> Dict[str, Any]:
     """Returns all data of the timeline of a run, for JSON."""
     imu, odometry, local = run.imu, run.odometry, run.local_pose
     time, distance, angle = goal_errors(run)
-    frames = epochs(run)
+    frames = frame_intervals(run)
     local_resets, goal_resets = _resets(frames, local.time), _resets(frames, time)
     turned_over = np.flatnonzero(np.abs(np.diff(angle)) > math.pi) + 1
-    # at the begin of each epoch, the pose in ``local`` is taken for the true pose
-    truth = [run.ground_truth.between(epoch.begin, epoch.end).seen_from(
-        epoch.odom_T_local @ epoch.local_T_world)
-        for epoch in frames if epoch.local_T_world is not None]
+    # at the begin of each interval, the pose in ``local`` is taken for the true pose
+    truth = [run.ground_truth.between(interval.begin, interval.end).seen_from(
+        interval.odom_T_local @ interval.local_T_world)
+        for interval in frames if interval.local_T_world is not None]
     return {
         'duration': max(round(run.duration, 3), 0.001), 'radius': model.body_radius,
         'odom': _poses(odometry), 'local': _poses(local, local_resets),
@@ -95,9 +95,9 @@ def timeline(run: RunData, model: RobotModel, marked: Sequence[Mark]) -> Dict[st
         'distance': track(time, [distance], ['m'], goal_resets),
         'angle': track(time, [np.degrees(angle)], ['deg'], [*goal_resets, *turned_over]),
         'commands': _commands(run.commands),
-        'goals': [[round(span.begin, 3), span.state, _rounded(span.goal)]
-                  for span in spans(run)],
-        'marks': sorted(marked, key=lambda moment: moment['begin']),
+        'goals': [[round(interval.begin, 3), interval.state, _rounded(interval.goal)]
+                  for interval in state_intervals(run)],
+        'marks': sorted(events, key=lambda event: event['begin']),
         'log': _lines(run.log),
         'nodes': [*dict.fromkeys(run.variables.node)], 'variables': texts(run),
         'figures': figures(run)}
@@ -112,9 +112,9 @@ def _rounded(goal: Optional[Pose2]) -> Optional[List[float]]:
     return None if goal is None else [round(part, 4) for part in (goal.x, goal.y, goal.yaw)]
 
 
-def _resets(frames: Sequence[Epoch], time: np.ndarray) -> List[int]:
+def _resets(frames: Sequence[FrameInterval], time: np.ndarray) -> List[int]:
     """Returns the index of the first sample after each reset. `time`: the times of samples [s]."""
-    found = np.searchsorted(time, [epoch.begin for epoch in frames[1:]])
+    found = np.searchsorted(time, [interval.begin for interval in frames[1:]])
     return [int(index) for index in found if 0 < index < len(time)]
 
 
@@ -133,8 +133,9 @@ def _commands(commands: Commands) -> List[Command]:
     return rows
 
 
-def mark(kind: str, begin: float, text: str, end: Optional[float] = None) -> Mark:
-    """Returns the Mark of a moment, or of a stretch of time if there is an `end` [s]."""
+def timeline_event(kind: str, begin: float, text: str,
+                   end: Optional[float] = None) -> TimelineEvent:
+    """Returns the TimelineEvent of a moment; with an `end` [s], of a stretch of time."""
     if end is None:
         end = begin
     return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(end), 3),
@@ -179,10 +180,15 @@ def texts(run: RunData) -> List[List[Any]]:
     rows = []
     for each in variables(run):
         shown = changes(each)
-        rows.append([each.name, np.round(each.time[shown], 3).tolist(), [
-            f'{number:.5g}' if '.' in text and not math.isnan(number) else text
-            for text, number in zip(each.text[shown], each.value[shown])]])
+        shown_texts = list(map(_shown_text, each.text[shown], each.value[shown]))
+        rows.append([each.name, np.round(each.time[shown], 3).tolist(), shown_texts])
     return rows
+
+
+def _shown_text(text: str, number: float) -> str:
+    if '.' in text and not math.isnan(number):
+        return f'{number:.5g}'
+    return text
 
 
 def figures(run: RunData) -> List[Figure]:
@@ -228,13 +234,13 @@ def section(data: Dict[str, Any]) -> str:
                       allow_nan=False).replace('<', '\\u003c')
     styles = drawing.FOLDER / 'colours.css', TIMELINE_PAGE.with_suffix('.css')
     style = ''.join(path.read_text(encoding='utf-8') for path in styles)
-    mark_list = ''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
+    event_list = ''.join('<a href="#t={}">{:.1f} s&ensp;{}</a>'.format(
         each['begin'], each['begin'], escape(each['text'])) for each in data['marks'])
     log = ''.join('<li data-level="{}"><a href="#t={}">{:.2f} s&ensp;{}</a></li>'.format(
         level, at, at, escape(text)) for at, level, text in data['log'])
     page = TIMELINE_PAGE.read_text(encoding='utf-8').format(
         curves='\n'.join(curves(data)), variables='\n'.join(variable_curves(data)),
-        nodes=escape(', '.join(data['nodes'])), marks=''.join(mark_line(data)),
-        mark_list=mark_list, log=log, data=text,
+        nodes=escape(', '.join(data['nodes'])), marks=''.join(event_line(data)),
+        event_list=event_list, log=log, data=text,
         script=drawing.one_script(TIMELINE_PAGE.with_suffix('.js')))
     return f'<style>\n{style}</style>\n{page}'
