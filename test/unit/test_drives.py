@@ -10,7 +10,7 @@ from recorded_run import MISS, MISS_DEG, in_degrees, run  # noqa: F401
 
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.drives import drives
-from tb3_labs.report.motion.resets_and_goals import goal_errors, state_intervals
+from tb3_labs.report.motion.resets_and_goals import goal_errors, recorded_states
 
 #: A shift of local_pose that is too small for a reset [m].
 SHIFT = 0.015
@@ -76,7 +76,7 @@ def test_errors_are_those_of_the_goal_in_force():
 @pytest.mark.parametrize('later, is_own', [(-1.0, True), (0.09, True), (0.11, False)])
 def test_a_goal_may_arrive_a_tenth_of_a_second_after_its_state(later, is_own):
     run = made(states=states((5.0, 'ROTATE_TO_GOAL')), goals=goals([5.0 + later], [1.0]))
-    (span,) = state_intervals(run)
+    (span,) = recorded_states(run)
     assert (span.begin, span.end) == (5.0, 10.0)
     assert span.goal == (Pose2(1.0, 0.0, 0.0) if is_own else None)
 

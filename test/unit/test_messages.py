@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tb3_labs.report.bag.messages import RecordedClock, times_on_recorders_clock
-from tb3_labs.report.motion.resets_and_goals import declared_by
+from tb3_labs.watch.printed_pose import declared_by
 
 #: The robot's clock is ahead of the recorder's by this much [s].
 AHEAD = 0.775

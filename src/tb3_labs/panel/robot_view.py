@@ -29,23 +29,18 @@ Nodes may publish NaN and infinity, which JSON does not have. A picture has null
 Units in the code: metres and radians. Arrivals are in seconds on one clock (`now`).
 """
 import math
-import re
-from contextlib import suppress
 from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 from tb3_labs.control.goal_state import DRIVING, GAVE_UP, STOPPED, WAITING, GoalState
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import PRINTED_POSE_SET
 from tb3_labs.robot.samples import OdometrySample
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
+from tb3_labs.watch.printed_pose import declared_by
 
 #: After a larger jump of its position [m] or yaw [rad] the odometry was set to zero.
 POSITION_JUMP = 0.2
 YAW_JUMP = math.radians(60.0)
-#: After a reset the handout's node prints this line, with x, y [m], yaw [rad] in local.
-POSE_SET_LINE = re.compile(
-    PRINTED_POSE_SET + r' to x=([-+.\de]+), y=([-+.\de]+), yaw=([-+.\de]+?)\.?$')
 #: If the stamps of truth and odometry are farther apart than this, truth is not moved in time [s].
 MAX_TIME_APART = 0.3
 #: A robot is at rest if its odometry is slower than this [m/s], [rad/s].
@@ -87,11 +82,10 @@ class RobotView:
 
     def on_log_line(self, text: str) -> None:
         """Take the robot's pose in local from a line of the log, if the line has such a pose."""
-        declared = POSE_SET_LINE.search(text)
+        declared = declared_by(text)
         odom = self.latest('odom')
         if declared and odom:
-            with suppress(ValueError):    # 1e999 is infinite
-                self._computed_frame = odom.pose @ Pose2(*map(float, declared.groups())).inverse()
+            self._computed_frame = odom.pose @ declared.inverse()
 
     def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
         """Store a command of the node `sender`: a speed [m/s] and a rate of turn [rad/s]."""

@@ -15,7 +15,7 @@ from tb3_labs.control.goal_state import DRIVING, GoalState, is_stopped
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
-    FrameInterval, StateInterval, frame_intervals, state_intervals)
+    FrameInterval, RecordedState, frame_intervals, recorded_states)
 from tb3_labs.report.run_data import MIN_GAP, Poses, RunData
 
 #: The errors of a drive are measured when the robot rests, at most this time after its end [s].
@@ -50,7 +50,7 @@ class DriveReport:
 
 def drives(run: RunData) -> List[DriveReport]:
     """Returns the DriveReport of each drive, in order."""
-    states, frames = state_intervals(run), frame_intervals(run)
+    states, frames = recorded_states(run), frame_intervals(run)
     reports = []
     first = 0
     while first < len(states):
@@ -73,8 +73,8 @@ def frame_interval_of(in_order: Sequence[FrameInterval], begin: float, end: floa
     return [interval for interval in in_order if interval.begin <= latest][-1]
 
 
-def _is_same_drive(frames: Sequence[FrameInterval], previous: StateInterval,
-                   following: StateInterval) -> bool:
+def _is_same_drive(frames: Sequence[FrameInterval], previous: RecordedState,
+                   following: RecordedState) -> bool:
     if following.state != TURN_TO_GOAL:
         return following.state in DRIVING or is_stopped(following.state)
     # after a stop or a final error that is too large, the robot drives to the same goal again
@@ -84,11 +84,11 @@ def _is_same_drive(frames: Sequence[FrameInterval], previous: StateInterval,
     return is_again and previous.goal == following.goal and interval is next_interval
 
 
-def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[StateInterval],
-           next_states: Sequence[StateInterval]) -> DriveReport:
+def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[RecordedState],
+           next_states: Sequence[RecordedState]) -> DriveReport:
     """Returns the report of the drive with the states `parts`. `next_states` contains the state
     after the drive. It is empty if the recording ended."""
-    whole = StateInterval('', parts[0].begin, parts[-1].end, parts[0].goal)
+    whole = RecordedState('', parts[0].begin, parts[-1].end, parts[0].goal)
     interval = frame_interval_of(frames, whole.begin, whole.end)
     rest = whole.end
     if next_states and next_states[0].state != TURN_TO_GOAL:
@@ -103,7 +103,7 @@ def _drive(run: RunData, frames: Sequence[FrameInterval], parts: Sequence[StateI
         _final_error(local, whole), true_error, _drift(run, parts))
 
 
-def _final_error(poses: Poses, drive: StateInterval) -> Tuple[float, float]:
+def _final_error(poses: Poses, drive: RecordedState) -> Tuple[float, float]:
     """Returns (distance, angle) from the last pose to the goal; UNKNOWN if there is no pose near
     the end of the drive."""
     if drive.goal is None or not len(poses) or poses.time[-1] < drive.end - MIN_GAP:
@@ -112,7 +112,7 @@ def _final_error(poses: Poses, drive: StateInterval) -> Tuple[float, float]:
     return last.distance_to(drive.goal), difference(drive.goal.yaw, last.yaw)
 
 
-def _drift(run: RunData, parts: Sequence[StateInterval]) -> float:
+def _drift(run: RunData, parts: Sequence[RecordedState]) -> float:
     """Returns the drift in the longest stretch of MOVE_FORWARD."""
     stretches = [part for part in parts if part.state == FORWARD]
     if not stretches:
@@ -122,7 +122,7 @@ def _drift(run: RunData, parts: Sequence[StateInterval]) -> float:
     return float(yaw[-1] - yaw[0]) if len(yaw) > 1 else math.nan
 
 
-def _outcome(next_states: Sequence[StateInterval]) -> str:
+def _outcome(next_states: Sequence[RecordedState]) -> str:
     if not next_states:
         return 'recording ended'
     following = next_states[0].state

@@ -1,9 +1,5 @@
 """Finds the local frame and the goal at each time of a recorded run.
 
-At a reset, a node of the Transformation lab prints ``Local pose set to x=..., y=..., yaw=...``. The
-handout's node prints the yaw in radians, other nodes print degrees. A yaw is in degrees if ``deg``
-or a degree sign follows the number, or if the number is larger than a whole turn in radians.
-
 A *frame interval* is the time from one reset of ``local`` to the next. The line of a reset comes a
 moment before or after the first pose in the new frame. So a frame interval begins at the largest
 jump of local_pose, relative to the odometry, that is within `NEAR_RESET` of this line.
@@ -18,23 +14,16 @@ clock. Edge case: a reset before the first local_pose, or after the last local_p
 interval.
 """
 import math
-import re
 from dataclasses import dataclass
 from typing import List, Optional, Set, Tuple
 
 import numpy as np
 
-from tb3_labs.geometry.angles import WHOLE_TURN, wrap
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.run_data import LogLines, Poses, RunData, cached_per_run
+from tb3_labs.watch.printed_pose import declared_by
 
-#: The line of a reset. Two neighbouring parts of this expression never match the same character, so
-#: the search is fast even in a line of thousands of blanks.
-NUMBER = r'([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)'
-RESET_LINE = re.compile(
-    r'local pose (?:set|reset) to\W*x\s*[=:]\s*{0}(?:\s*m)?\W+y\s*[=:]\s*{0}(?:\s*m)?\W+'
-    r'(?:yaw|theta)\s*[=:]\s*{0}\s*(deg|\N{{DEGREE SIGN}})?'.format(NUMBER), re.IGNORECASE)
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
 #: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
@@ -47,20 +36,6 @@ LOSS_PER_SECOND = 0.05
 MAX_TIME_BEFORE = 0.05
 #: A goal belongs to a state if it arrived at most this time after the state [s].
 SAME_MOMENT = 0.1
-
-
-def declared_by(line: str) -> Optional[Pose2]:
-    """Returns the robot's pose in ``local`` that the line of a reset declares; None for any other
-    line."""
-    found = RESET_LINE.search(line)
-    if found is None:
-        return None
-    x, y, yaw = (float(word) for word in found.groups()[:3])
-    if not math.isfinite(x + y + yaw):      # a number like 1e999
-        return None
-    if found.group(4) is not None or abs(yaw) > WHOLE_TURN:
-        yaw = math.radians(yaw)
-    return Pose2(x, y, wrap(yaw))
 
 
 def resets_in(log: LogLines) -> Poses:
@@ -82,7 +57,7 @@ class FrameInterval:
 
 
 @dataclass(frozen=True)
-class StateInterval:
+class RecordedState:
     """The time from `begin` to `end` in which goal_state was `state`."""
 
     state: str
@@ -166,12 +141,12 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
 
 
 @cached_per_run
-def state_intervals(run: RunData) -> List[StateInterval]:
-    """Returns the StateIntervals of move_to_goal in order. A state begins when it arrives."""
+def recorded_states(run: RunData) -> List[RecordedState]:
+    """Returns the RecordedStates of move_to_goal in order. A state begins when it arrives."""
     begins = run.states.arrival.tolist()
     ends = begins[1:] + [run.duration]
     goals = last_until(run.goals.arrival, run.states.arrival + SAME_MOMENT).tolist()
-    return [StateInterval(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
+    return [RecordedState(state, begin, end, run.goals.pose(goal) if goal >= 0 else None)
             for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
@@ -179,7 +154,7 @@ def state_intervals(run: RunData) -> List[StateInterval]:
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
     local_pose."""
-    goals = [(interval.begin, interval.goal) for interval in state_intervals(run)
+    goals = [(interval.begin, interval.goal) for interval in recorded_states(run)
              if interval.goal is not None]
     begins = [begin for begin, _ in goals]
     poses = run.local_pose.between(begins[0], math.inf) if begins else Poses.none()

@@ -16,7 +16,7 @@ import numpy as np
 
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
-from tb3_labs.report.motion.resets_and_goals import state_intervals
+from tb3_labs.report.motion.resets_and_goals import recorded_states
 from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
 from tb3_labs.robot.samples import REST_ANGULAR
 
@@ -69,7 +69,7 @@ class TurnReport:
 @cached_per_run
 def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
-    driven = [interval for interval in state_intervals(run) if interval.state in DRIVING]
+    driven = [interval for interval in recorded_states(run) if interval.state in DRIVING]
     everything = movements(run)
     next_begins = [movement.begin for movement in everything[1:]] + [run.duration]
     reports: List[TurnReport] = []

@@ -7,7 +7,7 @@ Units on the axes: metres, degrees, rad/s, seconds since a turn's first command.
 import math
 import os
 from pathlib import Path
-from typing import Any, BinaryIO, Dict, Sequence, Tuple, Union
+from typing import Any, BinaryIO, Dict, Sequence, Union
 
 import numpy as np
 
@@ -42,6 +42,8 @@ SHOWN_BEFORE, SHOWN_AFTER = 0.2, 2.0 * REST_MEAN
 #: The places of names, from the origins of their frames [points]. Frames with the same origin have
 #: different places.
 NAME_PLACES = ((-30, -9), (30, -9), (-30, 9), (30, 9))
+#: The names of the frames of more resets would hide each other.
+MAX_NAMED_RESETS = 4
 
 
 def save(figure: Figure, path: Union[str, Path, BinaryIO]) -> None:
@@ -117,10 +119,9 @@ def paths_figure(run: RunData, driven: Sequence[DriveReport]) -> Figure:
     goals = [(drive, drive.goal) for drive in driven if drive.goal]
     _draw_ends(in_odom, run.odometry, [_in_odom(run, frames, *pair) for pair in goals])
     _draw_ends(in_local, local, [goal for _, goal in goals])
-    chosen = [(interval.odom_T_local, f', reset {number}' if number else '')
-              for number, interval in enumerate(frames)]
-    _draw_frames(in_odom, 'odom', [(pose, 'local' + after) for pose, after in chosen])
-    _draw_frames(in_local, 'local', [(pose.inverse(), 'odom' + after) for pose, after in chosen])
+    poses = [interval.odom_T_local for interval in frames]
+    _draw_frames(in_odom, 'odom', 'local', poses)
+    _draw_frames(in_local, 'local', 'odom', [pose.inverse() for pose in poses])
     for axes, title in ((in_odom, 'global frame (odom)'), (in_local, 'local frame')):
         axes.set(title=title, xlabel='x [m]', ylabel='y [m]')
         axes.set_aspect('equal', adjustable='datalim')
@@ -143,10 +144,13 @@ def _in_odom(run: RunData, frames: Sequence[FrameInterval], drive: DriveReport,
     return local_in_odom(run, np.array([last])).pose(0) @ goal
 
 
-def _draw_frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]]) -> None:
-    """Draw the names and axes of the panel's `own` frame and of the frames `others`, each (pose,
-    name). The x axis is longer than the y axis."""
-    for number, (pose, name) in enumerate([(Pose2(), own), *others]):
+def _draw_frames(axes: Axes, own: str, other: str, poses: Sequence[Pose2]) -> None:
+    """Draw the names and axes of the panel's `own` frame, and of the frame `other`, which has one
+    of the `poses` after each reset. The x axis is longer than the y axis."""
+    names = [other] + [f'{other}, reset {number}' for number in range(1, len(poses))]
+    if len(poses) > 1 + MAX_NAMED_RESETS:
+        names = [''] * len(poses)
+    for number, (pose, name) in enumerate(zip([Pose2(), *poses], [own, *names])):
         for tip in ((0.2, 0.0), (0.0, 0.13)):       # [m]
             begin, end = pose.act([(0.0, 0.0), tip])
             axes.annotate('', end, begin, arrowprops=dict(
@@ -156,7 +160,7 @@ def _draw_frames(axes: Axes, own: str, others: Sequence[Tuple[Pose2, str]]) -> N
                       fontsize=8, textcoords='offset points', ha='center', va='center',
                       fontweight='normal' if number else 'bold',
                       bbox=dict(facecolor='white', alpha=0.7, linewidth=0.0, pad=0.0))
-    axes.update_datalim([(pose.x, pose.y) for pose, _ in others] + [(-0.5, 0.0), (0.5, 0.0)])
+    axes.update_datalim([(pose.x, pose.y) for pose in poses] + [(-0.5, 0.0), (0.5, 0.0)])
     axes.autoscale_view()
 
 

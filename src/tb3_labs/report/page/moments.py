@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.report.motion.drives import DriveReport
 from tb3_labs.report.motion.movements import movements
-from tb3_labs.report.motion.resets_and_goals import frame_intervals, state_intervals
+from tb3_labs.report.motion.resets_and_goals import frame_intervals, recorded_states
 from tb3_labs.report.motion.turns import TurnReport
 from tb3_labs.report.page.document import degrees, hints, number
 from tb3_labs.report.page.timeline import TimelineEvent, timeline_event
@@ -42,7 +42,7 @@ def moments(run: RunData, turned: Sequence[TurnReport],
     found += [timeline_event('reset', interval.begin, f'reset {k} of local')
               for k, interval in enumerate(frame_intervals(run)[1:], 1)]
     found += [timeline_event('stop', interval.begin, interval.state)
-              for interval in state_intervals(run) if ':' in interval.state]
+              for interval in recorded_states(run) if ':' in interval.state]
     was_given = None
     for time, value in zip(run.control.time, run.control.value):
         is_given = value > 0.5

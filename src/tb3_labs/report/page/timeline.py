@@ -20,7 +20,7 @@ import numpy as np
 from tb3_labs import drawing
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.report.motion.resets_and_goals import (
-    FrameInterval, frame_intervals, goal_errors, local_in_odom, state_intervals)
+    FrameInterval, frame_intervals, goal_errors, local_in_odom, recorded_states)
 from tb3_labs.report.page.curves import (
     Command, Figure, Line, curves, event_line, kept_samples, variable_curves)
 from tb3_labs.report.run_data import (
@@ -96,7 +96,7 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
         'angle': track(time, [np.degrees(angle)], ['deg'], [*goal_resets, *turned_over]),
         'commands': _commands(run.commands),
         'goals': [[round(interval.begin, 3), interval.state, _rounded(interval.goal)]
-                  for interval in state_intervals(run)],
+                  for interval in recorded_states(run)],
         'marks': sorted(events, key=lambda event: event['begin']),
         'log': _lines(run.log),
         'nodes': [*dict.fromkeys(run.variables.node)], 'variables': texts(run),
