@@ -7,7 +7,7 @@ import pathlib
 import re
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from functools import lru_cache
 
 import pytest
@@ -118,6 +118,12 @@ def test_the_rooms_of_marking_stay_apart():
 def test_every_room_states_its_question():
     assert [path for path in SOURCES.rglob('__init__.py')
             if len(ast.get_docstring(tree_of(path)) or '') < 30] == []
+
+
+def test_no_name_of_a_class_stands_twice():
+    names = [node.name for path in SOURCES.rglob('*.py') for node in tree_of(path).body
+             if isinstance(node, ast.ClassDef)]
+    assert [name for name, count in Counter(names).items() if count > 1] == []
 
 
 def test_a_constant_of_the_rooms_that_decide_has_one_value_in_the_whole_package():
