@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Drives by a gamepad, hands the robot over, and resets the local frame: the Transformation lab.
 
-A good student of the handout would write it so.
+A good student writes the node of the handout like this.
 
 The numbers of axes and buttons belong to the course's pad. `rostopic echo /joy` shows yours.
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Turns the robot by 90 degrees, by keyboard and IMU, beside the mouse: the IMU lab.
 
-A good student of the handout would write it so.
+A good student writes the node of the handout like this.
 
 Subscribes
     imu           sensor_msgs/Imu

@@ -2,8 +2,8 @@
 """Writes the catkin package with which a student begins a lab.
 
 The folder doc/skeletons/LAB has the package's files as templates. In a template the text @PACKAGE@
-stands for the package's name. The name of a template may end in `.in`. Then ROS's tools do not take
-the template for a package or a launch file. The file in the package has its name without `.in`.
+stands for the package's name. The name of a template may end in `.in`, so that ROS's tools do not
+use it as a package or a launch file. The file in the package has its name without `.in`.
 """
 import sys
 from pathlib import Path
@@ -85,7 +85,7 @@ def main(argv):
         print(f'skeleton.py: {problem.filename} is already there, and stays as it is',
               file=sys.stderr)
         return 2
-    except (OSError, RuntimeError, ValueError) as problem:      # RuntimeError: ~nobody has no home
+    except (OSError, RuntimeError, ValueError) as problem:      # RuntimeError: an unknown ~user
         print(f'skeleton.py: {failure_text(problem)}', file=sys.stderr)
         return 2
     print(f'{target} is written. The TODOs are in its folder src. Next: cd {target.parent.parent}; '

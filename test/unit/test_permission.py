@@ -39,7 +39,7 @@ class PermissionSenders:
                     self.hear(sender, True, renews=True)
             self.permission.update(self.now)
             self.permission.set_sensor_problem(self.sensor_problem)
-            might = might or self.permission.granted
+            might = might or self.permission.grant_holds
         return might
 
     def at_once(self, times, sender='pad'):
@@ -80,7 +80,7 @@ def test_a_grant_holds_after_a_renewal_that_did_not_come_together_with_it(sender
     senders.say('pad', True)
     senders.now += after
     senders.at_once(1)
-    assert senders.permission.granted is granted
+    assert senders.permission.grant_holds is granted
 
 
 @pytest.mark.parametrize('silence, revives', [(0.6, True), (1.9, True), (2.2, False)])
@@ -89,7 +89,7 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
     senders.run(1.0)
     senders.renewing.clear()
     senders.run(silence)
-    assert not senders.permission.granted
+    assert not senders.permission.grant_holds
     senders.renewing.add('pad')
     assert senders.run(5.0) is revives
     assert senders.warned('Control from pad is gone: it was silent for') is not revives
@@ -116,7 +116,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
     senders.run(1.0)
     senders.now += 5.0
     senders.hear('another hand', word)
-    assert not senders.permission.granted and not senders.run(5.0)
+    assert not senders.permission.grant_holds and not senders.run(5.0)
     assert senders.warned('it may have been asked for while this node did not run') is word
     senders.say('a third hand', True)
     assert senders.run(0.25)
@@ -143,7 +143,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     senders.run(comes_after)
     senders.sensor_problem = ''
     senders.run(3.0)
-    assert senders.permission.granted is stands
+    assert senders.permission.grant_holds is stands
     told = 'Control from {} is gone: no imu for {} s'.format(
         *('pad', 2) if was_there else ('the start', 20))
     assert senders.warned(told) is not stands
@@ -182,7 +182,7 @@ def test_what_was_taken_before_this_node_lived_is_no_stop():
     senders = PermissionSenders()
     senders.permission = Permission(True, senders.log_queue)
     senders.hear('pad', False, Age.OLD, renews=True)
-    assert senders.run(1.0) and senders.permission.granted
+    assert senders.run(1.0) and senders.permission.grant_holds
     assert senders.log_queue.pop_all() == []
 
 
@@ -196,7 +196,7 @@ def test_a_doubtful_true_gives_nothing_and_a_doubtful_false_stops(senders, stand
     senders.hear('student', True)      # it repeats itself
     assert senders.run(0.5) is stands
     senders.hear('student', False, age)
-    assert not senders.permission.granted and not senders.run(5.0)
+    assert not senders.permission.grant_holds and not senders.run(5.0)
     assert senders.give_anew('student')
 
 

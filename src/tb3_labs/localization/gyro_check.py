@@ -54,7 +54,7 @@ STEADY_TURN_SPREAD = 0.1
 MAX_UNEXPLAINED_TURN = 0.015
 #: A contradiction is over when gyro and wheels agreed for this long, with the wheels at rest [s].
 AGREEMENT_TIME = 1.0
-#: If the margin of _Comparison.plausible_rates() is below this, the wheels rest [rad/s].
+#: If the margin of _Comparison.plausible_rates() is below this rate, the wheels rest [rad/s].
 RESTING_MARGIN = 1.2 * GYRO_DRIFT
 #: Turns of the wheels are remembered for this long [s].
 WHEEL_MEMORY = 0.6

@@ -22,7 +22,8 @@ from tb3_labs.marking.labs.criteria import Criterion, Outcome, Verdict, verdicts
 from tb3_labs.marking.student_nodes import GAMEPAD, IMU, MOVE2GOAL, TURN
 from tb3_labs.marking.trial.remarks import (
     remarks_on, tracebacks_before_the_end, version_errors)
-from tb3_labs.marking.trial.observation import LONGEST, MAX_FAIR_GAP, NO_RECORDING, Observation
+from tb3_labs.marking.trial.observation import (
+    MAX_FAIR_GAP, MAX_SENTENCE_LENGTH, NO_RECORDING, Observation)
 from tb3_labs.watch import chains
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun, sentence
 from tb3_labs.watch.chains import Link, first_broken
@@ -230,7 +231,7 @@ def _broken_link(observation: Observation,
 
 def _limited(sentences: Sequence[str]) -> List[str]:
     """Returns the first sentences, cut and printable, since they may quote a submission."""
-    return [printable(sentence[:LONGEST]) for sentence in sentences[:MAX_SENTENCES]]
+    return [printable(sentence[:MAX_SENTENCE_LENGTH]) for sentence in sentences[:MAX_SENTENCES]]
 
 
 # -- points

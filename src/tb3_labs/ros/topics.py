@@ -96,8 +96,10 @@ def _stamp_of(message):
 def sender_connection(message):
     """Returns the events.SenderConnection on which a message arrived."""
     header = connection_of(message)
-    return SenderConnection(sender_of(header), header['process'], header['connected_at'],
-                            header.get('latching') == '1', RENEWAL_HEADER.items() <= header.items())
+    renews = RENEWAL_HEADER.items() <= header.items()
+    return SenderConnection(
+        sender=sender_of(header), process=header['process'], since=header['connected_at'],
+        latches=header.get('latching') == '1', renews=renews)
 
 
 def require_master():

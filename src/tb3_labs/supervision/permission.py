@@ -89,12 +89,12 @@ class Permission:
         self._log = log
 
     @property
-    def granted(self) -> bool:
+    def grant_holds(self) -> bool:
         """Did the last :meth:`update` find that the robot may be driven?"""
         return any(grant.holds(self._now) for grant in self._grants.values())
 
     @property
-    def has_grant(self) -> bool:
+    def grant_exists(self) -> bool:
         """Does a grant exist, perhaps a suspended grant?"""
         return bool(self._grants)
 
@@ -133,7 +133,7 @@ class Permission:
             self._grants[sender] = _Grant(now, renews=message.renews)
             self._refused.discard(sender)
             self.grant_count += 1
-        elif not self.has_grant:
+        elif not self.grant_exists:
             self._refuse(sender, 'True was said before')
 
     def _on_stop(self, message: 'Event[bool]') -> None:

@@ -83,8 +83,8 @@ class Sensor(Freshness):
 class SensorMonitor:
     """Finds lost and frozen sensors among the sensors of a motion."""
 
-    def __init__(self, *sources: Sensor) -> None:
-        self._sources = sources
+    def __init__(self, *sensors: Sensor) -> None:
+        self._sensors = sensors
         #: The status at the last :meth:`update`. RECOVERED lasts for one update.
         self.status = SensorStatus.SILENT
         #: The reason why the robot must stand; '' if it may move.
@@ -102,10 +102,10 @@ class SensorMonitor:
     def update(self, now: float, is_checked: bool = True) -> None:
         """Find the status. Call this often, also at each step of a drive. `is_checked`: were gyro
         and wheels compared? A motion waits for the sensors, and then for this comparison."""
-        for source in self._sources:
-            source.clock_went_back(now)
+        for sensor in self._sensors:
+            sensor.clock_went_back(now)
         # after its first message a TurtleBot3 calibrates its gyro for 2.6 s, and must not move
-        sent_twice = all([source.count > 1 for source in self._sources])
+        sent_twice = all([sensor.count > 1 for sensor in self._sensors])
         are_ready = sent_twice and self.are_fresh(now)
         may_move = are_ready and is_checked
         became_ready = are_ready and not self._were_ready
@@ -116,7 +116,7 @@ class SensorMonitor:
         silent_for = now - self._silent_since
         is_late = silent_for > self._longest_wait
         if may_move or became_ready:    # a new wait begins with the latest messages
-            self._silent_since = now - max([source.age(now) for source in self._sources])
+            self._silent_since = now - max([sensor.age(now) for sensor in self._sensors])
             self._longest_wait = RESUME_TIME
         if may_move:
             self._end_silence(silent_for, is_late)
@@ -131,7 +131,7 @@ class SensorMonitor:
     def _end_silence(self, silent_for: float, is_late: bool) -> None:
         """Set the status when the sensors are fresh. The sensors may have been silent until now."""
         self.hold_reason = ''
-        gap = max([source.longest_gap for source in self._sources])
+        gap = max([sensor.longest_gap for sensor in self._sensors])
         if is_late:
             self.status = SensorStatus.TIMED_OUT
             self.silent_for = silent_for
@@ -146,28 +146,28 @@ class SensorMonitor:
     def forget_silences(self) -> None:
         """Forget silences and repetitions, since the robot stood until now."""
         self.hold_reason = ''
-        for source in self._sources:
-            source.forget_silences()
+        for sensor in self._sensors:
+            sensor.forget_silences()
 
     def problem_text(self, now: float, with_age: bool = False) -> str:
         """Returns a text about the lost sensors; '' while all sensors are fresh. The text also
         names a sensor if it is silent for half its timeout."""
         if self.are_fresh(now):
             return ''
-        lost = [source for source in self._sources if source.age(now) > 0.5 * source.timeout]
-        texts = [source.silence_text for source in lost]
+        lost = [sensor for sensor in self._sensors if sensor.age(now) > 0.5 * sensor.timeout]
+        texts = [sensor.silence_text for sensor in lost]
         if with_age:
-            texts = [source.silence_text_with_age(now) for source in lost]
+            texts = [sensor.silence_text_with_age(now) for sensor in lost]
         return ', '.join(texts)
 
     def frozen_text(self) -> str:
         """Returns a text about the sensors that are frozen; '' if all sensors work."""
-        frozen = [source.name for source in self._sources if source.repeated_for > FROZEN_TIME]
+        frozen = [sensor.name for sensor in self._sensors if sensor.repeated_for > FROZEN_TIME]
         fault = 'repeats one reading though the robot is told to move (its driver hangs?)'
         return ' and '.join(f'{name} {fault}' for name in frozen)
 
     def are_fresh(self, now: float) -> bool:
-        return all(source.is_fresh(now) for source in self._sources)
+        return all(sensor.is_fresh(now) for sensor in self._sensors)
 
 
 class StallMonitor:

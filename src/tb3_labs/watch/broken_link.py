@@ -120,7 +120,7 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 
-def expected(observation: str, correct: Any) -> str:
+def should_be(observation: str, correct: Any) -> str:
     """Returns a clause: the observation, then the correct value."""
     return f'{observation}; it should be {correct}'
 

@@ -11,7 +11,7 @@ from tb3_labs.handout import (
     ANGLE_TOLERANCE, DISTANCE_TOLERANCE, DRIVE_SPEED, GAIN_TO_FINAL, GAIN_TO_GOAL, GOAL_REACHED,
     MAX_LINEAR_SPEED, MOVE_FORWARD, ROTATE_TO_FINAL, ROTATE_TO_GOAL, STATES)
 from tb3_labs.watch.broken_link import (
-    BrokenLink, NodeRun, expected, is_constant, slow_commands)
+    BrokenLink, NodeRun, is_constant, should_be, slow_commands)
 from tb3_labs.watch.drive_states import (
     HANDOUT_GOAL, MAX_PROBE_LAG, POSE_TOLERANCE, RIGHT_SHARE, SHORT_LAG, StateInterval,
     control_intervals, local_frames, own_pose, state_intervals)
@@ -33,7 +33,8 @@ def wrong_control(node_run: NodeRun) -> Iterator[BrokenLink]:
         if not node_run.runs_at(begin):     # the node did not receive the message
             continue
         part = series.between(begin + MAX_PROBE_LAG, min(end, node_run.end_after(begin)))
-        if (np.abs(part.value - value) == 1.0).sum() > max(4, len(part.value) / 2):
+        is_opposite = part.value == 1.0 - value
+        if is_opposite.sum() > max(4, len(is_opposite) / 2):
             yield BrokenLink(f'{part.time[-1] - begin:.1f} s after a {bool(value)} on ctrl_relinq '
                              f'{series.name} was {part.text[-1]}', part.time[0], series.name)
 
@@ -53,7 +54,7 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
         must_rotate = error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE
         if must_rotate and stayed and part.text[0] in STATES[1:]:
             yield BrokenLink(
-                expected(f'{frame.clause}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
+                should_be(f'{frame.clause}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
                 frame.begin, series.name)
 
 
@@ -70,8 +71,8 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         if series is None or not is_constant(series):
             continue
         if np.abs(series.value[-1] - np.array(accepted)).min() > 1e-3:
-            message = expected(f'{series.name} is {shortened_value(series.text[-1])}',
-                               f'{requested:g}')
+            message = should_be(f'{series.name} is {shortened_value(series.text[-1])}',
+                                f'{requested:g}')
             yield BrokenLink(message, series.time[0], series.name)
 
 

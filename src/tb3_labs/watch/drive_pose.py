@@ -12,7 +12,7 @@ import numpy as np
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.arrays import euler
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, worst_index
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, should_be, worst_index
 from tb3_labs.watch.drive_states import (
     MAX_PROBE_LAG, POSE_TOLERANCE, REFERENCES_OF, RIGHT_SHARE, SHORT_LAG, Frame, index_from,
     local_frames, part_with_control, unit_of)
@@ -129,7 +129,12 @@ def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Brok
     if series is None:
         return
     part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
-    if len(set(part.text)) != 1 or abs(wrap(part.value[0] - correct)) <= POSE_TOLERANCE:
+    if len(set(part.text)) != 1:
+        return
+    error = part.value[0] - correct
+    if 'yaw' in name:
+        error = wrap(error)
+    if abs(error) <= POSE_TOLERANCE:
         return
     text, behaviours = part.text[0], []
     if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == text:
@@ -139,7 +144,8 @@ def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Brok
             f'followed {each.name} at the reset' for each in yaw_readings(run.imu, run.odometry)
             if abs(wrap(part.value[0] - each.at(frame.begin))) <= POSE_TOLERANCE]
     if behaviours:
-        message = expected(f'{frame.clause}{series.name} {behaviours[0]}', sensor + ' at the reset')
+        message = should_be(f'{frame.clause}{series.name} {behaviours[0]}',
+                            sensor + ' at the reset')
         yield BrokenLink(f'{message}: it was {shortened_value(text)} when this was {correct:.3g}',
                          part.time[0], series.name)
 
@@ -164,7 +170,7 @@ def wrong_in_frame(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Broke
     worst = worst_index(part, should)
     correct_value = np.angle(should[worst]) if 'yaw' in name else should[worst]
     behaviour = behaviour_text(part, correct, quantities[2:])
-    message = expected(f'{frame.clause}{series.name} {behaviour}', correct.name)
+    message = should_be(f'{frame.clause}{series.name} {behaviour}', correct.name)
     yield BrokenLink(
         f'{message}: it was {shortened_value(part.text[worst])} when this was {correct_value:.3g}',
         part.time[worst], series.name)

@@ -11,7 +11,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import euler, wrap_all
 from tb3_labs.handout import PRINTED_HEADING
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun, expected, is_constant, wrong_value
+from tb3_labs.watch.broken_link import BrokenLink, NodeRun, is_constant, should_be, wrong_value
 from tb3_labs.watch.variables import Quantity, Series, longest_delay, matching_quantities
 
 #: A variable is late if its pauses are longer than this while its quantity changes [s].
@@ -103,11 +103,11 @@ def followed_heading(series: Series, quantities: List[Quantity]
     if usable:
         return usable[0], None
     if is_constant(series) and not found:
-        message = expected(f'{series.name} stays at {series.text[-1][:40]}', correct.name)
+        message = should_be(f'{series.name} stays at {series.text[-1][:40]}', correct.name)
         return None, wrong_value(series, '', correct)._replace(message=message)
     if found:
         followed = 'follows ' + found[0].name
-        return None, wrong_value(series, expected(followed, correct.name), correct)
+        return None, wrong_value(series, should_be(followed, correct.name), correct)
     behaviour = 'does not follow ' + correct.name
     pause = median_pause(series, correct)
     if pause > MAX_UPDATE_GAP:
@@ -169,7 +169,7 @@ def wrong_printed_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
         followed = (heading_from_another_zero(series, correct, 1.0)
                     or late_heading(series, quantities))
     if followed is not None and followed.name != correct.name:
-        broken = wrong_value(series, expected('follows ' + followed.name, correct.name), correct)
+        broken = wrong_value(series, should_be('follows ' + followed.name, correct.name), correct)
     if broken is not None:
         yield broken
 

@@ -6,10 +6,10 @@ import numpy as np
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
-    MAX_COMMAND_GAP, BrokenLink, NodeRun, expected, other_field_text, slow_commands)
+    MAX_COMMAND_GAP, BrokenLink, NodeRun, other_field_text, should_be, slow_commands)
 from tb3_labs.watch.typed_turns import (
-    CLEAR_ERROR, OVER_TOLERANCE, READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn, letter_turns,
-    own_heading)
+    CLEAR_ERROR_DEG, MAX_EXCESS_DEG, READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn,
+    letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A goal_yaw is correct if it differs by at most this from the correct angle [deg]. A node that
@@ -47,8 +47,9 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         asked_deg = TURNS_DEG.get(turn.letter, float(np.copysign(TURN_DEG, change_deg)))
         if abs(wrap_all(change_deg - asked_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
             correct = correct or turn
-            goals = turn.goal[turn.moving]
-            if len(set(goals)) > 5 and abs(goals[-1] - after) > GOAL_TOLERANCE_DEG * unit:
+            goals = turn.goal[turn.moving_indices]
+            changed_often = len(set(goals)) > 5
+            if changed_often and abs(goals[-1] - after) > GOAL_TOLERANCE_DEG * unit:
                 yield BrokenLink(
                     f'{goal.name} went on from {after:.4g} to {goals[-1]:.4g} in the turn after '
                     f'{turn.letter}; it should stay', turn.begin, goal.name)
@@ -57,7 +58,7 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
         correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.letter != UNKNOWN_LETTER:
             correct_goal = f'{(turn.begin_yaw + asked_deg * unit) % (360.0 * unit):.4g}'
-        message = expected(
+        message = should_be(
             f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} {change} '
             f'{shortened_value(turn.goal_after)}', correct_goal)
         yield BrokenLink(message + goal_remark(node_run, turn, correct), turn.begin, goal.name)
@@ -83,7 +84,7 @@ def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
         return
     for turn in node_run.cached(letter_turns):
         part = turning.between(turn.begin + FIRST_COMMAND_TIME, min(turn.end, turn.begin + 1.0))
-        if len(part.value) > 4 and not part.value.any() and not len(turn.moving):
+        if len(part.value) > 4 and not part.value.any() and not len(turn.moving_indices):
             is_known = np.isfinite(turn.error[:1]).any()
             error = f', at an error of {turn.error[0]:+.0f} degrees' if is_known else ''
             value = part.text[-1]
@@ -95,7 +96,7 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that come too seldom. Also yields zeros that another callback sends during a
     turn."""
     for turn in node_run.cached(letter_turns):
-        moving, letter = turn.moving, turn.letter
+        moving, letter = turn.moving_indices, turn.letter
         if not len(moving):
             continue
         ends_moving = moving[-1] == len(turn.time) - 1
@@ -117,7 +118,8 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
 def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that are zero, that turn to the wrong side, or that exceed the limits."""
     for turn in node_run.cached(letter_turns):
-        if len(turn.time) > 5 and not len(turn.moving) and abs(turn.error[-1]) > CLEAR_ERROR:
+        turned_never = len(turn.time) > 5 and not len(turn.moving_indices)
+        if turned_never and abs(turn.error[-1]) > CLEAR_ERROR_DEG:
             yield BrokenLink(
                 f'after {turn.letter}, for an error of {turn.error[-1]:.0f} degrees, angular.z '
                 f'stayed 0{other_field_text(node_run)}', turn.begin, 'angular.z')
@@ -127,7 +129,7 @@ def wrong_command(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that turn away from the goal."""
-    wrong = [(turn, k) for turn in node_run.cached(letter_turns) for k in turn.clear
+    wrong = [(turn, k) for turn in node_run.cached(letter_turns) for k in turn.clear_indices
              if turn.command[k] * turn.error[k] < 0.0]
     if len(wrong) < 2:
         return
@@ -139,12 +141,12 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a turn that is too fast, or has a forward speed."""
     sent = node_run.commands
     for turn in node_run.cached(letter_turns):
-        if len(turn.moving) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
+        if len(turn.moving_indices) and np.abs(turn.command).max() > MAX_ANG_Z + 0.01:
             k = int(np.argmax(np.abs(turn.command)))
             yield BrokenLink(
                 f'{turn.command_text(k)}, at most {MAX_ANG_Z:g} are asked for', turn.time[k],
                 'angular.z')
-        ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving])]
+        ahead = sent.linear[np.isin(sent.arrival, turn.time[turn.moving_indices])]
         if (np.abs(ahead) > 0.01).sum() > 2:
             yield BrokenLink(f'in the turn after {turn.letter} linear.x was '
                              f'{ahead[np.argmax(np.abs(ahead))]:.2g}',
@@ -153,12 +155,12 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields a turn that ends outside the tolerance, too late, or without a zero command."""
-    turning, limit = node_run.boolean_variable('turning'), HDG_TOL + OVER_TOLERANCE
+    turning, limit = node_run.boolean_variable('turning'), HDG_TOL + MAX_EXCESS_DEG
     own_tolerance = own_tolerance_text(node_run)
     for turn in node_run.cached(letter_turns):
-        if not len(turn.moving):
+        if not len(turn.moving_indices):
             continue
-        last = int(turn.moving[-1])
+        last = int(turn.moving_indices[-1])
         is_ended = last + 1 < len(turn.time)
         if is_ended and abs(turn.error[last + 1]) > limit:
             yield BrokenLink(
@@ -194,8 +196,8 @@ def own_tolerance_text(node_run: NodeRun) -> str:
 
 def same_time_text(node_run: NodeRun) -> str:
     """Returns a clause on the time of a turn; '' if the turns took different times."""
-    durations = [np.ptp(turn.time[turn.moving]) for turn in node_run.cached(letter_turns)
-                 if len(turn.moving)]
+    durations = [np.ptp(turn.time[turn.moving_indices]) for turn in node_run.cached(letter_turns)
+                 if len(turn.moving_indices)]
     if len(durations) < 3 or np.ptp(durations) >= 0.15:
         return ''
     return f'; each turn took {np.mean(durations):.1f} s, at whatever error it ended'

@@ -15,10 +15,10 @@ from tb3_labs.watch.variables import Quantity, Series
 LETTER_DELAY = 3.0
 #: The probe reads the variables of a node about once in this time [s].
 READING_PERIOD = 0.06
-#: The side of an error is clear if the error is between CLEAR_ERROR and 180 - CLEAR_ERROR [deg].
-CLEAR_ERROR = 20.0
+#: The side of an error is clear if the error is farther than this from 0 and from 180 [deg].
+CLEAR_ERROR_DEG = 20.0
 #: The error at the end of a turn may exceed the handout's tolerance by this [deg].
-OVER_TOLERANCE = 4.0
+MAX_EXCESS_DEG = 4.0
 #: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
 #: The letter of each value in RunData.letters, and the requested angle of each letter [deg].
@@ -57,14 +57,15 @@ class NodeTurn:
         return wrap_all(self.difference, 360.0)
 
     @property
-    def moving(self) -> np.ndarray:
+    def moving_indices(self) -> np.ndarray:
         """The indices of the commands that turn."""
         return np.flatnonzero(self.command)
 
     @property
-    def clear(self) -> np.ndarray:
+    def clear_indices(self) -> np.ndarray:
         """The indices of the commands that turn while the side of the error is clear."""
-        is_clear = (np.abs(self.error) > CLEAR_ERROR) & (np.abs(self.error) < 180.0 - CLEAR_ERROR)
+        size = np.abs(self.error)
+        is_clear = (size > CLEAR_ERROR_DEG) & (size < 180.0 - CLEAR_ERROR_DEG)
         return np.flatnonzero(is_clear & (np.abs(self.command) > 0.02))
 
     def command_text(self, k: int) -> str:

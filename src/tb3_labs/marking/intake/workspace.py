@@ -44,7 +44,7 @@ MAKE_MODULES = Path(__file__).with_name('message_examples.py').read_text(encodin
 MODULE_FILE = re.compile(r'_[A-Za-z0-9_]+\.py')
 #: The program MAKE_MODULES is stopped after this time [s].
 BUILD_TIME = 30.0
-#: The folder of a workspace with the copy of the submission.
+#: The folder in a workspace into which the submission is copied.
 COPY = 'src'
 
 

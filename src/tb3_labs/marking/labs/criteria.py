@@ -20,7 +20,7 @@ from tb3_labs.watch.chains import IMU_SHEET, TRANSFORMATION_SHEET, SheetStep
 #: The reason why a node does not meet a criterion, a clause; '' if the node meets the criterion.
 #: The functions why_... return a Reason. Of two Reasons, `a or b` is the first that is not ''.
 Reason = str
-#: The Reason of a criterion that was not tried, if another criterion's verdict has the cause.
+#: The Reason of a criterion that was not tried because of a fault that an earlier verdict names.
 NOT_TRIED = 'this could not be tried'
 
 

@@ -14,7 +14,8 @@ from std_msgs.msg import Bool, Empty
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CTRL_RELINQ_TOPIC, SET_POSE_SERVICE
 from tb3_labs.marking.labs import stimuli
-from tb3_labs.marking.trial.observation import GOAL_POSE, LOCAL_T_WORLD, LONGEST, WAS_MOVING
+from tb3_labs.marking.trial.observation import (
+    GOAL_POSE, LOCAL_T_WORLD, MAX_SENTENCE_LENGTH, WAS_MOVING)
 from tb3_labs.marking.trial.ros_stimuli import ODOM_SWITCH, STOP_REST_TIME, INTERRUPTION_TIME
 from tb3_labs.marking.trial.ros_student_node import OFFERS
 from tb3_labs.ros.clocks import wait_until
@@ -80,7 +81,7 @@ class ResetCaller:
     def call(self, pose):
         """Call the reset service with a Pose2, and record the call. Returns the reason why the call
         failed; '' for a success."""
-        problem = self._problem_of_call(pose)[:LONGEST]
+        problem = self._problem_of_call(pose)[:MAX_SENTENCE_LENGTH]
         self._recording.event('call', service=self.name, pose=[pose.x, pose.y, pose.yaw],
                               problem=problem)
         return problem

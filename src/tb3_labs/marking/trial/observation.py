@@ -31,7 +31,7 @@ MAX_FAIR_GAP = 0.15
 #: An Observation has at most this many findings, and at most this many remarks.
 MAX_FINDINGS = 20
 #: A finding or a remark has at most this many characters.
-LONGEST = 2000
+MAX_SENTENCE_LENGTH = 2000
 #: The words for commands that the marker counts, but does not record.
 NOT_FINITE = 'commands that are not finite numbers'
 #: The recording of a submission that had no trial.

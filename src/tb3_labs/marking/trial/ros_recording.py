@@ -32,7 +32,7 @@ from std_msgs.msg import Bool, Header, String
 from tb3_labs.geometry.angles import unwrap
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import CMD_VEL_TOPIC, CTRL_RELINQ_TOPIC, IMU_TOPIC, JOY_TOPIC, ODOM_TOPIC
-from tb3_labs.marking.trial.observation import LONGEST, NOT_FINITE
+from tb3_labs.marking.trial.observation import MAX_SENTENCE_LENGTH, NOT_FINITE
 from tb3_labs.ros.clocks import ros_time, wait_until
 from tb3_labs.ros.conversions import TRUTH_PIPE, to_pose_stamped
 from tb3_labs.ros.node import guarded
@@ -94,13 +94,13 @@ class Recording:
 
     def event(self, kind, at=None, **facts):
         """Record an event of the trial, and return its time [s]. A text in `facts` is cut after
-        LONGEST characters."""
+        MAX_SENTENCE_LENGTH characters."""
         self._event_count += 1
         if self._event_count > MAX_EVENTS:      # a node may cause events for ever
             return ros_time()
         for name, fact in facts.items():
             if isinstance(fact, str):
-                facts[name] = fact[:LONGEST]
+                facts[name] = fact[:MAX_SENTENCE_LENGTH]
         return self.add(EVENTS, String(json.dumps(dict(facts, kind=kind))), at)
 
     def output(self, text):

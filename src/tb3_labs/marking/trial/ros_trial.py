@@ -95,8 +95,8 @@ class Trial:
             files = {program}
         else:
             folder = Path(rospkg.RosPack().get_path(package))
-            files = {str(path.resolve()) for depth in range(MAX_PACKAGE_DEPTH + 1)
-                     for path in folder.glob('*/' * depth + name)}
+            patterns = ['*/' * depth + name for depth in range(MAX_PACKAGE_DEPTH + 1)]
+            files = {str(path.resolve()) for pattern in patterns for path in folder.glob(pattern)}
         assigned = read_findings(files)['assigned'] if len(files) == 1 else {}
         self.recording.event('program', assigned=assigned)
 

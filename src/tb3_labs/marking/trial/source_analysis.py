@@ -71,7 +71,8 @@ def analyse(texts: Iterable[bytes]) -> Dict[str, Any]:
         remarks += [ANGLE_AS_ORIENTATION.format(node.name) for node in nodes
                     if isinstance(node, ast.FunctionDef) and _gives_angle(node)]
         lines.update(assigned(nodes))
-    y_sign = -signs.pop() if len(signs) == 1 else 0
+    is_known = len(signs) == 1
+    y_sign = -min(signs) if is_known else 0     # pixels count y down
     return {'mouse_y_sign': y_sign, 'remarks': remarks, 'assigned': lines}
 
 
@@ -174,6 +175,7 @@ def _slope(node: Any, slopes: Slopes) -> float:
             return left + right
         if isinstance(node.op, ast.Sub):
             return left - right
+        # of a product or quotient one factor has a slope; the other factor gives the sign
         return left * _sign(node.right) + right * _sign(node.left)
     called = getattr(node, 'func', getattr(node, 'value', None))
     if PIXEL_NAME.search(_last_name(called)) and _dotted_name(called) not in slopes:

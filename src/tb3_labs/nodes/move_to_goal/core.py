@@ -188,7 +188,7 @@ class MoveToGoalCore:
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
         before = self.has_control
-        self.has_control = permission.granted
+        self.has_control = permission.grant_holds
         is_new_grant = permission.grant_count > self._known_grant_count
         self._known_grant_count = permission.grant_count
         if is_new_grant and (machine.failure or not before):
@@ -214,8 +214,8 @@ class MoveToGoalCore:
         return DriveOutput(
             command, stops_first=command is None and not keeps_command,
             status=self._new_status(now), log_lines=self._log.pop_all(),
-            watched=self._permission.has_grant and self._machine.active,
-            has_grant=self._permission.has_grant, answers=self._requests.answers.pop_all(),
+            watched=self._permission.grant_exists and self._machine.active,
+            grant_exists=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
@@ -298,7 +298,7 @@ class MoveToGoalCore:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem_text(now))
-        may_drive = self._permission.has_grant and self._machine.active
+        may_drive = self._permission.grant_exists and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
@@ -341,7 +341,7 @@ class MoveToGoalCore:
             has_begun = self._machine.begun and self._machine.active
             if self._localizer.is_lost and self._machine.active:
                 self._machine.give_up(POSE_LOST)
-            elif self._permission.has_grant and has_begun:
+            elif self._permission.grant_exists and has_begun:
                 self._machine.give_up(jump.text)
         for reset in self._localizer.pop_resets():
             if reset.done:

@@ -125,9 +125,9 @@ class MoveToGoalNode:
             self._goals.feedback(output.fix)
 
     def _publish_output(self, output):
-        if output.has_grant is not self._has_control:
-            self._has_control = output.has_grant
-            self._control.publish(output.has_grant)
+        if output.grant_exists is not self._has_control:
+            self._has_control = output.grant_exists
+            self._control.publish(output.grant_exists)
 
     def _carry_out(self, output):
         self._goals.answer(output.answers)

@@ -52,7 +52,7 @@ class DriveOutput(Output):
     """The decision of a MoveToGoalCore."""
 
     #: Was control given, and not taken back? This stays true if the sender is silent for a moment.
-    has_grant: bool = False
+    grant_exists: bool = False
     #: The answers to clients of goals, in order.
     answers: Sequence[GoalAnswer] = ()
     #: The status of the drive, if it is new.

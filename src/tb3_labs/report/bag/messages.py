@@ -51,7 +51,8 @@ class RecordedClock:
         """Returns the clock of a sender with at least one message. The clock is computed from the
         messages with the shortest delays, without outliers."""
         lags = np.sort(arrival - stamp)
-        lags = lags[np.abs(lags - lags[(len(lags) - 1) // 2]) < LATE_BY]
+        median = lags[(len(lags) - 1) // 2]
+        lags = lags[np.abs(lags - median) < LATE_BY]
         return cls(float(lags[len(lags) // 20]), stamp)
 
     def is_same_as(self, other: 'RecordedClock') -> bool:

@@ -228,10 +228,16 @@ def attributes(thing):
 
 # -- the thread
 
+def rospy_runs():
+    """Has the node called init_node()?"""
+    core = sys.modules.get('rospy.core')
+    return hasattr(core, 'is_initialized') and core.is_initialized()
+
+
 def run():
     """Wait for the node, and publish its variables until it ends."""
     signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())     # the node handles them
-    while not getattr(sys.modules.get('rospy.core'), 'is_initialized', bool)():
+    while not rospy_runs():
         time.sleep(READ_PAUSE)
     import rospy
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -243,7 +249,8 @@ def run():
         """Read and publish the variables once. The function keeps no frame of the node."""
         nonlocal node
         frames = script_frames()
-        node = node or frames and WatchedNode(frames[0].f_globals)
+        if node is None and frames:
+            node = WatchedNode(frames[0].f_globals)
         if node and publisher.get_num_connections():
             found = node.variables(frames)
             # to make new KeyValues takes more time than to change their texts
