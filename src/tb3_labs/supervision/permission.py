@@ -178,7 +178,7 @@ class Permission:
         stops_of_others = [at for other, at in self._stops.items() if other != sender]
         if grant.granted_at - grant.latest_sending > RESUME_TIME:
             self._end(sender, f'the network delayed it by more than {RESUME_TIME:.0f} s')
-        elif grant.latest_sending < min(self._began_at, grant.granted_at):
+        elif grant.latest_sending < self._began_at:
             self._end(sender, 'it was given before this node started, or woke')
         elif grant.latest_sending < max(stops_of_others, default=-math.inf):
             self._end(sender, 'it was taken while the network delayed it')
