@@ -62,7 +62,7 @@ def imu_samples(arrival, time, yaw, yaw_rate):
 
 
 def speeds_sent(arrival, time, linear, angular):
-    return Commands(arrival, time, linear, angular, *4 * [0.0 * time])
+    return Commands(arrival, time, linear, angular, *4 * [0.0 * time], np.full(len(time), ''))
 
 
 def poses(x=X, y=ZERO, yaw=ZERO, time=TIME):

@@ -163,7 +163,7 @@ class Bag:
     def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
         self._spend(CONNECTION_OVERHEAD)
         known = _fields(data)
-        names = [header[b'topic'], *(known.get(key, b'?') for key in (
+        names = [header[b'topic'], *(known.get(key, b'') for key in (
             b'type', b'md5sum', b'callerid'))]
         connection = Connection(*(name[:MAX_NAME_BYTES].decode(errors='replace')
                                   for name in names))

@@ -4,7 +4,8 @@ The library rosbag makes Python code of the definitions of messages in a bag, an
 But a bag may come from a stranger. So this reader uses only the installed message classes, and does
 not read topics of other types.
 """
-import numpy as np
+from dataclasses import replace
+
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
@@ -14,10 +15,11 @@ from std_msgs.msg import Bool, Empty, Float32, Float64, String
 from tf2_msgs.msg import TFMessage
 
 from tb3_labs.msg import MouseController
-from tb3_labs.report.bag.messages import RecordedClock, Table, times_on_recorders_clock
+from tb3_labs.report.bag.messages import (
+    RecordedClock, stamped_samples, times_on_recorders_clock)
 from tb3_labs.report.bag.records import Bag, BagProblem
 from tb3_labs.report.motion.resets_and_goals import resets_in
-from tb3_labs.report.run_data import Numbers, RunData
+from tb3_labs.report.run_data import RunData
 
 #: The topics that a recording may lack: {field of RunData: (name of the topic, class)}.
 OPTIONAL_TOPICS = {
@@ -67,45 +69,40 @@ def _class_of(connection):
 
 def _run(bag, path, namespace):
     types = {each.topic: _class_of(each) for each in bag.streams}
+    samples, dropped = {}, {}
     try:
         topics = choose_topics(types, namespace)
         prefix = parent(topics['odometry'])
-        in_order = {part: _in_order(bag, topic, types[topic]) for part, topic in topics.items()}
-        tables = {part: Table(part, types[topics[part]], prefix, bag.start, arrival, messages)
-                  for part, (arrival, messages, _) in in_order.items()}
+        for part, topic in topics.items():
+            samples[part], dropped[part] = stamped_samples(
+                part, types[topic](), prefix, bag.start, _in_order(bag, topic, types[topic]))
         for part in ('imu', 'odometry'):
-            if not len(tables[part].arrival):
+            if not len(samples[part]):
                 raise BagProblem(f'not one good message on {topics[part]} (bad quaternions?)')
     except BagProblem as problem:
         if bag.problem:
             problem = f'was not read to its end: {bag.problem}; until there: {problem}'
         raise BagProblem(problem) from None
-    clock = RecordedClock.of(tables['odometry'].arrival, tables['odometry'].stamp)
-    samples = {part: table.samples(clock) for part, table in tables.items()}
+    clock = RecordedClock.of(samples['odometry'].arrival, samples['odometry'].time)
+    samples = {part: replace(each, time=times_on_recorders_clock(each.arrival, each.time, clock))
+               for part, each in samples.items()}
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
-    arrival, _, senders = in_order.get('commands', (np.empty(0), [], []))
-    names, index = np.unique(np.array(senders, object), return_inverse=True)
-    samples['sender_index'] = Numbers(
-        arrival, times_on_recorders_clock(arrival, arrival, clock), index.astype(float))
-    duration = max(float(each.arrival.max()) for each in samples.values() if len(each))
+    duration = max(float(each.arrival[-1]) for each in samples.values() if len(each))
     notes = (f'{bag.problem}: the report ends at {duration:.1f} s',) if bag.problem else ()
     devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
-    dropped = {part: table.dropped for part, table in tables.items()}
     return RunData(path, bag.start, duration, topics=topics, notes=notes, devices=devices,
-                   senders=tuple(names), dropped=dropped, **samples)
+                   dropped=dropped, **samples)
 
 
-def _in_order(bag, topic, made):
-    """Returns (arrivals, messages, senders) of the messages of class `made` on a topic, sorted by
-    arrival. The messages of several senders follow each other in the bag's streams."""
-    streams = [(connection.sender, stream) for connection, stream in bag.streams.items()
-               if connection.topic == topic and _class_of(connection) is made]
-    arrival = np.concatenate([stream.arrival for _, stream in streams])
-    messages = [message for _, stream in streams for message in stream.messages]
-    senders = [sender for sender, stream in streams for _ in stream.messages]
-    order = np.argsort(arrival, kind='stable')
-    return arrival[order], [messages[k] for k in order], [senders[k] for k in order]
+def _in_order(bag, topic, message_type):
+    """Returns (arrival, sender, bytes) of each message of this type on a topic, sorted by arrival.
+    In a bag the messages of different senders are in different streams."""
+    received = [(arrival, connection.sender, message)
+                for connection, stream in bag.streams.items()
+                if connection.topic == topic and _class_of(connection) is message_type
+                for arrival, message in zip(stream.arrival, stream.messages)]
+    return sorted(received, key=lambda each: each[0])
 
 
 def choose_topics(types, namespace):

@@ -23,6 +23,7 @@ without commands has no movements.
 """
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import lru_cache
 from typing import List, Tuple
 
 import numpy as np
@@ -31,8 +32,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
-from tb3_labs.report.motion.resets_and_goals import robot_in_odom
-from tb3_labs.report.run_data import Commands, Poses, RunData, States, cached_per_run
+from tb3_labs.report.run_data import Commands, Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
@@ -70,7 +70,7 @@ def moving(commands: Commands) -> np.ndarray:
     return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def movements(run: RunData) -> List[Movement]:
     time = run.commands.time
     moves = np.flatnonzero(moving(run.commands))
@@ -101,7 +101,7 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
         may_be_drive = has_turn and 'mouse_info' not in run.devices
-        length = run.odometry.at(forward).distance_to(run.odometry.at(turns_again))
+        length = run.odometry.pose_at(forward).distance_to(run.odometry.pose_at(turns_again))
         is_drive = may_be_drive and length >= MIN_DRIVE_LENGTH
         kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
     else:
@@ -124,7 +124,7 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
     """Returns the run with local_pose, frames, states and goals. Fields that were not recorded are
     computed, and named in `derived`. Without recorded goals, all drives have this `goal`."""
     if not len(run.local_pose) and len(run.frames):
-        local = run.frames.inverse() @ robot_in_odom(run, run.frames.time)
+        local = run.frames.inverse() @ run.odometry.at(run.frames.time)
         run = replace(run, local_pose=local, derived=run.derived + ('local_pose',))
     elif not len(run.local_pose):
         run = _with_local(run)
@@ -132,20 +132,16 @@ def completed(run: RunData, goal: Pose2 = LAB_GOAL) -> RunData:
 
 
 def _with_local(run: RunData) -> RunData:
-    odometry, resets = run.odometry, run.resets
-    declared = [(float(odometry.time[0]), Pose2())]
-    declared += [(float(time), resets.pose(k)) for k, time in enumerate(resets.time)]
-    declared.sort(key=lambda reset: reset[0])
-    frames = []
-    for time, local_T_base in declared:
-        frame = odometry.at(time) @ local_T_base.inverse()
-        imu_yaw = float(run.imu.yaw_at(time)) - local_T_base.yaw
-        frames.append((frame.x, frame.y, frame.yaw, imu_yaw))
-    number = last_until([time for time, _ in declared], odometry.time)
-    x, y, yaw, imu_yaws = np.array(frames)[number.clip(0)].T
-    odom_T_local = Poses(odometry.arrival, odometry.time, x, y, yaw)
+    odometry = run.odometry
+    start = odometry.time[:1]
+    declared = Poses.joined([Poses(start, start, *np.zeros((3, 1))), run.resets])
+    declared = declared.take(np.argsort(declared.time, kind='stable'))
+    frames = odometry.at(declared.time) @ declared.inverse()
+    imu_yaws = run.imu.yaw_at(declared.time) - declared.yaw
+    number = last_until(declared.time, odometry.time).clip(0)
+    odom_T_local = replace(frames.take(number), arrival=odometry.arrival, time=odometry.time)
     local = odom_T_local.inverse() @ odometry
-    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws)
+    heading = wrap_all(run.imu.yaw_at(odometry.time) - imu_yaws[number])
     return replace(run, local_pose=replace(local, yaw=heading), frames=odom_T_local,
                    derived=run.derived + ('local_pose', 'frames'))
 

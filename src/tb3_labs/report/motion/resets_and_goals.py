@@ -15,13 +15,14 @@ interval.
 """
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import List, Optional, Set, Tuple
 
 import numpy as np
 
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import LogLines, Poses, RunData, cached_per_run
+from tb3_labs.report.run_data import LogLines, Poses, RunData
 from tb3_labs.watch.printed_pose import declared_by
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
@@ -40,10 +41,10 @@ SAME_MOMENT = 0.1
 
 def resets_in(log: LogLines) -> Poses:
     """Returns the poses that the lines of a log declare."""
-    poses = [declared_by(text) for text in log.texts]
-    lines = log.take([k for k, pose in enumerate(poses) if pose is not None])
-    rows = [(pose.x, pose.y, pose.yaw) for pose in poses if pose is not None]
-    return Poses(lines.arrival, lines.time, *np.array(rows).reshape(-1, 3).T)
+    declared = [(arrival, time, declared_by(text))
+                for arrival, time, text in zip(log.arrival, log.time, log.texts)]
+    return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)
+                            for arrival, time, pose in declared if pose is not None])
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class RecordedState:
     goal: Optional[Pose2]             # in local, None if unknown
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def frame_intervals(run: RunData) -> List[FrameInterval]:
     """Returns the FrameIntervals of a run. The first begins at -inf, and the last ends at inf."""
     frames = _frames(run)
@@ -83,7 +84,7 @@ def _interval_begins(run: RunData) -> List[float]:
     resets never begin the same interval."""
     local = run.local_pose
     moved_in_local = _displacements(local)
-    moved_in_odom = _displacements(robot_in_odom(run, local.time))
+    moved_in_odom = _displacements(run.odometry.at(local.time))
     jump = moved_in_local.inverse() @ moved_in_odom
     jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
     begins = _begins_of_frames(local)
@@ -112,14 +113,7 @@ def _frames(run: RunData) -> Poses:
     """Returns the poses of ``local`` in ``odom`` by tf, or by local_pose if tf was not recorded."""
     if len(run.frames):
         return run.frames
-    return robot_in_odom(run, run.local_pose.time) @ run.local_pose.inverse()
-
-
-def robot_in_odom(run: RunData, times: np.ndarray) -> Poses:
-    """Returns the robot's poses in ``odom`` at the times [s], interpolated."""
-    odometry = run.odometry
-    x, y = (np.interp(times, odometry.time, column) for column in (odometry.x, odometry.y))
-    return Poses(times, times, x, y, wrap_all(odometry.yaw_at(times)))
+    return run.odometry.at(run.local_pose.time) @ run.local_pose.inverse()
 
 
 def _begins_of_frames(frames: Poses) -> np.ndarray:
@@ -137,10 +131,10 @@ def _local_T_world(run: RunData, begin: float, end: float) -> Optional[Pose2]:
                                    min(end, run.ground_truth.time[-1]))
     if not len(known):
         return None
-    return known.pose(0) @ run.ground_truth.at(known.time[0]).inverse()
+    return known.pose(0) @ run.ground_truth.pose_at(known.time[0]).inverse()
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def recorded_states(run: RunData) -> List[RecordedState]:
     """Returns the RecordedStates of move_to_goal in order. A state begins when it arrives."""
     begins = run.states.arrival.tolist()
@@ -150,7 +144,7 @@ def recorded_states(run: RunData) -> List[RecordedState]:
             for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
     local_pose."""

@@ -10,6 +10,7 @@ larger than half a turn. Edge case: without ground truth, the true values are Na
 """
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Callable, List, Optional, Tuple
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.report.motion.movements import NO_SPEED, Movement, MovementKind, movements
 from tb3_labs.report.motion.resets_and_goals import recorded_states
-from tb3_labs.report.run_data import ImuSamples, RunData, cached_per_run
+from tb3_labs.report.run_data import ImuSamples, RunData
 from tb3_labs.robot.samples import REST_ANGULAR
 
 #: A robot rests if its mean rate of turn over this time is below REST_ANGULAR [s].
@@ -66,7 +67,7 @@ class TurnReport:
         return math.copysign(1.0, self.requested) * turned - abs(self.requested)
 
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def turn_reports(run: RunData) -> List[TurnReport]:
     """Returns a TurnReport for each turn, in order."""
     driven = [interval for interval in recorded_states(run) if interval.state in DRIVING]

@@ -11,6 +11,7 @@ the unit that its node uses.
 import json
 import math
 from dataclasses import replace
+from functools import lru_cache
 from html import escape
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
@@ -23,8 +24,7 @@ from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, frame_intervals, goal_errors, local_in_odom, recorded_states)
 from tb3_labs.report.page.curves import (
     Command, Figure, Line, curves, event_line, kept_samples, variable_curves)
-from tb3_labs.report.run_data import (
-    MIN_GAP, Commands, LogLines, Poses, RunData, cached_per_run)
+from tb3_labs.report.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT, RobotModel
 from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
 
@@ -151,7 +151,7 @@ def _lines(log: LogLines) -> List[List[Any]]:
 
 # -- the variables of nodes
 
-@cached_per_run
+@lru_cache(maxsize=1)
 def variables(run: RunData) -> List[Series]:
     """Returns the variables of a run. If several nodes have variables, the name of a variable
     begins with the name of its node."""
