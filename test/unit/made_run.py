@@ -41,7 +41,7 @@ def table_in(path):
 @contextlib.contextmanager
 def without_pictures():
     """The figures of a report are made, but not drawn: that takes most of a report's time."""
-    with mock.patch('tb3_labs.report.page.files.write_figure', return_value=''):
+    with mock.patch('tb3_labs.report.page.figures.png', return_value=b''):
         yield
 
 

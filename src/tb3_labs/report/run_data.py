@@ -10,7 +10,7 @@ Edge cases: a topic that was not recorded has samples of length 0. A message wit
 quaternion (see :mod:`tb3_labs.geometry.angles`), or with a number that is not finite, is counted
 and not kept.
 """
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Dict, Sequence, Tuple, Type, TypeVar
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.geometry.se2 import Pose2
+from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 
 #: A pause of a topic's messages is a gap if it is longer than this [s].
 MIN_GAP = 0.3
@@ -163,6 +164,16 @@ class Commands(Samples):
     rolling: np.ndarray
     pitching: np.ndarray
     sender: np.ndarray
+
+    def in_force(self) -> 'Commands':
+        """Returns the commands, and a command with the speeds NaN at each time at which the robot's
+        timeout ends a command."""
+        ends = self.time + COMMAND_TIMEOUT
+        is_ended = np.append(self.time[1:], np.inf) > ends
+        unknown = np.full(is_ended.sum(), np.nan)
+        ended = replace(self.take(is_ended), time=ends[is_ended], linear=unknown, angular=unknown)
+        commands = Commands.joined([self, ended])
+        return commands.take(np.argsort(commands.time, kind='stable'))
 
 
 @dataclass(frozen=True)
