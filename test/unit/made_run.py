@@ -14,7 +14,7 @@ from unittest import mock
 import numpy as np
 
 from tb3_labs.report.run_data import (
-    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, States)
+    Commands, ImuSamples, Numbers, OdometrySamples, Poses, RunData, States, Variables)
 
 TIME = np.arange(201) / 20.0
 ZERO = 0.0 * TIME
@@ -77,6 +77,15 @@ def made(**parts):
         local_pose=poses(), states=states(*STATES), commands=Commands.none(),
         goals=goals([begin for begin, _ in STATES], 1.0)), **parts)
     return RunData(**parts)
+
+
+def variables(nodes=None, time=TIME, **texts):
+    """Variables of a node: a name, and a text at each time, or one for all times."""
+    rows = [(at, (nodes or {}).get(name, '/controller'), name,
+             text if isinstance(text, str) else str(text[k]))
+            for k, at in enumerate(time) for name, text in texts.items()]
+    at, *columns = zip(*rows)
+    return Variables(np.array(at), np.array(at), *(np.array(each, dtype=object) for each in columns))
 
 
 # Made from commands -------------------------------------------------------------------------------

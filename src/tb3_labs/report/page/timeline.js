@@ -2,22 +2,24 @@
 //
 // Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
 
+import {Track, curve, element, lastBefore} from './curves.js';
 import {degrees, digits, nice, radians, readColours, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
 const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
 const SHOWN = 0.5;                              // [s] a mark's words are shown at least
+// the kinds of marks; each kind has its own row, in this order from the top
+const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
+const ROW_HEIGHT = 8;                           // [px] of the marks of one kind
+// [track, caption, options of the curve]; `command` is the column of the commanded speed
+const CURVES = [
+  ['heading', 'heading by the IMU [\u00b0]', {least: 10, isAngle: true}],
+  ['distance', 'distance to the goal [m]', {least: 0.1, hasZero: true}],
+  ['angle', "angle off the goal's heading [\u00b0]", {least: 10, isAngle: true}],
+  ['speed', 'forward [m/s]', {least: 0.1, command: 1}],
+  ['rate', 'turning [rad/s]', {least: 0.4, command: 2}],
+];
 const $ = (id) => document.getElementById(id);
-
-/** Index of the last of `times`, which rise, at or before a time; -1: none. */
-function lastBefore(times, time) {
-  let low = 0, high = times.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle + 1; else high = middle;
-  }
-  return low - 1;
-}
 
 /** Where a plot of times was clicked: 0 at its left end, 1 at its right end. */
 function share(event) {
@@ -25,68 +27,24 @@ function share(event) {
   return Math.max(0, Math.min(1, (event.clientX - left - LEFT) / (width - LEFT - RIGHT)));
 }
 
-/** Numbers over time, straight between two of them; unknown before the first one. */
-class Track {
-  constructor({time, columns, breaks}) {
-    Object.assign(this, {time, columns, breaks: new Set(breaks)});
-  }
-
-  before(time) { return lastBefore(this.time, time); }
-
-  /** The numbers at a time; in a break the last ones before it; null before the first. */
-  at(time) {
-    const i = this.before(time);
-    if (i < 0) return null;
-    const j = i + 1;
-    if (j >= this.time.length || this.breaks.has(j)) return this.columns.map((c) => c[i]);
-    const part = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
-    return this.columns.map((c) => c[i] + part * (c[j] - c[i]));
-  }
-
-  pose(time) {
-    const numbers = this.at(time);
-    return numbers && [numbers[0], numbers[1], radians(numbers[2])];
-  }
-
-  /** The way until a time: [x, y], or null where it is broken. */
-  way(time) {
-    const points = [], last = this.before(time);
-    for (let i = 0; i <= last; i += 1) {
-      if (this.breaks.has(i)) points.push(null);
-      points.push([this.columns[0][i], this.columns[1][i]]);
-    }
-    const now = this.at(time);
-    if (now) points.push([now[0], now[1]]);
-    return points;
-  }
-}
-
 class Timeline {
   constructor(run) {
     this.run = run;
     this.now = 0;
     this.playing = false;
-    for (const name of ['odom', 'local', 'truth', 'frame', 'heading', 'distance', 'angle']) {
+    for (const name of ['odom', 'local', 'truth', 'frame', ...CURVES.map((row) => row[0])]) {
       this[name] = new Track(run[name]);
     }
-    [this._commandTimes, this._goalTimes] = [run.commands, run.goals]
+    [this._commandTimes, this._goalTimes, this._lineTimes] = [run.commands, run.goals, run.log]
       .map((rows) => rows.map((row) => row[0]));
-    this._lines = [...$('run-log').children];
-    this._lineTimes = this._lines.map((line) => timeOf(line.firstChild));
-    for (const list of ['mark-list', 'run-log']) {
-      $(list).closest('section').hidden = !$(list).childElementCount;
-    }
+    this._addCurves();
+    this._addMarks();
+    this._addLog();
+    this._addVariables();
     const known = {state: run.goals, error: run.distance.time, command: run.commands, mark: run.marks};
     for (const [name, rows] of Object.entries(known)) {
       $(`now-${name}`).parentElement.hidden = !rows.length;
     }
-    $('inside').hidden = !run.variables.length;
-    this._variables = run.variables.map(([name, times, texts]) => {
-      const word = document.createElement('span'), value = document.createElement('b');
-      word.append(`${name} `, value);
-      $('now-variables').append(word, ' ');
-      return {times, texts, value};
-    });
     this.map = new RobotMap($('run-map'));
     this.map.radius = run.radius;
     new MapInput(this.map, () => this.show());
@@ -94,6 +52,59 @@ class Timeline {
     this._showAll();
     const first = this.local.time[0] ?? this.odom.time[0] ?? 0;
     this.go(location.hash.startsWith('#t=') ? timeOf(location) : first);
+  }
+
+  _addCurves() {
+    for (const [name, caption, options] of CURVES) {
+      const lines = {measured: this[name].points()};
+      if (options.command) lines.commanded = this._commandSteps(options.command);
+      const figure = curve(name, caption, lines, this.run.duration, options);
+      if (figure) $('times').before(figure);
+    }
+  }
+
+  /** The points of a speed of the commands. A command holds until the next one. */
+  _commandSteps(column) {
+    const {commands, duration} = this.run;
+    return commands.flatMap((command, i) => {
+      const speed = command[column], end = commands[i + 1]?.[0] ?? duration;
+      return speed === null ? [null] : [[command[0], speed], [end, speed]];
+    });
+  }
+
+  _addMarks() {
+    const {marks, duration} = this.run;
+    const kinds = KINDS.filter((kind) => marks.some((mark) => mark.kind === kind));
+    for (const {kind, begin, end, text} of marks) {
+      const href = `#t=${begin}`, top = ROW_HEIGHT * kinds.indexOf(kind);
+      const style = `top:${top}px;--x:${begin / duration};--w:${(end - begin) / duration}`;
+      $('marks').append(element('a', {class: kind, title: text, style, href, tabindex: -1}));
+      $('mark-list').append(element('a', {href}, `${begin.toFixed(1)} s\u2002${text}`));
+    }
+    $('marks').style.height = `${ROW_HEIGHT * kinds.length}px`;
+    $('mark-list').closest('section').hidden = !marks.length;
+  }
+
+  _addLog() {
+    this._lines = this.run.log.map(([time, level, text]) => element('li', {'data-level': level},
+      element('a', {href: `#t=${time}`}, `${time.toFixed(2)} s\u2002${text}`)));
+    for (const line of this._lines) $('run-log').append(line);
+    $('run-log').closest('section').hidden = !this._lines.length;
+  }
+
+  _addVariables() {
+    const {run} = this;
+    $('inside').hidden = !run.variables.length;
+    $('inside-nodes').textContent = run.nodes.join(', ');
+    run.figures.forEach(({name, levels, ...track}, i) => {
+      const lines = {variable: new Track(track).points()};
+      $('variables').append(curve(`variable-${i}`, name, lines, run.duration, {levels}));
+    });
+    this._variables = run.variables.map(([name, times, texts]) => {
+      const value = element('b', {});
+      $('now-variables').append(element('span', {}, `${name} `, value), ' ');
+      return {times, texts, value};
+    });
   }
 
   /** The map shows the whole path, so it does not move while the run plays. */
@@ -195,10 +206,8 @@ class Timeline {
   _showCurves() {
     const [begin, end] = this._stretch(), step = nice((end - begin) / 6), times = [];
     for (let i = Math.ceil(begin / step); i * step <= end; i += 1) {
-      const word = document.createElement('span');
-      word.textContent = `${(i * step).toFixed(digits(step))} s`;
-      word.style.setProperty('--x', (i * step - begin) / (end - begin));
-      times.push(word);
+      times.push(element('span', {style: `--x:${(i * step - begin) / (end - begin)}`},
+                         `${(i * step).toFixed(digits(step))} s`));
     }
     $('times').replaceChildren(...times);
     for (const {viewBox} of document.querySelectorAll('#timeline .plot svg')) {

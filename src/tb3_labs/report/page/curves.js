@@ -1,0 +1,110 @@
+// Tracks, which are numbers over time, and curves, which are SVG pictures of numbers over time. The
+// x of a picture is the time in seconds, and its y is the negated value. To show another stretch of
+// time, the timeline only changes the picture's view.
+
+import {nice, radians} from './drawing.js';
+
+const GRID_LINES = 4;       // a curve has at most this number of intervals between grid lines
+const ANGLE_STEPS = [1, 2, 5, 10, 30, 45, 90, 180, 360, 720, 1440, 3600, 7200];     // [deg]
+
+/** Returns the index of the last of `times` that is at `time` or before; -1 if all are later. */
+export function lastBefore(times, time) {
+  let low = 0, high = times.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle + 1; else high = middle;
+  }
+  return low - 1;
+}
+
+/** Numbers over time, straight between two of them; unknown before the first one. */
+export class Track {
+  constructor({time, columns, breaks}) {
+    Object.assign(this, {time, columns, breaks: new Set(breaks)});
+  }
+
+  before(time) { return lastBefore(this.time, time); }
+
+  /** The numbers at a time; in a break the last ones before it; null before the first. */
+  at(time) {
+    const i = this.before(time);
+    if (i < 0) return null;
+    const j = i + 1;
+    if (j >= this.time.length || this.breaks.has(j)) return this.columns.map((c) => c[i]);
+    const part = (time - this.time[i]) / (this.time[j] - this.time[i] || 1);
+    return this.columns.map((c) => c[i] + part * (c[j] - c[i]));
+  }
+
+  pose(time) {
+    const numbers = this.at(time);
+    return numbers && [numbers[0], numbers[1], radians(numbers[2])];
+  }
+
+  /** The points [time, number] of the first column, and a null before each broken point. */
+  points() {
+    return this.time.flatMap((time, i) => {
+      const point = [time, this.columns[0][i]];
+      return this.breaks.has(i) ? [null, point] : [point];
+    });
+  }
+
+  /** The way until a time: [x, y], or null where it is broken. */
+  way(time) {
+    const points = [], last = this.before(time);
+    for (let i = 0; i <= last; i += 1) {
+      if (this.breaks.has(i)) points.push(null);
+      points.push([this.columns[0][i], this.columns[1][i]]);
+    }
+    const now = this.at(time);
+    if (now) points.push([now[0], now[1]]);
+    return points;
+  }
+}
+
+/** Returns a new element with these attributes. The `content` is texts and elements. */
+export function element(tag, attributes, ...content) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...content);
+  return made;
+}
+
+/** Returns the SVG path through points [time, value]. The path is broken where a point is null. */
+function path(points) {
+  return points.map((point, i) => point && `${points[i - 1] ? 'L' : 'M'}${point[0]} ${-point[1]}`)
+    .join('');
+}
+
+/** Returns a figure of `lines`, {CSS class: points}, or null if there are no points. The range of
+ *  the scale is at least `least`. `levels` are the texts to show in place of 0, 1, 2, ... */
+export function curve(name, caption, lines, duration, options) {
+  const {least = 0, hasZero = false, isAngle = false, levels = null} = options;
+  const kinds = Object.keys(lines);
+  const values = Object.values(lines).flat().filter(Boolean).map((point) => point[1]);
+  if (!values.length) return null;
+  if (hasZero) values.push(0);
+  const lowest = values.reduce((a, b) => Math.min(a, b));
+  const highest = values.reduce((a, b) => Math.max(a, b));
+  const margin = Math.max(0.06 * (highest - lowest), (least - (highest - lowest)) / 2)
+    || 1;       // around a constant
+  const low = lowest - margin, high = highest + margin, range = high - low;
+  let step = nice(range / GRID_LINES);
+  if (isAngle) step = ANGLE_STEPS.find((each) => range <= GRID_LINES * each) ?? step;
+  if (levels) step = 1;
+  const numbers = [];
+  let grid = '';
+  for (let k = Math.ceil(low / step); k * step <= high; k += 1) {
+    const text = levels ? levels[k] : String(Number((k * step).toPrecision(6)));
+    const style = `top:${100 * (high - k * step) / range}%`;
+    numbers.push(element('i', {class: levels ? 'level' : '', style}, text));
+    grid += `M0 ${-k * step}H${duration}`;
+  }
+  const paths = kinds.map((kind) => `<path class="${kind}" d="${path(lines[kind])}"/>`);
+  const plot = element('div', {class: 'plot', id: `curve-${name}`});
+  plot.innerHTML = `<svg viewBox="0 ${-high} ${duration} ${range}" preserveAspectRatio="none">`
+    + `<path class="grid" d="${grid}"/>${paths.join('')}</svg><div class="now"></div>`;
+  plot.append(...numbers);
+  const words = element('figcaption', {}, caption);
+  if (kinds.length > 1) kinds.forEach((kind) => words.append(' ', element('b', {class: kind}, kind)));
+  return element('figure', {}, words, plot);
+}
