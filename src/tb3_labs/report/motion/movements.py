@@ -24,7 +24,7 @@ without commands has no movements.
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
-from typing import List, Tuple
+from typing import List
 
 import numpy as np
 
@@ -147,28 +147,28 @@ def _with_local(run: RunData) -> RunData:
 
 
 def _with_states(run: RunData, goal: Pose2) -> RunData:
-    begins: List[Tuple[float, str]] = []
+    states = []
     for movement in movements(run):
         if movement.kind is MovementKind.DRIVE:
-            begins += _states_of_drive(movement)
+            begins = _begins_of_states(movement)
+            states += [(begin, begin, state) for begin, state in zip(begins, DRIVING)]
             if movement.end < run.duration:
-                begins.append((movement.end, CAME_TO_REST))
-    if not begins:
+                states.append((movement.end, movement.end, CAME_TO_REST))
+    if not states:
         return run
-    time = np.array([begin for begin, _ in begins])
-    names = np.array([word for _, word in begins], dtype=object)
-    run = replace(run, states=States(time, time, names), derived=run.derived + ('states',))
+    run = replace(run, states=States.from_rows(states), derived=run.derived + ('states',))
     if len(run.goals):
         return run
-    goals = Poses(time, time, *(np.full(len(time), value) for value in (goal.x, goal.y, goal.yaw)))
+    first = states[0][0]
+    goals = Poses.from_rows([(first, first, goal.x, goal.y, goal.yaw)])
     return replace(run, goals=goals, derived=run.derived + ('goals',))
 
 
-def _states_of_drive(drive: Movement) -> List[Tuple[float, str]]:
-    """Returns (begin [s], state) of each state of a drive."""
+def _begins_of_states(drive: Movement) -> List[float]:
+    """Returns the times at which the states of a drive begin [s]."""
     begins = [drive.begin]
     if drive.forward < drive.turns_again:
         begins.append(drive.forward)
         if drive.turns_again < drive.end:
             begins.append(drive.turns_again)
-    return list(zip(begins, DRIVING))
+    return begins

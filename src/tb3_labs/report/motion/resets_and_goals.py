@@ -27,8 +27,6 @@ from tb3_labs.watch.printed_pose import declared_by
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
-#: A jump of the yaw by this angle weighs as much as a jump of the place by a metre [rad].
-RADIANS_PER_METRE = 1.0
 #: A jump weighs less by this for each second between the jump and the line [m/s]. So the pose that
 #: is nearest to the line is taken if a reset declares the pose that the robot already has.
 LOSS_PER_SECOND = 0.05
@@ -86,7 +84,7 @@ def _interval_begins(run: RunData) -> List[float]:
     moved_in_local = _displacements(local)
     moved_in_odom = _displacements(run.odometry.at(local.time))
     jump = moved_in_local.inverse() @ moved_in_odom
-    jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw) / RADIANS_PER_METRE
+    jumps = np.hypot(jump.x, jump.y) + np.abs(jump.yaw)     # a radian weighs as much as a metre
     begins = _begins_of_frames(local)
     found: Set[int] = set()
     for time in run.resets.time:
@@ -144,16 +142,10 @@ def recorded_states(run: RunData) -> List[RecordedState]:
             for state, begin, end, goal in zip(run.states.text, begins, ends, goals)]
 
 
-@lru_cache(maxsize=1)
 def goal_errors(run: RunData) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns (times [s], distances [m], angles [rad]) from the robot to the goal in force, by
     local_pose."""
-    goals = [(interval.begin, interval.goal) for interval in recorded_states(run)
-             if interval.goal is not None]
-    begins = [begin for begin, _ in goals]
-    poses = run.local_pose.between(begins[0], math.inf) if begins else Poses.none()
-    if not len(poses):
-        return np.empty(0), np.empty(0), np.empty(0)
-    number = last_until(begins, poses.time)
-    x, y, yaw = np.array([(goal.x, goal.y, goal.yaw) for _, goal in goals])[number].T
-    return poses.time, np.hypot(x - poses.x, y - poses.y), wrap_all(yaw - poses.yaw)
+    poses = run.local_pose.between(run.goals.arrival.min(initial=math.inf), math.inf)
+    goals = run.goals.take(last_until(run.goals.arrival, poses.time))
+    distances = np.hypot(goals.x - poses.x, goals.y - poses.y)
+    return poses.time, distances, wrap_all(goals.yaw - poses.yaw)
