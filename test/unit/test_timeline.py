@@ -123,7 +123,11 @@ def page():
                imu=imu_samples(TIME[keep], TIME[keep], 0.1 * TIME[keep], ZERO[keep] + 0.1),
                local_pose=poses(x=X - (TIME >= 8.0)), resets=reset_lines(8.0),
                commands=speeds_sent(*np.array([(1.0, 1.4), (1.0, 1.4), (0.1, -0.2), (0.0, 0.0)])),
-               variables=variables(goal=TIME ** 2, state=['A'] * 100 + [LINE] * 101))
+               variables=variables(
+                   goal=TIME ** 2, state=['A'] * 100 + [LINE] * 101, turning=TIME >= 4.0, K_HDG='0.1',
+                   mixed=['None'] * 20 + [*TIME[20:100]] + ['nan', 'inf'] * 10 + [*TIME[120:]],
+                   absurd=1.7e308 * np.sin(TIME), words=[f'{at:.1f} s' for at in TIME],
+                   **{f'a{k}': 1e299 * np.sin(TIME) for k in range(20)}))
     return timeline.section(data_of(run))
 
 
@@ -135,7 +139,7 @@ def test_no_text_of_a_node_can_end_the_data(page):
     inside = page.split('type="application/json">')[1].split('</script>')[0]
     data = json.loads(inside)
     assert data['log'][-1] == [5.0, 'warning', 'node: ' + LINE]
-    assert data['figures'][0]['levels'] == [LINE, 'A'] and '</script><b>' not in page
+    assert data['variables'][1][2] == ['A', LINE, None] and '</script><b>' not in page
 
 
 #: Moves the slider, or clicks, and records the page's state.
@@ -153,10 +157,12 @@ click('#after'); click('#after'); click('#before'); click('body > a');
 const curve = document.getElementById('curve-heading'), area = curve.getBoundingClientRect();
 curve.dispatchEvent(new MouseEvent('click', {clientX: area.left + 46 + (area.width - 54) / 4}));
 note();
-seen.push(['#curve-heading .measured', '#curve-speed .commanded', '#curve-variable-1 .variable'].map(
-  (line) => document.querySelector(line).getAttribute('d')), ['#curve-variable-0 .level',
-  '#run-log li', '#mark-list a', '#marks a'].map((place) => [...document.querySelectorAll(place)]
-  .map((each) => each.title || each.textContent)));
+const all = (place, within = document) => [...within.querySelectorAll(place)].map(
+  (each) => each.getAttribute('d') || each.title || each.textContent);
+seen.push(all('#curve-heading .measured, #curve-speed .commanded'),
+  [...document.querySelectorAll('#variables figure')].map(
+    (figure) => [all('figcaption', figure)[0], all('.variable', figure)[0], all('.level', figure)]),
+  all('#run-log li'), all('#mark-list a'), all('#marks a'));
 document.getElementById('seen').textContent = JSON.stringify(seen);
 </script>'''
 
@@ -176,7 +182,7 @@ def test_a_browser_draws_the_run_and_shows_each_moment(page, tmp_path):
         '--no-first-run', '--disable-background-networking', '--disable-component-update',
         '--disable-sync', '--user-data-dir={}'.format(tmp_path / 'user'), '--dump-dom',
         file.as_uri()], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=600).stdout
-    *seen, lines, (levels, log, mark_list, marks) = json.loads(unescape(
+    *seen, lines, figures, log, mark_list, marks = json.loads(unescape(
         re.search(r'id="seen">(.*?)</pre>', shown.decode()).group(1)))
     clocks = [float(row[0].split()[0]) for row in seen]
     assert clocks == pytest.approx([3.5, 8.0, 10.0, 8.0, 6.0, 2.5], abs=0.06)
@@ -184,11 +190,16 @@ def test_a_browser_draws_the_run_and_shows_each_moment(page, tmp_path):
     assert seen[0][2].startswith('0.500 m, 0.000 m') and seen[2][2].startswith('0.000 m')
     assert seen[0][3].startswith('0.500 m') and seen[1][4] == 'reset 1 of local'
     assert [row[5] for row in seen[:3]] == [1, 2, 2]
-    (before, after), (steps,), (parabola,) = map(points_of, lines)
+    (before, after), (steps,) = map(points_of, lines)
     assert [tuple(piece[[0, -1], 0]) for piece in (before, after)] == [(0.0, 1.95), (3.05, 10.0)]
     for piece in before, after:
         assert piece[:, 1] == pytest.approx(np.degrees(0.1 * piece[:, 0]), abs=0.2)
     assert steps == pytest.approx(np.array([(1.0, 0.1), (1.4, 0.1), (1.4, -0.2), (1.9, -0.2)]))
-    assert parabola[:, 1] == pytest.approx(parabola[:, 0] ** 2, abs=0.01)
-    assert levels == [LINE, 'A'] and log[1] == '5.00 s\u2002node: ' + LINE
+    assert log[1] == '5.00 s\u2002node: ' + LINE
     assert marks[1:] == ['imu silent for 1.1 s', 'reset 1 of local'] and len(mark_list) == 3
+    assert [name for name, *_ in figures] == ['turning', 'state', 'goal', 'mixed', *(f'a{k}' for k in range(8))]
+    assert [levels for *_, levels in figures[:2]] == [['False', 'True'], [LINE, 'A']]
+    (steps,), _, (goal,), mixed = (points_of(line) for _, line, _ in figures[:4])
+    assert steps.tolist() == [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [10.0, 1.0]]
+    assert goal[::2, 1] == pytest.approx(goal[::2, 0] ** 2, rel=1e-4)
+    assert [tuple(piece[[0, -1], 0]) for piece in mixed] == [(1.0, 5.0), (6.0, 10.0)]

@@ -5,6 +5,7 @@
 import {nice, radians} from './drawing.js';
 
 const GRID_LINES = 4;       // a curve has at most this number of intervals between grid lines
+const MAX_DRAWN = 1e300;    // the difference of larger numbers could be infinite
 const ANGLE_STEPS = [1, 2, 5, 10, 30, 45, 90, 180, 360, 720, 1440, 3600, 7200];     // [deg]
 
 /** Returns the index of the last of `times` that is at `time` or before; -1 if all are later. */
@@ -73,6 +74,25 @@ export function element(tag, attributes, ...content) {
 function path(points) {
   return points.map((point, i) => point && `${points[i - 1] ? 'L' : 'M'}${point[0]} ${-point[1]}`)
     .join('');
+}
+
+/** Returns the points of a text that changes at these times; null while it is null. Mostly numbers
+ *  are drawn as numbers. Other texts are `levels`, from the lowest to the highest: False is below
+ *  True, and a state is below all earlier states. */
+export function stepsOf(times, texts) {
+  const isNumber = (text) => text !== '' && Math.abs(Number(text)) < MAX_DRAWN;
+  const known = texts.filter((text) => text !== null);
+  let levels = null;
+  if (2 * known.filter(isNumber).length <= known.length) {
+    levels = [...new Set(known)].reverse();
+    if (['True', 'False'].includes(known[0])) levels.sort();
+  }
+  const points = texts.flatMap((text, i) => {
+    if (text === null || !(levels || isNumber(text))) return [null];
+    const value = levels ? levels.indexOf(text) : Number(text);
+    return [[times[i], value], [times[i + 1], value]];
+  });
+  return {points, levels};
 }
 
 /** Returns a figure of `lines`, {CSS class: points}, or null if there are no points. The range of

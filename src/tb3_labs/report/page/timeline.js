@@ -2,7 +2,7 @@
 //
 // Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
 
-import {Track, curve, element, lastBefore} from './curves.js';
+import {Track, curve, element, lastBefore, stepsOf} from './curves.js';
 import {degrees, digits, nice, radians, readColours, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
@@ -11,6 +11,8 @@ const SHOWN = 0.5;                              // [s] a mark's words are shown 
 // the kinds of marks; each kind has its own row, in this order from the top
 const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
 const ROW_HEIGHT = 8;                           // [px] of the marks of one kind
+// a variable with more different texts than MAX_LEVELS has no figure
+const MAX_FIGURES = 12, MAX_LEVELS = 8;
 // [track, caption, options of the curve]; `command` is the column of the commanded speed
 const CURVES = [
   ['heading', 'heading by the IMU [\u00b0]', {least: 10, isAngle: true}],
@@ -96,10 +98,14 @@ class Timeline {
     const {run} = this;
     $('inside').hidden = !run.variables.length;
     $('inside-nodes').textContent = run.nodes.join(', ');
-    run.figures.forEach(({name, levels, ...track}, i) => {
-      const lines = {variable: new Track(track).points()};
-      $('variables').append(curve(`variable-${i}`, name, lines, run.duration, {levels}));
-    });
+    for (const [name, times, texts] of run.variables) {
+      const figures = $('variables'), {points, levels} = stepsOf(times, texts);
+      const changes = new Set(points.filter(Boolean).map((point) => point[1])).size > 1;
+      const isLegible = !levels || levels.length <= MAX_LEVELS;
+      if (changes && isLegible && figures.childElementCount < MAX_FIGURES) {
+        figures.append(curve(`variable-${name}`, name, {variable: points}, run.duration, {levels}));
+      }
+    }
     this._variables = run.variables.map(([name, times, texts]) => {
       const value = element('b', {});
       $('now-variables').append(element('span', {}, `${name} `, value), ' ');

@@ -5,15 +5,13 @@ the recording, but differs from each recorded value by at most its bound. A trac
 a time without samples.
 
 Units in the data: seconds since the recording's start, metres, degrees, m/s, rad/s. The poses of
-`local` and of the goals are in ``local``, all other poses are in ``odom``. A variable of a node has
-the unit that its node uses.
+`local` and of the goals are in ``local``, all other poses are in ``odom``. The number
+in a variable's text has the unit that its node uses.
 """
 import json
 import math
-from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Optional, Sequence
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -23,7 +21,7 @@ from tb3_labs.report.motion.resets_and_goals import (
     FrameInterval, frame_intervals, goal_errors, local_in_odom, recorded_states)
 from tb3_labs.report.run_data import MIN_GAP, Commands, LogLines, Poses, RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
-from tb3_labs.watch.variables import TRUTH_VALUES, Series, variables_by_node
+from tb3_labs.watch.variables import Series, variables_by_node
 
 #: The HTML of the timeline. Its program and its style are in files with the same stem.
 TIMELINE_PAGE = Path(__file__).with_name('timeline.html')
@@ -34,16 +32,9 @@ PLACE_BOUND, ANGLE_BOUND, SPEED_BOUND, RATE_BOUND = 0.002, 0.2, 0.005, 0.03
 MAX_TEXT_LENGTH = 1000
 #: The name of rosbag's node. Its log lines are not shown.
 RECORDER = 'record'
-#: The limits of a page.
-MAX_FIGURES = 12
+#: The most variables of a page.
 MAX_SHOWN_VARIABLES = 40
-#: A variable with more different texts than this has no figure.
-MAX_LEVELS = 8
-#: A figure differs from each recorded value by at most this share of the variable's range.
-BOUND_SHARE = 1.0 / 500.0
-#: A larger number is not drawn, since the difference of two such numbers could be infinite.
-MAX_DRAWN_NUMBER = 1e300
-#: The handouts' variables. They are drawn first, in this order.
+#: The handouts' variables. They come first, in this order.
 HANDOUT_NAMES = ('curr_yaw', 'goal_yaw', 'local_x', 'local_y', 'local_yaw', 'turning', 'state',
                  'has_control')
 #: A moment or a stretch of time on the timeline, with kind, begin, end and text.
@@ -120,8 +111,7 @@ def timeline(run: RunData, model: RobotModel, events: Sequence[TimelineEvent]) -
                   for interval in recorded_states(run)],
         'marks': sorted(events, key=lambda event: event['begin']),
         'log': _lines(run.log),
-        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': texts(run),
-        'figures': figures(run)}
+        'nodes': [*dict.fromkeys(run.variables.node)], 'variables': variables(run)}
 
 
 def _poses(poses: Poses, breaks: Sequence[int] = ()) -> Dict[str, Any]:
@@ -165,75 +155,43 @@ def _lines(log: LogLines) -> List[List[Any]]:
             if node.rpartition('/')[2] != RECORDER]
 
 
-# -- the variables of nodes
-
-@lru_cache(maxsize=1)
-def variables(run: RunData) -> List[Series]:
-    """Returns the variables of a run. If several nodes have variables, the name of a variable
-    begins with the name of its node."""
-    found, nodes = [], variables_by_node(run.variables)
+def variables(run: RunData) -> List[List[Any]]:
+    """Returns [name, times, texts] of each variable. Each text holds until the next time. It is
+    None from the last reading before a gap on. If several nodes have variables, the name begins
+    with the name of the variable's node."""
+    rows: List[List[Any]] = []
+    nodes = variables_by_node(run.variables)
     for node, series_of in nodes.items():
-        prefix = node.strip('/') + ': ' if len(nodes) > 1 else ''
-        for series in series_of.values():
-            # here, True and False are texts; a comparison with NaN is False
-            is_truth = np.isin(series.text.astype(str), [*TRUTH_VALUES])
-            is_drawn = ~is_truth & (np.abs(series.value) < MAX_DRAWN_NUMBER)
-            found.append(replace(
-                series, name=prefix + series.name,
-                value=np.where(is_drawn, series.value, np.nan)))
-    return found[:MAX_SHOWN_VARIABLES]
+        prefix = ''
+        if len(nodes) > 1:
+            prefix = node.strip('/') + ': '
+        rows += [[prefix + name, *_changes(series)] for name, series in series_of.items()]
+    order = {name: number for number, name in enumerate(HANDOUT_NAMES)}
+    return sorted(rows, key=lambda row: order.get(row[0], len(order)))[:MAX_SHOWN_VARIABLES]
 
 
-def changes(variable: Series) -> np.ndarray:
-    """Returns the index of the first value, and of each value that differs from the previous value.
-    """
+def _changes(variable: Series) -> Tuple[List[float], List[Optional[str]]]:
+    """Returns (times, texts) of a variable."""
     values = np.where(np.isnan(variable.value), variable.text, variable.value)
-    return np.flatnonzero(np.append(True, values[1:] != values[:-1]))
-
-
-def texts(run: RunData) -> List[List[Any]]:
-    """Returns [name, times of the changes, texts after the changes] of each variable."""
-    rows = []
-    for each in variables(run):
-        shown = changes(each)
-        shown_texts = list(map(_shown_text, each.text[shown], each.value[shown]))
-        rows.append([each.name, np.round(each.time[shown], 3).tolist(), shown_texts])
-    return rows
+    is_last = np.append(np.diff(variable.time) > MIN_GAP, True)     # before a gap, or of the run
+    is_new = np.append(True, is_last[:-1] | (values[1:] != values[:-1]))
+    times: List[float] = []
+    texts: List[Optional[str]] = []
+    for k in np.flatnonzero(is_new | is_last):
+        time = round(float(variable.time[k]), 3)
+        if is_new[k]:
+            times.append(time)
+            texts.append(_shown_text(variable.text[k], variable.value[k]))
+        if is_last[k]:
+            times.append(time)
+            texts.append(None)
+    return times, texts
 
 
 def _shown_text(text: str, number: float) -> str:
     if '.' in text and not math.isnan(number):
         return f'{number:.5g}'
     return text
-
-
-def figures(run: RunData) -> List[Dict[str, Any]]:
-    """Returns the figures of the variables that change, at most MAX_FIGURES. A figure is a track
-    with the name of the variable, and `levels`. A variable whose values are mostly texts is drawn
-    as steps between these texts, which are at the heights 0, 1, 2, ..."""
-    known = {each.name: each for each in variables(run)}
-    first = [known.pop(name) for name in HANDOUT_NAMES if name in known]
-    found = [_figure(each) for each in [*first, *known.values()] if len(changes(each)) > 1]
-    return [figure for figure in found if len(figure['levels'] or ()) <= MAX_LEVELS][:MAX_FIGURES]
-
-
-def _figure(variable: Series) -> Dict[str, Any]:
-    levels, values = None, variable.value
-    if 2 * np.isnan(values).sum() >= len(values):
-        levels = _levels(variable)
-        values = np.array([float(levels.index(text)) for text in variable.text])
-    known = np.flatnonzero(~np.isnan(values))
-    bound = max(BOUND_SHARE * np.ptp(values[known]), 1e-6)
-    breaks = (np.flatnonzero(np.diff(known) > 1) + 1).tolist()
-    return {'name': variable.name, 'levels': levels,
-            **track(variable.time[known], [values[known]], [bound], breaks)}
-
-
-def _levels(variable: Series) -> List[str]:
-    """Returns the different texts of a variable, from the lowest to the highest in the figure.
-    False is below True. A state is below all states that the variable had earlier in the run."""
-    found = list(dict.fromkeys(variable.text))
-    return sorted(found) if found[0] in TRUTH_VALUES else found[::-1]
 
 
 def section(data: Dict[str, Any]) -> str:
