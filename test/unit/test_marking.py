@@ -14,21 +14,21 @@ from pages import ROOT
 from made_run import made, speeds_sent
 from recorded_trial import write_trial
 
+from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.marking import marks
-from tb3_labs.marking.labs import imu, stimuli, turn
-from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking import limits
 from tb3_labs.marking.intake import archives
+from tb3_labs.marking.labs import imu, stimuli, turn
 from tb3_labs.marking.labs.criteria import EXIT_SECONDS, Criterion, Outcome, Verdict
-from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
+from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.marks import LABS, Marks, marks_after_trial, points_of
 from tb3_labs.marking.marks_csv import MarksTable
+from tb3_labs.marking.student_page import recording_for_timeline, student_page, timeline_of
+from tb3_labs.marking.trial.from_bag import read_trial
 from tb3_labs.marking.trial.observation import MAX_FINDINGS, NodeProcess, Observation, Stimulus
-from tb3_labs.marking.labs.gamepad import pad_called, pad_text
 from tb3_labs.marking.trial.ros_trial import SCRIPTS, Trial
-from tb3_labs.handout import PAD_AXES, PAD_BUTTONS
 from tb3_labs.nodes.gamepad.pad import PadConfig
-from tb3_labs.report.run_data import Poses
+from tb3_labs.recording.run_data import Poses
 from tb3_labs.watch.chains import SheetStep
 
 TABLE = yaml.safe_load((ROOT / 'launch/checks/points.yaml').read_text(encoding='utf-8'))

@@ -13,7 +13,7 @@ from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from tb3_labs.report.run_data import ImuSamples, OdometrySamples, RunData
+from tb3_labs.recording.run_data import ImuSamples, OdometrySamples, RunData
 
 #: The stimuli by Ctrl+C. A trial has up to three of these stimuli, since rospy may lose the message
 #: that a node sends last.
