@@ -133,6 +133,7 @@ def observed(lab, **parts):
         seen.stimuli.append(Stimulus(name, begin, begin + LASTS, said['printed'], said['lines'],
                                      said['died'], said['facts']))
     seen.recording = recording(commands, truth)
+    seen.parts = [(part, 0.0) for part in LABS[lab].parts]
     return seen
 
 

@@ -119,11 +119,11 @@ def test_the_sheet_for_instructors_has_the_numbers_of_the_marking():
                 *[each.begins_deg for each in turns]),
             '{:g} MB or {} files'.format(archives.MAX_SUBMISSION_BYTES / 1e6, archives.MAX_FILES),
             'files above {:g} MB are left out'.format(archives.MAX_COPIED_BYTES / 1e6),
-            '{} processes, {:g} GB of memory'.format(limits.MAX_PROCESSES, limits.MAX_NODE_MEMORY / 1e9),
-            '{:g} MB in th'.format(limits.MAX_DISK / 1e6),      # their folders
-            'with more than {:g} MB'.format(limits.MAX_OTHER_MEMORY / 1e6),
+            '{} processes, {:g} GB of memory'.format(limits.MAX_PROCESSES, limits.MAX_NODE_MEMORY_BYTES / 1e9),
+            '{:g} MB in th'.format(limits.MAX_DISK_BYTES / 1e6),      # their folders
+            'with more than {:g} MB'.format(limits.MAX_OTHER_MEMORY_BYTES / 1e6),
             'more than {:g} GB of address space, or {:g} MB in a file'.format(
-                limits.ADDRESS_SPACE / 1e9, limits.MAX_FILE_BYTES / 1e6)):
+                limits.MAX_ADDRESS_SPACE_BYTES / 1e9, limits.MAX_FILE_BYTES / 1e6)):
         assert said in words
 
 

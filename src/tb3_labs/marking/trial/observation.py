@@ -182,7 +182,9 @@ class Observation:
     def scenes(self, names: Sequence[str], may_die: bool = False) -> Iterator['Scene']:
         """Yields the Scene of each tried stimulus in `names`. If no stimulus was tried, this raises
         the error of `scene` for the first name."""
-        tried = [name for name in names if self.has(name)] or names[:1]
+        tried = [name for name in names if self.has(name)]
+        if not tried:
+            tried = [names[0]]
         return (self.scene(name, may_die) for name in tried)
 
     def greatest_speed(self, commands: np.ndarray, column: int) -> float:
