@@ -22,8 +22,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.report.run_data import LogLines, Poses, RunData
-from tb3_labs.watch.printed_pose import declared_by
+from tb3_labs.recording.run_data import Poses, RunData
 
 #: The first pose in a new frame comes at most this time before or after the line of its reset [s].
 NEAR_RESET = 0.3
@@ -35,14 +34,6 @@ LOSS_PER_SECOND = 0.05
 MAX_TIME_BEFORE = 0.05
 #: A goal belongs to a state if it arrived at most this time after the state [s].
 SAME_MOMENT = 0.1
-
-
-def resets_in(log: LogLines) -> Poses:
-    """Returns the poses that the lines of a log declare."""
-    declared = [(arrival, time, declared_by(text))
-                for arrival, time, text in zip(log.arrival, log.time, log.texts)]
-    return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)
-                            for arrival, time, pose in declared if pose is not None])
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from tb3_labs.report.motion.turns import turn_reports
 from tb3_labs.report.page import figures, timeline
 from tb3_labs.report.page.document import document, number, safe, table
 from tb3_labs.report.page.moments import broken_links, moments, printed_faults
-from tb3_labs.report.run_data import RunData
+from tb3_labs.recording.run_data import RunData
 from tb3_labs.robot.turtlebot3 import RobotModel
 
 #: A path shorter than this is not drawn [m].

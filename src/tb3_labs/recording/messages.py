@@ -13,9 +13,10 @@ import genpy
 import numpy as np
 
 from tb3_labs.geometry.angles import yaw_from_quaternion
-from tb3_labs.report.run_data import (
+from tb3_labs.recording.run_data import (
     Commands, ImuSamples, LogLines, MouseSamples, Numbers, OdometrySamples, Poses, States,
     Variables)
+from tb3_labs.watch.printed_pose import declared_by
 
 #: The level of a log line for each value of rosgraph_msgs/Log.
 LEVELS = {1: 'debug', 2: 'info', 4: 'warning', 8: 'error', 16: 'fatal'}
@@ -187,3 +188,11 @@ def stamped_samples(part, message, prefix, start, received):
 
 def _is_valid(row):
     return all(isinstance(value, str) or abs(value) < MAX_NUMBER for value in row)
+
+
+def resets_in(log: LogLines) -> Poses:
+    """Returns the poses that the lines of a log declare."""
+    declared = [(arrival, time, declared_by(text))
+                for arrival, time, text in zip(log.arrival, log.time, log.texts)]
+    return Poses.from_rows([(arrival, time, pose.x, pose.y, pose.yaw)
+                            for arrival, time, pose in declared if pose is not None])
