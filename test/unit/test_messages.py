@@ -16,6 +16,10 @@ SENT = np.arange(100) / 10.0
 ROBOT, NUMBER = RecordedClock.of(SENT, SENT + AHEAD), np.arange(100)
 
 
+def on_own_clock(arrival, stamp):
+    return times_on_recorders_clock(arrival, stamp, RecordedClock.of(arrival, stamp))
+
+
 def arrived_late(begin, end, arrival):
     """The arrivals of messages, if those that were sent from `begin` to `end` arrive at another time."""
     return np.where((SENT > begin - 0.01) & (SENT < end), arrival, SENT)
@@ -25,7 +29,7 @@ def arrived_late(begin, end, arrival):
 @pytest.mark.parametrize('by', [1e6, 11.0, -11.0, -1e6])
 def test_a_clock_that_is_set_during_the_recording(set_at, by):
     stamp = SENT + AHEAD + np.where(SENT > 10.0 * set_at, by, 0.0)
-    assert times_on_recorders_clock(SENT, stamp, None) == pytest.approx(SENT, abs=1e-6)
+    assert on_own_clock(SENT, stamp) == pytest.approx(SENT, abs=1e-6)
 
 
 @pytest.mark.parametrize('arrival', [
@@ -34,7 +38,7 @@ def test_a_clock_that_is_set_during_the_recording(set_at, by):
     arrived_late(9.25, 9.95, 10.6),    # and at its end
     arrived_late(6.0, 8.0, 6.0)])      # its simulated clock stood still
 def test_stamps_count_where_the_recorder_is_late(arrival):
-    assert times_on_recorders_clock(arrival, SENT + AHEAD, None) == pytest.approx(SENT, abs=1e-6)
+    assert on_own_clock(arrival, SENT + AHEAD) == pytest.approx(SENT, abs=1e-6)
 
 
 def one_in_time_of(number):
@@ -55,7 +59,8 @@ def one_in_time_of(number):
     (one_in_time_of(4), SENT + AHEAD, ROBOT, SENT),
     (one_in_time_of(5), SENT + AHEAD, ROBOT, np.maximum.accumulate(one_in_time_of(5)))])
 def test_the_time_of_a_message(arrival, stamp, robot, time):
-    assert times_on_recorders_clock(arrival, stamp, robot) == pytest.approx(time)
+    clock = robot or RecordedClock.of(arrival, stamp)
+    assert times_on_recorders_clock(arrival, stamp, clock) == pytest.approx(time)
 
 
 @pytest.mark.parametrize('share, passed_on', [(52, True), (48, False)])

@@ -7,7 +7,6 @@ import math
 import struct
 import sys
 from dataclasses import dataclass
-from typing import Optional
 
 import genpy
 import numpy as np
@@ -62,19 +61,19 @@ class RecordedClock:
 
 
 def times_on_recorders_clock(arrival: np.ndarray, stamp: np.ndarray,
-                             robot_clock: Optional[RecordedClock]) -> np.ndarray:
+                             robot_clock: RecordedClock) -> np.ndarray:
     """Returns the times at which a sender sent its messages, on the recorder's clock [s]. Each time
     is at least the previous time.
 
-    `robot_clock` is the odometry's RecordedClock, or None. All senders that share this clock get
-    the same lag, so that their stamps stay comparable to the microsecond. A stamp is more exact
-    than an arrival: messages arrive late while the recorder is busy, and early while a simulated
+    `robot_clock` is the odometry's RecordedClock. All senders that share this clock get the same
+    lag, so that their stamps stay comparable to the microsecond. A stamp is more exact than an
+    arrival, because messages arrive late while the recorder is busy, and early while a simulated
     clock stands still. The arrival is used only if the stamp is not plausible.
     """
     if not len(stamp):
         return arrival
     clock = RecordedClock.of(arrival, stamp)
-    if robot_clock is not None and clock.is_same_as(robot_clock):
+    if clock.is_same_as(robot_clock):
         clock = robot_clock
     delay = np.abs(arrival - stamp - clock.lag)
     if (delay < LATE_BY).mean() < MIN_IN_TIME_SHARE:

@@ -37,28 +37,17 @@ CLASSES = {(made._type, made._md5sum): made for made in (
 DEVICE_TOPICS = 'joy', 'mouse_info'
 
 
-def read_run(path, namespace=None, log=lambda line: None):
-    """Returns the RunData of the bag file `path`, or raises BagProblem.
-
-    If several robots were recorded, only the robot in `namespace` is read. ``log(line)`` is called
-    with each line about parts of the bag that are not read.
-    """
+def read_run(path, namespace=None):
+    """Returns the RunData of the bag file `path`, or raises BagProblem. If several robots were
+    recorded, only the robot in `namespace` is read. The `notes` of the RunData name the parts of
+    the bag that are not read."""
     try:
-        bag = Bag(str(path), _class_of)
-        run = _run(bag, str(path), namespace)
+        return _run(Bag(str(path), _class_of), str(path), namespace)
     except BagProblem as problem:
         raise BagProblem(f'{path}: {problem}') from None
     except Exception as problem:        # a stranger's bytes may be anything
         reason = getattr(problem, 'strerror', None) or problem
         raise BagProblem(f'{path}: cannot be read ({reason})') from None
-    unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
-               if _class_of(each) is None}
-    if unknown:
-        log(f"{path}: not read, since these types are not installed here, or not as they are in "
-            f"the bag: {', '.join(sorted(unknown))}")
-    for note in run.notes:
-        log(f'{path}: {note}')
-    return run
 
 
 def _class_of(connection):
@@ -88,9 +77,16 @@ def _run(bag, path, namespace):
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
     duration = max(float(each.arrival[-1]) for each in samples.values() if len(each))
-    notes = (f'{bag.problem}: the report ends at {duration:.1f} s',) if bag.problem else ()
+    notes = []
+    if bag.problem:
+        notes.append(f'{bag.problem}: the report ends at {duration:.1f} s')
+    unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
+               if _class_of(each) is None}
+    if unknown:
+        notes.append('not read, since these types are not installed here, or not as they are in '
+                     f"the bag: {', '.join(sorted(unknown))}")
     devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
-    return RunData(path, bag.start, duration, topics=topics, notes=notes, devices=devices,
+    return RunData(path, bag.start, duration, topics=topics, notes=tuple(notes), devices=devices,
                    dropped=dropped, **samples)
 
 

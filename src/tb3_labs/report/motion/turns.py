@@ -81,7 +81,7 @@ def turn_reports(run: RunData) -> List[TurnReport]:
         if movement.kind is not MovementKind.TURN or is_driven:
             continue
         for begin, end, until in _separate_turns(run, movement, next_begin):
-            report = _turn(run, begin, end, until, since)
+            report = _turn(run, begin, end, next_command=until, since=since)
             if report is not None:
                 reports.append(report)
                 since = report.end

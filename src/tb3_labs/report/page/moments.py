@@ -31,32 +31,30 @@ FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
 def moments(run: RunData, turned: Sequence[TurnReport],
             driven: Sequence[DriveReport]) -> List[TimelineEvent]:
     """Returns the TimelineEvents of a run with these turns and drives."""
-    found = [_turn_event(k, turn) for k, turn in enumerate(turned, 1)]
-    found += [_drive_event(k, drive) for k, drive in enumerate(driven, 1)]
-    turns_and_drives = list(found)
+    events = [_turn_event(k, turn) for k, turn in enumerate(turned, 1)]
+    events += [_drive_event(k, drive) for k, drive in enumerate(driven, 1)]
+    turns_and_drives = list(events)
     for movement in movements(run):
         is_known = any(movement.begin < known['end'] and known['begin'] < movement.end
                        for known in turns_and_drives)
         if not is_known:
-            found.append(_by_hand(run, movement.begin, movement.end))
-    found += [timeline_event('reset', interval.begin, f'reset {k} of local')
-              for k, interval in enumerate(frame_intervals(run)[1:], 1)]
-    found += [timeline_event('stop', interval.begin, interval.state)
-              for interval in recorded_states(run) if ':' in interval.state]
-    was_given = None
-    for time, value in zip(run.control.time, run.control.value):
-        is_given = value > 0.5
-        if is_given and not was_given:
-            found.append(timeline_event('start', time, 'control given to the node'))
-        elif not is_given and was_given is not False:
-            found.append(timeline_event('stop', time, 'control taken from the node'))
-        was_given = is_given
+            events.append(_by_hand(run, movement.begin, movement.end))
+    events += [timeline_event('reset', interval.begin, f'reset {k} of local')
+               for k, interval in enumerate(frame_intervals(run)[1:], 1)]
+    events += [timeline_event('stop', interval.begin, interval.state)
+               for interval in recorded_states(run) if ':' in interval.state]
+    is_new = np.append(True, np.diff(run.control.value) != 0.0)[:len(run.control)]
+    for k in np.flatnonzero(is_new):
+        kind, words = 'stop', 'control taken from the node'
+        if run.control.value[k]:
+            kind, words = 'start', 'control given to the node'
+        events.append(timeline_event(kind, run.control.time[k], words))
     for name, samples in (('imu', run.imu), ('odometry', run.odometry)):
         for k in np.flatnonzero(np.diff(samples.time) > MIN_GAP):
             begin, end = samples.time[k:k + 2]
             text = f'{name} silent for {end - begin:.1f} s'
-            found.append(timeline_event('lost', begin, text, end))
-    return found
+            events.append(timeline_event('lost', begin, text, end))
+    return events
 
 
 def _turn_event(k: int, turn: TurnReport) -> TimelineEvent:

@@ -11,7 +11,7 @@ in a variable's text has the unit that its node uses.
 import json
 import math
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -42,7 +42,7 @@ TimelineEvent = Dict[str, Any]
 
 
 def kept_samples(time: np.ndarray, values: np.ndarray, bounds: np.ndarray,
-                 breaks: Iterable[int] = ()) -> np.ndarray:
+                 breaks: Sequence[int]) -> np.ndarray:
     """Returns the indices of the samples that a curve keeps. The straight lines between these
     samples differ from all `values`, shape (n, k), by at most `bounds`, shape (k,). `breaks` are
     the indices at which a new stretch begins, in order. Both ends of a stretch are kept.
