@@ -21,7 +21,7 @@ from recorded_run import (  # noqa: F401
 
 from tb3_labs.command_line import write_output
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.recording.run_data import MIN_LEAP, OdometrySamples, Poses, States
+from tb3_labs.recording.run_data import MIN_LEAP, LogLines, OdometrySamples, Poses, States
 from tb3_labs.report.page.document import number, table
 
 pytest.importorskip('matplotlib', reason='matplotlib is not installed')
@@ -254,6 +254,15 @@ def test_the_page_says_what_was_driven(tmp_path):
     assert first[11][0] == '+' and float(first[11]) == pytest.approx(2.97, abs=0.05)
     assert second[:7] == ['2', '8.50', '3.00', '0.04', '5.7', 'recording ended', '1.50']
     assert second[11] == ''
+
+
+def test_the_page_has_each_exception_once_and_the_open_todos(tmp_path):
+    error = 'Traceback (most recent call last):\n  File "a.py", line 7, in f\nValueError: <x>'
+    texts = [error, 'all is well', 'TODO 3 is open', error]
+    columns = [np.array(column, dtype=object) for column in (['error'] * 4, ['/node'] * 4, texts)]
+    page = words_of(made(log=LogLines(np.arange(4.0), np.arange(4.0), *columns)), tmp_path)
+    assert '<b>An exception came: ValueError: &lt;x&gt;, line 7.</b> (2 times) <a href="#t=0.0">' in page
+    assert '<b>The node said: TODO 3 is open.</b> (once) <a href="#t=2.0">' in page
 
 
 def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):

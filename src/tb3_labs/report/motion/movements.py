@@ -95,19 +95,20 @@ def _movement(run: RunData, moves: np.ndarray, ends: np.ndarray) -> Movement:
     ahead = moves[np.abs(run.commands.linear[moves]) > NO_SPEED]
     if len(ahead):
         forward, turns_again = float(time[ahead[0]]), float(min(ends[ahead[-1]], end))
+    kind = MovementKind.DRIVE
+    has_mouse = 'mouse_info' in run.devices
     if len(run.control) or 'joy' in run.devices:
-        is_drive = has_control(run, (begin + end) / 2.0)
-        kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
+        is_sure = has_control(run, (begin + end) / 2.0)
     elif len(ahead):
         has_turn = moves[0] < ahead[0] or moves[-1] > ahead[-1]
-        may_be_drive = has_turn and 'mouse_info' not in run.devices
         length = run.odometry.pose_at(forward).distance_to(run.odometry.pose_at(turns_again))
-        is_drive = may_be_drive and length >= MIN_DRIVE_LENGTH
-        kind = MovementKind.DRIVE if is_drive else MovementKind.BY_HAND
+        is_sure = has_turn and not has_mouse and length >= MIN_DRIVE_LENGTH
     else:
-        is_fast = np.abs(run.commands.angular[moves]).max() > MOUSE_FULL + NO_SPEED
-        is_turn = is_fast or 'mouse_info' not in run.devices
-        kind = MovementKind.TURN if is_turn else MovementKind.BY_HAND
+        kind = MovementKind.TURN
+        fastest = np.abs(run.commands.angular[moves]).max()
+        is_sure = not has_mouse or fastest > MOUSE_FULL + NO_SPEED
+    if not is_sure:
+        kind = MovementKind.BY_HAND
     return Movement(kind, begin, forward, turns_again, end)
 
 

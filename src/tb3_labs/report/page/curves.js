@@ -1,6 +1,6 @@
-// Tracks, which are numbers over time, and curves, which are SVG pictures of numbers over time. The
-// x of a picture is the time in seconds, and its y is the negated value. To show another stretch of
-// time, the timeline only changes the picture's view.
+// A track is numbers over time. A curve is an SVG picture of numbers over time: its x is the time in
+// seconds, and its y is the negated number. To show another stretch of time, the timeline only
+// changes the view of the picture.
 
 import {nice, radians} from './drawing.js';
 
@@ -18,7 +18,8 @@ export function lastBefore(times, time) {
   return low - 1;
 }
 
-/** Numbers over time, straight between two of them; unknown before the first one. */
+/** Numbers over time. The numbers between two times are interpolated. `breaks` are the indices of
+ *  the points that no line joins to the previous point. */
 export class Track {
   constructor({time, columns, breaks}) {
     Object.assign(this, {time, columns, breaks: new Set(breaks)});
@@ -26,7 +27,8 @@ export class Track {
 
   before(time) { return lastBefore(this.time, time); }
 
-  /** The numbers at a time; in a break the last ones before it; null before the first. */
+  /** Returns the numbers at a time. In a break they are the last numbers before the break. Before
+   *  the first point the result is null. */
   at(time) {
     const i = this.before(time);
     if (i < 0) return null;
@@ -41,7 +43,7 @@ export class Track {
     return numbers && [numbers[0], numbers[1], radians(numbers[2])];
   }
 
-  /** The points [time, number] of the first column, and a null before each broken point. */
+  /** Returns the points [time, number] of the first column, with a null for each break. */
   points() {
     return this.time.flatMap((time, i) => {
       const point = [time, this.columns[0][i]];
@@ -49,7 +51,7 @@ export class Track {
     });
   }
 
-  /** The way until a time: [x, y], or null where it is broken. */
+  /** Returns the points [x, y] of the way until a time, with a null for each break. */
   way(time) {
     const points = [], last = this.before(time);
     for (let i = 0; i <= last; i += 1) {
@@ -76,9 +78,9 @@ function path(points) {
     .join('');
 }
 
-/** Returns the points of a text that changes at these times; null while it is null. Mostly numbers
- *  are drawn as numbers. Other texts are `levels`, from the lowest to the highest: False is below
- *  True, and a state is below all earlier states. */
+/** Returns the points of a variable whose text changes at these times, with a null while there is no
+ *  text. If less than half of the texts are numbers, a point has the index of its text in `levels`.
+ *  There False is before True, and a state is before all earlier states. */
 export function stepsOf(times, texts) {
   const isNumber = (text) => text !== '' && Math.abs(Number(text)) < MAX_DRAWN;
   const known = texts.filter((text) => text !== null);
@@ -95,8 +97,8 @@ export function stepsOf(times, texts) {
   return {points, levels};
 }
 
-/** Returns a figure of `lines`, {CSS class: points}, or null if there are no points. The range of
- *  the scale is at least `least`. `levels` are the texts to show in place of 0, 1, 2, ... */
+/** Returns a figure of `lines`, {CSS class: points}; null if there are no points. The scale has at
+ *  least the range `least`. It shows the texts `levels` in place of 0, 1, 2, ... */
 export function curve(name, caption, lines, duration, options) {
   const {least = 0, hasZero = false, isAngle = false, levels = null} = options;
   const kinds = Object.keys(lines);

@@ -25,7 +25,7 @@ EXCEPTION_WORDS = 'Traceback (most recent call last)', 'bad callback'
 LINE_NUMBER = re.compile(r'^ *File ".*", line (\d+)', re.MULTILINE)
 #: A node of the skeletons prints this when it reaches an open TODO.
 OPEN_TODO = re.compile(r'TODO \d+ is open')
-FAULT_LINE = '<p><b>{}</b> <a href="#t={:.1f}">Watch it</a></p>'
+FAULT_LINE = '<p><b>{}</b> ({}) <a href="#t={:.1f}">Watch it</a></p>'
 
 
 def moments(run: RunData, turned: Sequence[TurnReport],
@@ -78,25 +78,24 @@ def _by_hand(run: RunData, begin: float, end: float) -> TimelineEvent:
 
 def printed_faults(run: RunData) -> str:
     """Returns HTML on the different exceptions and the open TODOs that nodes printed."""
-    log = run.log
-    errors: Dict[str, List[float]] = {}
-    todos: Dict[str, float] = {}
-    for time, text in zip(log.time.tolist(), log.texts):
-        if any(word in text for word in EXCEPTION_WORDS):
+    faults: Dict[str, List[float]] = {}         # {sentence: times}
+    for time, text in zip(run.log.time.tolist(), run.log.texts):
+        todo = OPEN_TODO.match(text)
+        if todo:
+            faults.setdefault(f'The node said: {todo.group()}.', []).append(time)
+        if any(words in text for words in EXCEPTION_WORDS):
             error = text.strip().splitlines()[-1]
             numbers = LINE_NUMBER.findall(text)
             if numbers:
-                error += f' (line {numbers[-1]})'
-            errors.setdefault(error, []).append(time)
-        todo = OPEN_TODO.match(text)
-        if todo:
-            todos.setdefault(todo.group(), time)
-    parts = [FAULT_LINE.format(escape('An exception came {}: {}.'.format(
-        'once' if len(times) == 1 else f'{len(times)} times', error)), times[0])
-        for error, times in errors.items()]
-    if todos:
-        parts.append(FAULT_LINE.format(f"The node said: {', '.join(todos)}.", min(todos.values())))
-    return '\n'.join(parts)
+                error += f', line {numbers[-1]}'
+            faults.setdefault(f'An exception came: {error}.', []).append(time)
+    lines = []
+    for sentence_of_fault, times in faults.items():
+        count = 'once'
+        if len(times) > 1:
+            count = f'{len(times)} times'
+        lines.append(FAULT_LINE.format(escape(sentence_of_fault), count, times[0]))
+    return '\n'.join(lines)
 
 
 def broken_links(run: RunData) -> List[str]:

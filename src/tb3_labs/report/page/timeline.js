@@ -1,4 +1,4 @@
-// The timeline of a recorded run: the map, the curves, the state and the log at one moment.
+// Draws the timeline of a recorded run: the map, the curves, the state and the log at one moment.
 //
 // Times are seconds since the recording's start. Poses are [x m, y m, yaw rad], tracks in degrees.
 
@@ -7,7 +7,7 @@ import {degrees, digits, nice, radians, readColours, wrap} from './drawing.js';
 import {MapInput, RobotMap} from './map.js';
 
 const LEFT = 46, RIGHT = 8;                     // [px] beside a curve, as the style has it
-const SHOWN = 0.5;                              // [s] a mark's words are shown at least
+const SHOWN = 0.5;                              // [s] a mark's text is shown for at least this time
 // the kinds of marks; each kind has its own row, in this order from the top
 const KINDS = ['drive', 'turn', 'hand', 'reset', 'start', 'stop', 'lost'];
 const ROW_HEIGHT = 8;                           // [px] of the marks of one kind
@@ -23,7 +23,7 @@ const CURVES = [
 ];
 const $ = (id) => document.getElementById(id);
 
-/** Where a plot of times was clicked: 0 at its left end, 1 at its right end. */
+/** Returns the place of a click in a plot: 0 at the left end, 1 at the right end. */
 function share(event) {
   const {left, width} = event.currentTarget.getBoundingClientRect();
   return Math.max(0, Math.min(1, (event.clientX - left - LEFT) / (width - LEFT - RIGHT)));
@@ -65,7 +65,7 @@ class Timeline {
     }
   }
 
-  /** The points of a speed of the commands. A command holds until the next one. */
+  /** Returns the points of a speed of the commands. A command holds until the next command. */
   _commandSteps(column) {
     const {commands, duration} = this.run;
     return commands.flatMap((command, i) => {
@@ -176,7 +176,7 @@ class Timeline {
     this.show();
   }
 
-  /** To the mark before or after this moment. */
+  /** Go to the mark before or after this moment. */
   jump(way) {
     const times = this.run.marks.map((mark) => mark.begin);
     const next = way > 0 ? times.find((time) => time > this.now + 0.01)
@@ -184,7 +184,7 @@ class Timeline {
     this.go(next ?? (way > 0 ? this.run.duration : 0));
   }
 
-  /** The stretch of time that the curves show. */
+  /** Returns the stretch of time that the curves show. */
   _stretch() {
     const {duration} = this.run, span = Number($('span').value) || duration;
     const begin = Math.max(0, Math.min(this.now - span / 2, duration - span));
@@ -208,7 +208,7 @@ class Timeline {
     this._showLog();
   }
 
-  /** The curves of the stretch, the times below them, and this moment in them and in the marks. */
+  /** Show the curves of the stretch, the times below, and this moment in the curves and marks. */
   _showCurves() {
     const [begin, end] = this._stretch(), step = nice((end - begin) / 6), times = [];
     for (let i = Math.ceil(begin / step); i * step <= end; i += 1) {
@@ -256,10 +256,10 @@ class Timeline {
   }
 }
 
-/** The time of a link to a moment, or of the page's own address. */
+/** Returns the time in a link to a moment, or in the page's own address. */
 function timeOf({hash}) { return Number(hash.slice(3)) || 0; }
 
-/** The text of an angle [degrees], wrapped to +-180. */
+/** Returns the text of an angle [degrees], wrapped to +-180. */
 function wrapped(angle) { return `${degrees(wrap(radians(angle))).toFixed(1)}\u00b0`; }
 
 readColours();
