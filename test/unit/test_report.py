@@ -97,7 +97,7 @@ def test_no_output_goes_through_a_link(bag, tmp_path, capsys, monkeypatch):
     assert 'link: it is a link to another folder; choose another folder with -o' in line
 
 
-def test_what_cannot_be_written_leaves_the_old_file_and_nothing_else(tmp_path):
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     (tmp_path / 'run.csv').write_text('old')
     with pytest.raises(TypeError):
         write_output(tmp_path / 'run.csv', None)
@@ -132,7 +132,7 @@ def odd_bags(bag, tmp_path_factory):
     ('text.bag', 'not a bag of ROS 1, version 2.0'),
     ('.', 'cannot be read (Is a directory)'),
     ('still.bag', 'no nav_msgs/Odometry'), ('run.bag -o text.bag/report', 'choose another folder')])
-def test_what_cannot_be_reported_is_one_line(words, said, odd_bags, monkeypatch, capsys):
+def test_a_bag_that_cannot_be_reported_gives_one_line(words, said, odd_bags, monkeypatch, capsys):
     monkeypatch.chdir(odd_bags)
     assert lab_report(*words.split()) == 1
     line, = capsys.readouterr().err.strip().splitlines()
@@ -150,7 +150,7 @@ def test_settings_for_matplotlib_in_the_folder_of_a_stranger_do_nothing(tmp_path
     assert seen == 'False white 1.5\n'
 
 
-def test_without_matplotlib(bag, monkeypatch, capsys):
+def test_a_missing_matplotlib_gives_one_line(bag, monkeypatch, capsys):
     for name in [name for name in sys.modules if name.startswith(
             ('matplotlib', 'tb3_labs.report'))]:
         monkeypatch.delitem(sys.modules, name)
@@ -236,7 +236,7 @@ def test_a_command_holds_until_the_next_one_or_its_timeout():
 
 # The page -----------------------------------------------------------------------------------------
 
-def test_the_page_says_what_was_driven(tmp_path):
+def test_the_page_has_a_row_for_each_drive(tmp_path):
     """The odometry keeps 0. The IMU is at 0.5 rad until 1.3 s, then turns by 3 deg until 6 s."""
     yaw = np.radians(np.interp(TIME, [1.3, 6.0], [0.0, 3.0]))
     page = words_of(made(
@@ -244,9 +244,9 @@ def test_the_page_says_what_was_driven(tmp_path):
         states=states(*STATES[:3], (6.5, 'stopped: no imu'), (7.0, 'GOAL_REACHED'),
                       (8.5, 'ROTATE_TO_GOAL')),
         imu=imu_samples(TIME, TIME, yaw + 0.5, ZERO).take((TIME < 8.01) | (TIME > 8.59)),
-        dropped={'imu': 7}, topics={'imu': '/robot3/imu'}), str(tmp_path / 'a' / 'b'))
+        notes=('invalid messages: 7',)), str(tmp_path / 'a' / 'b'))
     assert 'Burger on 2023-11-1' in page and (
-        '10.0 s, 1.00 m driven, resets: 0, 7 invalid messages of /robot3/imu dropped.' in page)
+        '10.0 s, 1.00 m driven, resets: 0.' in page and '<p>Invalid messages: 7.</p>' in page)
     first, second = (row for row in rows_of(page) if len(row) == 12)
     angle = math.degrees(0.1) - 3.0
     assert first[:7] == ['1', '0.50', '1.03', '0.04', '5.7', 'reached', '6.50']
@@ -265,13 +265,13 @@ def test_the_page_has_each_exception_once_and_the_open_todos(tmp_path):
     assert '<b>The node said: TODO 3 is open.</b> (once) <a href="#t=2.0">' in page
 
 
-def test_a_drive_of_which_no_goal_was_recorded_has_no_errors(tmp_path):
+def test_a_drive_without_a_recorded_goal_has_no_errors(tmp_path):
     text = words_of(made(goals=Poses.none()), tmp_path)
     row, = (row for row in rows_of(text) if len(row) == 12)
     assert row[:11] == ['1', '0.50', '', '', '', 'reached', '6.50', '', '', '', '']
 
 
-def test_a_page_without_drives_says_so(tmp_path):
+def test_a_page_without_drives_has_a_sentence_about_the_lack(tmp_path):
     text = words_of(made(states=States.none()), tmp_path)
     assert NO_DRIVE in text and 'None' not in text
 

@@ -92,7 +92,7 @@ def test_a_reset_is_an_event_and_the_frame_jumps_there():
     assert at[jump] == pytest.approx(8.0, abs=0.051)
 
 
-def test_events_name_stops_silences_and_who_may_drive():
+def test_changes_of_control_and_silences_are_events():
     keep = TIME[(TIME < 2.0) | (TIME > 3.0)]
     run = made(imu=imu_samples(keep, keep, 0.0 * keep, 0.0 * keep),
                control=Numbers(*np.array([(0.5, 4.0), (0.5, 4.0), (1.0, 0.0)])))

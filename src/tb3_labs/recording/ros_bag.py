@@ -57,13 +57,15 @@ def _class_of(connection):
 
 def _run(bag, path, namespace):
     types = {each.topic: _class_of(each) for each in bag.streams}
-    samples, dropped = {}, {}
+    samples, notes = {}, []
     try:
         topics = choose_topics(types, namespace)
         prefix = parent(topics['odometry'])
         for part, topic in topics.items():
-            samples[part], dropped[part] = stamped_samples(
+            samples[part], dropped = stamped_samples(
                 part, types[topic](), prefix, bag.start, _in_order(bag, topic, types[topic]))
+            if dropped:
+                notes.append(f'invalid messages of {topic} that were dropped: {dropped}')
         for part in ('imu', 'odometry'):
             if not len(samples[part]):
                 raise BagProblem(f'not one good message on {topics[part]} (bad quaternions?)')
@@ -77,7 +79,6 @@ def _run(bag, path, namespace):
     if 'log' in samples:
         samples['resets'] = resets_in(samples['log'])
     duration = max(float(each.arrival[-1]) for each in samples.values() if len(each))
-    notes = []
     if bag.problem:
         notes.append(f'{bag.problem}: the report ends at {duration:.1f} s')
     unknown = {f'{each.topic} ({each.message_type})' for each in bag.streams
@@ -86,8 +87,7 @@ def _run(bag, path, namespace):
         notes.append('not read, since these types are not installed here, or not as they are in '
                      f"the bag: {', '.join(sorted(unknown))}")
     devices = tuple(name for name in DEVICE_TOPICS if prefix + name in types)
-    return RunData(path, bag.start, duration, topics=topics, notes=tuple(notes), devices=devices,
-                   dropped=dropped, **samples)
+    return RunData(path, bag.start, duration, notes=tuple(notes), devices=devices, **samples)
 
 
 def _in_order(bag, topic, message_type):

@@ -10,9 +10,9 @@ Edge cases: a topic that was not recorded has samples of length 0. A message wit
 quaternion (see :mod:`tb3_labs.geometry.angles`), or with a number that is not finite, is counted
 and not kept.
 """
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, Dict, Sequence, Tuple, Type, TypeVar
+from typing import Any, Sequence, Tuple, Type, TypeVar
 
 import numpy as np
 
@@ -247,6 +247,4 @@ class RunData:
     printed: States = States.none()                  # texts that the node printed in a trial
     variables: Variables = Variables.none()          # read by the probe in nodes
     derived: Tuple[str, ...] = ()                    # names of fields that were computed
-    topics: Dict[str, str] = field(default_factory=dict)     # {name of a field: topic}
-    dropped: Dict[str, int] = field(default_factory=dict)    # {name: invalid messages}
     notes: Tuple[str, ...] = ()                      # sentences about the recording

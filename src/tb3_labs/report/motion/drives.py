@@ -42,11 +42,6 @@ class DriveReport:
     true: Tuple[float, float]         # (distance, angle) to the goal, by the ground truth
     drift: float                      # final change of the heading in MOVE_FORWARD [rad]
 
-    @property
-    def duration(self) -> float:
-        """The duration of the drive [s]."""
-        return self.end - self.begin
-
 
 def drives(run: RunData) -> List[DriveReport]:
     """Returns the DriveReport of each drive, in order."""

@@ -46,25 +46,8 @@ class TurnReport:
     end: float                        # when the robot rests again
     requested: float
     turned: float                     # by the IMU
-    true_turned: float                # by the ground truth
-
-    @property
-    def duration(self) -> float:
-        """The duration from the first command until the robot rests [s]."""
-        return self.end - self.begin
-
-    @property
-    def error(self) -> float:
-        """The turned angle beyond the requested angle [rad]; negative if the turn was too short."""
-        return self._beyond(self.turned)
-
-    @property
-    def true_error(self) -> float:
-        """The `error` by the ground truth [rad]."""
-        return self._beyond(self.true_turned)
-
-    def _beyond(self, turned: float) -> float:
-        return math.copysign(1.0, self.requested) * turned - abs(self.requested)
+    error: float                      # turned beyond the requested angle; negative if too short
+    true_error: float                 # the error by the ground truth
 
 
 @lru_cache(maxsize=1)
@@ -127,8 +110,10 @@ def _turn(run: RunData, begin: float, end: float, next_command: float,
     requested = _requested(run, max(rest_before - REQUESTED_BEFORE, since), end, turned)
     if not requested:
         return None
+    sign = math.copysign(1.0, requested)
     return TurnReport(rest_before, rest_after, requested, turned,
-                      _true_turn(run, rest_before, last))
+                      error=sign * turned - abs(requested),
+                      true_error=sign * _true_turn(run, rest_before, last) - abs(requested))
 
 
 def _first_time(times: np.ndarray, is_true: Callable[[float], bool]) -> Optional[float]:

@@ -60,7 +60,7 @@ TURN_COLUMNS = (
     Column('turned_deg', 'turned [deg]', lambda turn: math.degrees(turn.turned), '{:+.2f}'),
     Column('error_deg', 'beyond (+), short (-) [deg]', lambda turn: math.degrees(turn.error),
            '{:+.2f}'),
-    Column('time_s', 'time [s]', lambda turn: turn.duration, '{:.2f}'),
+    Column('time_s', 'time [s]', lambda turn: turn.end - turn.begin, '{:.2f}'),
     Column('true_error_deg', 'truly beyond [deg]', lambda turn: math.degrees(turn.true_error),
            '{:+.2f}'))
 DRIVE_COLUMNS = (
@@ -70,7 +70,7 @@ DRIVE_COLUMNS = (
     Column('goal_yaw_deg', 'yaw [deg]',
            lambda drive: math.degrees((drive.goal or NO_GOAL).yaw), '{:.1f}'),
     Column('outcome', 'outcome', lambda drive: drive.outcome, ''),
-    Column('time_s', 'time [s]', lambda drive: drive.duration, '{:.2f}'),
+    Column('time_s', 'time [s]', lambda drive: drive.end - drive.begin, '{:.2f}'),
     Column('distance_error_m', 'off by [m]', lambda drive: drive.measured[0], '{:.4f}'),
     Column('angle_error_deg', 'off by [deg]', lambda drive: math.degrees(drive.measured[1]),
            '{:+.2f}'),
@@ -125,11 +125,8 @@ def _figure(name: str, png: bytes) -> str:
 
 def _summary(run: RunData, model: RobotModel) -> str:
     date = datetime.fromtimestamp(run.start).strftime('%Y-%m-%d %H:%M')
-    invalid = ''.join(f', {number} invalid messages of {run.topics.get(part, part)} dropped'
-                      for part, number in run.dropped.items() if number)
     return (f'{model.name.capitalize()} on {date}, {run.duration:.1f} s, '
-            f'{run.odometry.length:.2f} m driven, resets: {len(frame_intervals(run)) - 1}'
-            f'{invalid}.')
+            f'{run.odometry.length:.2f} m driven, resets: {len(frame_intervals(run)) - 1}.')
 
 
 def samples_csv(run: RunData) -> str:
