@@ -32,7 +32,7 @@ from tb3_labs.control.goal_state import DRIVING
 from tb3_labs.geometry.arrays import last_until, wrap_all
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, MOUSE_FULL
-from tb3_labs.recording.run_data import Commands, Poses, RunData, States
+from tb3_labs.recording.run_data import Poses, RunData, States
 from tb3_labs.robot.turtlebot3 import COMMAND_TIMEOUT
 from tb3_labs.supervision.goal_requests import TypedPose
 
@@ -65,15 +65,11 @@ class Movement:
     end: float
 
 
-def moving(commands: Commands) -> np.ndarray:
-    """Returns for each command whether it moves the robot."""
-    return (np.abs(commands.linear) > NO_SPEED) | (np.abs(commands.angular) > NO_SPEED)
-
-
 @lru_cache(maxsize=1)
 def movements(run: RunData) -> List[Movement]:
     time = run.commands.time
-    moves = np.flatnonzero(moving(run.commands))
+    speeds = np.maximum(np.abs(run.commands.linear), np.abs(run.commands.angular))
+    moves = np.flatnonzero(speeds > NO_SPEED)
     if not len(moves):
         return []
     ends = np.minimum(np.append(time[1:], np.inf), time + COMMAND_TIMEOUT)
@@ -151,8 +147,9 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     states = []
     for movement in movements(run):
         if movement.kind is MovementKind.DRIVE:
-            begins = _begins_of_states(movement)
-            states += [(begin, begin, state) for begin, state in zip(begins, DRIVING)]
+            begins = movement.begin, movement.forward, movement.turns_again
+            states += [(begin, begin, state) for begin, state in zip(begins, DRIVING)
+                       if begin < movement.end]
             if movement.end < run.duration:
                 states.append((movement.end, movement.end, CAME_TO_REST))
     if not states:
@@ -163,13 +160,3 @@ def _with_states(run: RunData, goal: Pose2) -> RunData:
     first = states[0][0]
     goals = Poses.from_rows([(first, first, goal.x, goal.y, goal.yaw)])
     return replace(run, goals=goals, derived=run.derived + ('goals',))
-
-
-def _begins_of_states(drive: Movement) -> List[float]:
-    """Returns the times at which the states of a drive begin [s]."""
-    begins = [drive.begin]
-    if drive.forward < drive.turns_again:
-        begins.append(drive.forward)
-        if drive.turns_again < drive.end:
-            begins.append(drive.turns_again)
-    return begins

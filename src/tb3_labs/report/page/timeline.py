@@ -139,12 +139,10 @@ def _commands(commands: Commands) -> List[List[Optional[float]]]:
             for row in rows[is_new].tolist()]
 
 
-def timeline_event(kind: str, begin: float, text: str,
-                   end: Optional[float] = None) -> TimelineEvent:
-    """Returns the TimelineEvent of a moment; with an `end` [s], of a stretch of time."""
-    if end is None:
-        end = begin
-    return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(end), 3),
+def timeline_event(kind: str, begin: float, text: str, end: float = 0.0) -> TimelineEvent:
+    """Returns the TimelineEvent of a moment; with an `end` [s] after `begin`, of a stretch of time.
+    """
+    return {'kind': kind, 'begin': round(float(begin), 3), 'end': round(float(max(begin, end)), 3),
             'text': text[:MAX_TEXT_LENGTH]}
 
 
