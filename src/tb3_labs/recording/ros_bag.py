@@ -4,6 +4,7 @@ The library rosbag makes Python code of the definitions of messages in a bag, an
 But a bag may come from a stranger. So this reader uses only the installed message classes, and does
 not read topics of other types.
 """
+import posixpath
 from dataclasses import replace
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -28,10 +29,11 @@ OPTIONAL_TOPICS = {
     'turn_requests': ('turn', Float64), 'control': ('ctrl_relinq', Bool),
     'mouse': ('mouse_info', MouseController),
     'events': ('trial', String), 'printed': ('printed', String),
-    'variables': ('variables', DiagnosticArray)}
+    'variables': ('variables', DiagnosticArray), 'frames': ('/tf', TFMessage),
+    'log': ('/rosout', Log)}
 #: The classes of all topics of record.launch, by type and checksum.
 CLASSES = {(made._type, made._md5sum): made for made in (
-    Imu, Odometry, TFMessage, Log, Empty, Float32, Joy, PoseWithCovarianceStamped,
+    Imu, Odometry, Empty, Float32, Joy, PoseWithCovarianceStamped,
     *(made for _, made in OPTIONAL_TOPICS.values()))}
 #: The topics by which a person drives. They may have any type.
 DEVICE_TOPICS = 'joy', 'mouse_info'
@@ -103,38 +105,35 @@ def _in_order(bag, topic, message_type):
 def choose_topics(types, namespace):
     """Returns {field of RunData: topic} of the robot in `namespace`, or of the only robot if
     `namespace` is None. `types` is {topic: installed class or None}. May raise BagProblem."""
-    prefix = None if namespace is None else f"/{namespace.strip('/')}/".replace('//', '/')
+    prefix = namespace
+    if namespace is not None:
+        prefix = f"/{namespace.strip('/')}/".replace('//', '/')
     topics = {'imu': _by_type(types, Imu, 'imu', prefix),
               'odometry': _by_type(types, Odometry, 'odom', prefix)}
     prefix = prefix or parent(topics['odometry'])
-    for part, (name, kind) in OPTIONAL_TOPICS.items():
-        found = [topic for topic, made in types.items()
-                 if made is kind and topic == prefix + name]
-        if found:
-            topics[part] = found[0]
-    if types.get('/tf') is TFMessage:
-        topics['frames'] = '/tf'
-    if types.get('/rosout') is Log:
-        topics['log'] = '/rosout'
+    for part, (name, message_type) in OPTIONAL_TOPICS.items():
+        topic = posixpath.join(prefix, name)        # /tf and /rosout stay as they are
+        if types.get(topic) is message_type:
+            topics[part] = topic
     return topics
 
 
-def _by_type(types, kind, name, prefix):
-    """Returns the topic of type `kind` in the namespace `prefix`, or in any namespace if `prefix`
+def _by_type(types, message_type, name, prefix):
+    """Returns the topic of this type in the namespace `prefix`, or in any namespace if `prefix`
     is None. If there are several topics, the topic with this `name` is returned. Raises BagProblem
     if there is not exactly one such topic."""
-    topics = [topic for topic, made in types.items() if made is kind
+    topics = [topic for topic, made in types.items() if made is message_type
               and (prefix is None or topic.startswith(prefix))]
     if not topics:
         place = f' in {prefix}' if prefix else ''
         raise BagProblem('no {} was recorded{}; the bag has: {}'.format(
-            kind._type, place, ', '.join(sorted(types)) or 'no messages at all'))
+            message_type._type, place, ', '.join(sorted(types)) or 'no messages at all'))
     exact = [topic for topic in topics if prefix and topic == prefix + name]
     named = [topic for topic in topics if topic.rsplit('/', 1)[-1] == name]
     found = exact or named or topics
     if len(found) > 1:
         raise BagProblem('several topics of {} were recorded ({}): choose a robot, such as --ns {}'
-                         .format(kind._type, ', '.join(sorted(found)),
+                         .format(message_type._type, ', '.join(sorted(found)),
                                  parent(sorted(found)[-1]).strip('/') or '/'))
     return found[0]
 

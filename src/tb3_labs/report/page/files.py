@@ -40,8 +40,6 @@ COMPUTED = (
     'Some topics were not recorded, so their values are computed: drives and turns by the commands '
     'on cmd_vel, asked angles as the nearest multiple of 90 degrees, the local frame by the lines '
     'of resets, the odometry and the IMU, and goals by the lab or the option --goal.')
-
-
 NO_GOAL = Pose2(math.nan, math.nan, math.nan)
 
 
@@ -52,6 +50,11 @@ class Column(NamedTuple):
     head: str                       # on a page
     value: Callable[[Any], Any]     # of a report
     form: str                       # the value's format; '' for a text
+
+    def text(self, report: Any) -> str:
+        """Returns the text of a cell."""
+        value = self.value(report)
+        return number(value, self.form, '') if self.form else safe(value)
 
 
 TURN_COLUMNS = (
@@ -150,12 +153,8 @@ def samples_csv(run: RunData) -> str:
 
 def _rows(columns: Sequence[Column], reports: Sequence[Any]) -> List[List[str]]:
     """Returns a row of texts for each report. The first text is the number of the report."""
-    rows = []
-    for count, report in enumerate(reports, 1):
-        values = [(column.value(report), column.form) for column in columns]
-        rows.append([str(count)] + [number(value, form, '') if form else safe(value)
-                                    for value, form in values])
-    return rows
+    return [[str(count), *(column.text(report) for column in columns)]
+            for count, report in enumerate(reports, 1)]
 
 
 def _table(word: str, columns: Sequence[Column], rows: Sequence[Sequence[str]]) -> str:
