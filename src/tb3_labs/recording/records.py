@@ -11,10 +11,8 @@ import math
 import mmap
 import os
 import struct
-from array import array
-from dataclasses import dataclass, field
 from shlex import quote
-from typing import Callable, Dict, List, NamedTuple, Optional, Union
+from typing import Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 #: The memory that one reading takes at most [bytes]. An hour of record.launch takes 1.2e9, and
 #: 1.6e9 if it is packed.
@@ -59,31 +57,25 @@ class Connection(NamedTuple):
     sender: str
 
 
-@dataclass
-class Stream:
-    """The messages of a connection, in the order of the file. A message that is too large is empty.
-    If the messages are not wanted, there are none."""
-
-    is_wanted: bool
-    arrival: array = field(default_factory=lambda: array('d'))     # [s since the first message]
-    messages: List[bytes] = field(default_factory=list)
-    last: float = -math.inf      # arrival of the last message
+#: (arrival [s since the first message], bytes) of each message of a connection, in the order of the
+#: file. A message that is too large has no bytes.
+Stream = List[Tuple[float, bytes]]
 
 
 class Bag:
-    """The contents of a bag file. `problem` is the reason why the file was not read to its end, or
-    ''."""
+    """The contents of a bag file. `streams` has a Stream for each connection. It is None if the
+    messages are not wanted. `problem` is the reason why the file was not read to its end, or ''."""
 
     def __init__(self, path: str, is_wanted: Callable[[Connection], bool]) -> None:
         """Read the file. Only messages with ``is_wanted(connection)`` are kept. Raises BagProblem
         if the file is not a bag."""
-        self.streams: Dict[Connection, Stream] = {}
+        self.streams: Dict[Connection, Optional[Stream]] = {}
         self.start: Optional[float] = None      # arrival of the first message [s since 1970]
         self.problem = ''
         self._is_wanted = is_wanted
         self._memory_left = MAX_MEMORY
         self._last = math.inf                   # arrival of the last message
-        self._stream_by_connection: Dict[bytes, Stream] = {}
+        self._stream_by_connection: Dict[bytes, Optional[Stream]] = {}
         with open(path, 'rb') as file:
             if not os.fstat(file.fileno()).st_size:
                 raise BagProblem('the file is empty; copy or download it again')
@@ -130,26 +122,26 @@ class Bag:
         if self._memory_left < 0:
             raise ReadingEnded(f'it takes more than {MAX_MEMORY:.0e} bytes of memory')
 
-    def _keep(self, stream: Stream, time: bytes, data: Union[bytes, mmap.mmap],
+    def _keep(self, stream: Optional[Stream], time: bytes, data: Union[bytes, mmap.mmap],
               place: slice) -> None:
         """Append the message at `place` in `data` to its stream."""
         seconds, nanoseconds = TIME.unpack(time)
         if self.start is None:
             self.start = seconds + 1e-9 * nanoseconds
-        if not stream.is_wanted:
+        if stream is None:
             return
         if place.stop > len(data):
             raise ValueError('the last message is not whole')
         arrival = (seconds - self.start) + 1e-9 * nanoseconds
-        if arrival < stream.last - MIN_SET_BACK or arrival > self._last + MAX_OUTAGE:
+        was_set_back = stream and arrival < stream[-1][0] - MIN_SET_BACK
+        if was_set_back or arrival > self._last + MAX_OUTAGE:
             raise ReadingEnded(CLOCK_JUMPED)
         message = b''
         if place.stop - place.start <= MAX_MESSAGE_BYTES:
             message = data[place]
         self._spend(MESSAGE_OVERHEAD + len(message))
-        self._last = stream.last = arrival
-        stream.arrival.append(arrival)
-        stream.messages.append(message)
+        self._last = arrival
+        stream.append((arrival, message))
 
     def _add_connection(self, header: Dict[bytes, bytes], data: bytes) -> None:
         self._spend(CONNECTION_OVERHEAD)
@@ -159,7 +151,9 @@ class Bag:
         connection = Connection(*(name[:MAX_NAME_BYTES].decode(errors='replace')
                                   for name in names))
         if connection not in self.streams:
-            self.streams[connection] = Stream(self._is_wanted(connection))
+            self.streams[connection] = None
+            if self._is_wanted(connection):
+                self.streams[connection] = []
         self._stream_by_connection[header[b'conn']] = self.streams[connection]
 
     def _unpacked(self, compression: bytes, packed: bytes) -> bytes:

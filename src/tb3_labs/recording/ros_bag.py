@@ -98,7 +98,7 @@ def _in_order(bag, topic, message_type):
     received = [(arrival, connection.sender, message)
                 for connection, stream in bag.streams.items()
                 if connection.topic == topic and _class_of(connection) is message_type
-                for arrival, message in zip(stream.arrival, stream.messages)]
+                for arrival, message in stream]
     return sorted(received, key=lambda each: each[0])
 
 
