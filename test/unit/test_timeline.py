@@ -125,6 +125,7 @@ def page():
                commands=speeds_sent(*np.array([(1.0, 1.4), (1.0, 1.4), (0.1, -0.2), (0.0, 0.0)])),
                variables=variables(
                    goal=TIME ** 2, state=['A'] * 100 + [LINE] * 101, turning=TIME >= 4.0, K_HDG='0.1',
+                   has_control=TIME < 4.0,
                    mixed=['None'] * 20 + [*TIME[20:100]] + ['nan', 'inf'] * 10 + [*TIME[120:]],
                    absurd=1.7e308 * np.sin(TIME), words=[f'{at:.1f} s' for at in TIME],
                    **{f'a{k}': 1e299 * np.sin(TIME) for k in range(20)}))
@@ -197,9 +198,10 @@ def test_a_browser_draws_the_run_and_shows_each_moment(page, tmp_path):
     assert steps == pytest.approx(np.array([(1.0, 0.1), (1.4, 0.1), (1.4, -0.2), (1.9, -0.2)]))
     assert log[1] == '5.00 s\u2002node: ' + LINE
     assert marks[1:] == ['imu silent for 1.1 s', 'reset 1 of local'] and len(mark_list) == 3
-    assert [name for name, *_ in figures] == ['turning', 'state', 'goal', 'mixed', *(f'a{k}' for k in range(8))]
-    assert [levels for *_, levels in figures[:2]] == [['False', 'True'], [LINE, 'A']]
-    (steps,), _, (goal,), mixed = (points_of(line) for _, line, _ in figures[:4])
+    assert [name for name, *_ in figures] == [
+        'turning', 'state', 'has_control', 'goal', 'mixed', *(f'a{k}' for k in range(7))]
+    assert [levels for *_, levels in figures[:3]] == [['False', 'True'], [LINE, 'A'], ['False', 'True']]
+    (steps,), _, _, (goal,), mixed = (points_of(line) for _, line, _ in figures[:5])
     assert steps.tolist() == [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [10.0, 1.0]]
     assert goal[::2, 1] == pytest.approx(goal[::2, 0] ** 2, rel=1e-4)
     assert [tuple(piece[[0, -1], 0]) for piece in mixed] == [(1.0, 5.0), (6.0, 10.0)]
