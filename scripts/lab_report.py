@@ -4,8 +4,8 @@
 Any bag with sensor_msgs/Imu and nav_msgs/Odometry will do, such as a bag of record.launch. The
 report finds drives and turns in goal_state, or in cmd_vel if your node does not publish goal_state.
 The report finds resets in the line `Local pose set to x=..., y=..., yaw=...` on /rosout. To compare
-runs, put their turns.csv or drives.csv into one spreadsheet. The variable TURTLEBOT3_MODEL names
-the kind of robot, as for the nodes.
+runs, put their turns.csv or drives.csv into one spreadsheet. The name and size of the robot are
+those of TURTLEBOT3_MODEL in the environment.
 """
 import os
 import sys

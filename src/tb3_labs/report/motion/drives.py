@@ -24,7 +24,7 @@ SETTLE_TIME = 1.0
 STRAIGHT_AFTER = 0.3
 #: If a reset begins a drive, the new frame comes up to this time after the drive's begin [s].
 RESET_DELAY = 0.1
-#: Stands for an unknown (distance, angle).
+#: The value of an unknown (distance, angle).
 UNKNOWN = math.nan, math.nan
 #: The states of a drive.
 TURN_TO_GOAL, FORWARD, FINAL_TURN = DRIVING
