@@ -26,7 +26,7 @@ Services
 Action
     move2goal              move_base_msgs/MoveBaseAction
 Parameters
-    ~goal_x, ~goal_y [m], ~goal_yaw_deg: see MoveToGoalConfig in tb3_labs.nodes.move_to_goal.core
+    ~goal_x, ~goal_y [m], ~goal_yaw_deg: see MoveToGoalConfig in tb3_labs.nodes.move_to_goal.status
     _has_control:=true: the node may drive at once; not a parameter, which would outlive the node
     ~allow_reverse, tolerances and limits: see DriveConfig in tb3_labs.control.goal_state;
     they may change while it runs: dynparam set /move_to_goal max_linear 0.1

@@ -194,8 +194,8 @@ class Mover(StoryNode):
         self.rule.look(now, self.hear_sensors())
         output = core.tick(now, now)
         self.world.judge(output.command, self.rule)
-        if output.grant_exists is not self.has_control:
-            self.has_control = output.grant_exists
+        if output.has_control is not self.has_control:
+            self.has_control = output.has_control
             for pad in self.world.pads:
                 pad.send('mover', 'on_control', self.has_control)
 

@@ -9,13 +9,13 @@ from rollout import control, run
 from tb3_labs.control.commands import MAX_IDLE, LawStep
 from tb3_labs.nodes.controller.core import ControllerCore
 from tb3_labs.nodes.controller.mouse import MouseState
-from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, RepeatFilter, TurnConfig, make_turn
+from tb3_labs.nodes.controller.turns import ActiveTurn, Driver, TurnConfig, accepts_turn, make_turn
 from tb3_labs.robot.samples import ImuSample
 from tb3_labs.robot.turtlebot3 import Twist2, robot_model
 from tb3_labs.simulation.simulator import Simulator
 from tb3_labs.simulation.simulator_config import SimulatorConfig
-from tb3_labs.supervision.events import Age, Event
-from tb3_labs.supervision.timeouts import SENDER_PAUSE
+from tb3_labs.supervision.events import Age, Event, SenderRequests
+from tb3_labs.supervision.timeouts import SENDER_PAUSE, SleepMonitor
 
 BURGER = robot_model('burger')
 MOUSE_PERIOD = 0.05
@@ -214,13 +214,13 @@ LONG = SENDER_PAUSE + 0.1
     (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the first one is refused by the sleep itself
     (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [False, False])])
 def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep(is_waking, requests, accepted):
-    repetitions, found = RepeatFilter(), []
+    turns, found = SenderRequests(SleepMonitor()), []
     for at, degrees, age in requests:
         if degrees is None:
-            repetitions.stop()
+            turns.end_repetitions()
         else:
-            found.append(repetitions.accepts(Event(degrees, at, 'script', age), is_waking and at == 0.0))
-            assert repetitions.accepts(Event(degrees, at, str(at)))    # of another sender
+            found.append(accepts_turn(turns, Event(degrees, at, 'script', age), is_waking and at == 0.0))
+            assert accepts_turn(turns, Event(degrees, at, str(at)))    # of another sender
     assert found == accepted
 
 

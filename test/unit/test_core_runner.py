@@ -17,7 +17,7 @@ class RecordedCalls(list):
     def stop(self):
         self.append('a zero')
 
-    def note_message(self):
+    def message_handled(self):
         """Nothing sleeps here."""
 
     send = set_awake = list.append

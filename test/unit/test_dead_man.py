@@ -4,7 +4,7 @@ import pytest
 from tb3_labs.nodes.controller.turns import NEXT_DRIVER, Driver, DriverEvent
 from tb3_labs.supervision.control_holder import NEXT_HOLDER, ControlEvent, ControlHolder
 from tb3_labs.supervision.dead_man import DeadMan
-from tb3_labs.supervision.timeouts import PAD_TIMEOUT
+from tb3_labs.supervision.timeouts import INPUT_TIMEOUT
 
 NOBODY, TURN, MOUSE = Driver.NOBODY, Driver.TURN, Driver.MOUSE
 FREE, GAMEPAD, GOAL = ControlHolder.NOBODY, ControlHolder.GAMEPAD, ControlHolder.MOVE_TO_GOAL
@@ -77,6 +77,6 @@ def test_after_a_stop_nothing_counts_that_a_person_did_before(dead_man):
 @pytest.mark.parametrize('late', [False, True])
 def test_a_page_that_is_silent_or_late_is_lost(dead_man, late):
     if late:
-        assert not dead_man.hold(A, 0, 100.2, PAD_TIMEOUT + 1e-9, False)    # as if it had not come
-    assert dead_man.lost_for(100.0 + PAD_TIMEOUT) == 0.0
+        assert not dead_man.hold(A, 0, 100.2, INPUT_TIMEOUT + 1e-9, False)    # as if it had not come
+    assert dead_man.lost_for(100.0 + INPUT_TIMEOUT) == 0.0
     assert dead_man.lost_for(100.3) == pytest.approx(0.3)

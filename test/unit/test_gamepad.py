@@ -23,7 +23,7 @@ class Core(GamepadCore):
         self.put_out = {'news': [], 'words': [], 'reset_requested': []}
 
     def on_joy(self, joy):
-        self.now = joy.at
+        self.now = joy.arrived_at
         super().on_joy(joy)
 
     def tick(self, now):

@@ -3,16 +3,16 @@ import pytest
 
 from tb3_labs.nodes.controller.mouse import Mouse, MouseState
 from tb3_labs.robot.turtlebot3 import Twist2
-from tb3_labs.supervision.events import Age, Event
+from tb3_labs.supervision.events import Age, Event, LogQueue
 
 
 def hear(mouse, active, x, y, now, name='', stamp=0.0):
-    """Give a message to `mouse`. Returns whether a mouse was deactivated."""
+    """Give a message to `mouse`. Returns the reason of a stop, or an empty text."""
     return mouse.received(Event(MouseState(active, x, y), now, name, sent_at=stamp))
 
 
 def inactive_mouse(name=''):
-    mouse = Mouse()
+    mouse = Mouse(LogQueue())
     hear(mouse, False, 0.0, 0.0, 0.0, name)
     return mouse
 
@@ -101,8 +101,7 @@ def test_of_two_mice_the_one_that_falls_silent_stops_both():
     mouse = two_active_mice()
     for k in range(8):
         hear(mouse, True, 0.9, 0.0, 1.4 + 0.05 * k, 'mouse')
-    assert mouse.silence_text(1.75).startswith('no mouse for')
-    mouse.lose(1.75)
+    assert mouse.check_silence(1.75).startswith('no mouse for 0.4 s: move it')
     hear(mouse, True, 0.9, 0.0, 1.8, 'mouse')
     assert not mouse.active
 
@@ -130,5 +129,5 @@ def test_a_driver_that_hangs_repeats_its_stamp_and_is_silent(stamp, age, drives)
     for k in range(100):
         mouse.received(Event(MouseState(True, 0.9, 0.0), 10.0 + 0.05 * k, 'laptop',
                              age if k else Age.NEW, sent_at=stamp))
-    assert (mouse.active and not mouse.silence_text(15.0)) is drives
+    assert (mouse.active and not mouse.check_silence(15.0)) is drives
     assert mouse.received(Event(MouseState(False, 0.9, 0.0), 15.0, 'laptop', age, sent_at=stamp))

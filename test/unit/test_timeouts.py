@@ -1,8 +1,7 @@
 """Is a source alive: never heard, exactly at the timeout, a clock that goes back."""
 import pytest
 
-from tb3_labs.supervision.sensors_and_stalls import Sensor, SensorStatus, SensorMonitor
-from tb3_labs.supervision.timeouts import FROZEN_TIME
+from tb3_labs.supervision.sensors_and_stalls import FROZEN_TIME, Sensor, SensorStatus, SensorMonitor
 
 
 def received_at(time, name='imu'):

@@ -75,8 +75,9 @@ class LiveSettings:
 
 def encode(values, groups=()):
     """Returns the dynamic_reconfigure/Config of {name: value}."""
-    def all_of(kind, message):
-        return [message(name, value) for name, value in values.items() if type(value) is kind]
+    def all_of(value_type, message):
+        return [message(name, value) for name, value in values.items()
+                if type(value) is value_type]
 
     return Values(all_of(bool, BoolParameter), all_of(int, IntParameter),
                   all_of(str, StrParameter), all_of(float, DoubleParameter), list(groups))

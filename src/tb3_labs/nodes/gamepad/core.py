@@ -30,18 +30,14 @@ STICK_WARNING_TIME = 3.0
 class PadOutput(Output):
     """The decision of a GamepadCore."""
 
-    #: The holder of the robot, if it has changed.
-    holder: Optional[ControlHolder] = None
+    #: The holder of the robot.
+    holder: ControlHolder = ControlHolder.NOBODY
     #: The messages for `ctrl_relinq`, in this order.
     control_messages: Sequence[bool] = ()
     #: Must another True follow as a renewal?
     renewal_is_due: bool = False
     #: Was the reset button pressed?
     reset_requested: bool = False
-
-    @property
-    def has_more(self) -> bool:
-        return bool(self.log_lines) or self.holder is not None
 
 
 class GamepadCore:
@@ -58,7 +54,6 @@ class GamepadCore:
         self._zero_until = 0.0    # until this time the pad commands zero [s]
         self._command_is_due = False
         self._reset_requested = False    # was Y pressed since the last tick?
-        self._published_holder: Optional[ControlHolder] = None
         # Time of the warning about a pushed stick [s]. None: no stick is pushed; infinite: logged.
         self._stick_warning_at: Optional[float] = None
         self._log = LogQueue()
@@ -66,7 +61,7 @@ class GamepadCore:
     # -- inputs
 
     def on_joy(self, joy: 'Event[PadState]') -> None:
-        now, state = joy.at, joy.content
+        now, state = joy.arrived_at, joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
         presses = self._pad.presses
@@ -94,7 +89,7 @@ class GamepadCore:
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
         """Take in whether move_to_goal has control."""
-        now = has_control.at
+        now = has_control.arrived_at
         if has_control.content:
             self.messages.granted_at = -math.inf    # this is the answer to the last True
             self._handle(ControlEvent.GRANTED, now)
@@ -104,7 +99,7 @@ class GamepadCore:
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         """Take in a True or False of another node. A False also stops the driving by this pad."""
         if not message.content:
-            self._on_control_taken(message.at)
+            self._on_control_taken(message.arrived_at)
 
     def on_leave(self, now: float) -> None:
         """Take back the control that this pad gave, since this node ends."""
@@ -126,16 +121,14 @@ class GamepadCore:
         self._check_rest(now)
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
-        holder = None if self.holder is self._published_holder else self.holder
         waits_for_rest = self._pad.state is not None and self.holder is ControlHolder.NOBODY
         watched = self.messages.must_renew or self._drives() or waits_for_rest
         output = PadOutput(
-            command, log_lines=self._log.pop_all(), watched=watched, holder=holder,
+            command, log_lines=self._log.pop_all(), watched=watched, holder=self.holder,
             reset_requested=self._reset_requested,
             control_messages=self.messages.waiting.pop_all(),
             renewal_is_due=self.messages.pop_renewal(now))
         self._reset_requested = False
-        self._published_holder = self.holder
         return output
 
     def _check_rest(self, now: float) -> None:
@@ -190,23 +183,20 @@ class GamepadCore:
     def _is_current(self, now: float) -> bool:
         return self._pad.is_current(now) and not self._sleep.is_waking
 
-    def _is_accepted(self, button: str, longest: float, now: float) -> bool:
-        """Is a press accepted? If a press may be older than `longest` [s], it is rejected."""
-        refusal = self._refusal_of_press(longest, now)
-        if refusal:
-            self._log.add(f'{button} does not count, {refusal}: press it again', warning=True)
-        return not refusal
-
-    def _refusal_of_press(self, longest: float, now: float) -> str:
-        """Returns the reason why a press is rejected, or ''."""
+    def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
+        """Is a press accepted? Otherwise log the reason. `max_lateness` is in [s]."""
         lateness = self._pad.lateness
+        was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:
-            return self._sleep.refusal
-        if not self._pad.knows_lateness(now):
-            return 'it was pressed the moment the pad was first heard'
-        if lateness > longest or now - lateness < self.messages.stopped_at:
-            return f'it was pressed {lateness:.1f} s ago, or before something took control'
-        return ''
+            refusal = self._sleep.refusal
+        elif not self._pad.knows_lateness(now):
+            refusal = 'it was pressed the moment the pad was first heard'
+        elif lateness > max_lateness or was_before_stop:
+            refusal = f'it was pressed {lateness:.1f} s ago, or before something took control'
+        else:
+            return True
+        self._log.add(f'{button} does not count, {refusal}: press it again', warning=True)
+        return False
 
     # -- who holds the robot
 
@@ -244,7 +234,7 @@ class GamepadCore:
         elif not self._pad.has_repeated:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
-        silence = self.joy.silence_text_with_age(now).capitalize()
+        silence = self.joy.silence_text(now).capitalize()
         self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
         self._pad.state = None      # the last state is not valid any more
         self._command_is_due = True

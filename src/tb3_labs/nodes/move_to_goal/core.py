@@ -7,17 +7,14 @@ reached. A grant or a goal is void if the sensors stay silent.
 Units: seconds on the receiver's clock (`now`), or on a clock that never stands still and never goes
 back (`steady_now`); metres, radians. Poses are in the local frame.
 """
-import math
-from dataclasses import dataclass
-from typing import Dict, Optional
+from typing import Optional
 
-from tb3_labs.config import Config, setting
 from tb3_labs.control.commands import MAX_IDLE, Pace
 from tb3_labs.control.drive_law import DriveLaw
 from tb3_labs.control.goal_machine import GoalMachine
 from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.se2 import Pose2
-from tb3_labs.handout import GOAL_X, GOAL_Y, GOAL_YAW_DEG, PRINTED_REACHED
+from tb3_labs.handout import PRINTED_REACHED
 from tb3_labs.localization.gyro_check import GyroMonitor
 from tb3_labs.localization.localizer import Localizer, Reset
 from tb3_labs.localization.odometry_jumps import POSE_LOST, EncoderMonitor
@@ -25,34 +22,12 @@ from tb3_labs.localization.sample_timing import SampleTiming
 from tb3_labs.nodes.move_to_goal.status import Announcer, DriveOutput, DriveStatus
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
-from tb3_labs.supervision.events import Event, LogQueue
+from tb3_labs.supervision.events import Event, LogQueue, SenderRequest
 from tb3_labs.supervision.goal_requests import (
-    MAX_DISTANCE, MAX_YAW_DEG, STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests, SenderGoal,
-    TypedPose)
+    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests)
 from tb3_labs.supervision.permission import Permission
 from tb3_labs.supervision.sensors_and_stalls import (
     SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorMonitor)
-
-#: If another node commands motions for this time while this node drives, a warning names it [s].
-RIVAL_TIME = 0.3
-
-
-@dataclass(frozen=True)
-class MoveToGoalConfig(Config):
-    """The settings with which `move_to_goal` starts."""
-
-    goal_x: float = setting(float(GOAL_X), 'first goal, in the local frame', 'm',
-                            -MAX_DISTANCE, MAX_DISTANCE)
-    goal_y: float = setting(float(GOAL_Y), 'first goal, in the local frame', 'm',
-                            -MAX_DISTANCE, MAX_DISTANCE)
-    goal_yaw_deg: float = setting(float(GOAL_YAW_DEG), 'heading at the first goal', 'deg',
-                                  -MAX_YAW_DEG, MAX_YAW_DEG)
-    has_control: bool = setting(False, 'may drive from the start; typed, not in a file')
-
-    @property
-    def goal(self) -> Pose2:
-        """The first goal as a Pose2 in local."""
-        return TypedPose(self.goal_x, self.goal_y, self.goal_yaw_deg).pose
 
 
 class MoveToGoalCore:
@@ -70,18 +45,14 @@ class MoveToGoalCore:
         self._machine = GoalMachine(law)
         self._log = LogQueue()
         self._permission = Permission(has_control, self._log)
-        self._requests = GoalRequests(GoalRequest(None, stamp=1), self._permission.sleep)
+        self._requests = GoalRequests(self._permission.sleep)
         #: May this node drive? The value at the last tick.
-        self.has_control = has_control
-        self._known_grant_count = 0        # number of grants at the last update
+        self.may_drive = has_control
         self._pace = Pace(law.period)
         self._sensors = SensorMonitor(self.imu, self.odometry)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
         self._last_command = Twist2()
-        self._last_ended_attempt = 0    # number of the last drive whose end was answered
-        #: {another node that commands motions: the time of its first command [s]}
-        self._rivals_since: Dict[str, float] = {}
         self._announcer = Announcer(self._log)
 
     # -- inputs
@@ -105,18 +76,10 @@ class MoveToGoalCore:
         self._gyro.on_wheels(sample)
         self._encoders.on_wheels(sample)
 
-    def on_command(self, sender: str, linear: float, angular: float, now: float) -> None:
-        """Take in a command of another node, which may move the robot. If both nodes drive, a
-        warning names the other node after `RIVAL_TIME`."""
-        if not (linear or angular):
-            return
-        self._localizer.driven_at = now
-        if self._last_command == Twist2():
-            self._rivals_since.clear()
-        elif now - self._rivals_since.setdefault(sender, now) > RIVAL_TIME:
-            self._rivals_since[sender] = math.inf    # no second line
-            self._log.add(f'{sender or "another program"} drives the robot, too: stop one of the '
-                          'two (False on ctrl_relinq stops this one)', warning=True)
+    def on_command(self, command: Twist2, now: float) -> None:
+        """Take in a command of any node, which may move the robot."""
+        if command != Twist2():
+            self._localizer.driven_at = now
 
     def set_law(self, law: DriveLaw) -> None:
         """Use another law from now on. A present drive begins again."""
@@ -131,7 +94,7 @@ class MoveToGoalCore:
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
-        sender_goal = self.note_goal(request, steady_now)
+        sender_goal = self.register_goal(request, steady_now)
         requests, machine = self._requests, self._machine
         sleep_refusal = self._permission.sleep.refusal
         if sleep_refusal:
@@ -150,16 +113,16 @@ class MoveToGoalCore:
             self.set_goal(goal)
         requests.accept(request)
 
-    def note_goal(self, request: GoalRequest, steady_now: float) -> SenderGoal:
-        """Note a goal that arrives. If the goal has a known GoalID, this is all that happens."""
+    def register_goal(self, request: GoalRequest, steady_now: float) -> SenderRequest:
+        """Remember a goal that arrives. For a goal with a known GoalID, nothing else happens."""
         self._update_control(steady_now)    # the goal may be older than a sleep
-        self._check_end(steady_now)
-        return self._requests.note(request, steady_now)
+        self._check_end()
+        return self._requests.receive(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
         """Cancel goals by their name or stamp, see GoalRequest."""
         self._update_control(steady_now)    # finds a sleep, which is not a pause of a sender
-        if self._requests.cancel(steady_now, name, stamp):
+        if self._requests.cancel(name, stamp):
             self._machine.cancel()
             self._pause()
 
@@ -187,18 +150,16 @@ class MoveToGoalCore:
         """Begin, continue or pause the drive if the permission has changed."""
         permission, machine = self._permission, self._machine
         permission.update(steady_now)
-        before = self.has_control
-        self.has_control = permission.grant_holds
-        is_new_grant = permission.grant_count > self._known_grant_count
-        self._known_grant_count = permission.grant_count
-        if is_new_grant and (machine.failure or not before):
+        before = self.may_drive
+        self.may_drive = permission.grant_holds
+        if permission.pop_new_grant() and (machine.failure or not before):
             # the robot may have been driven elsewhere meanwhile
             if machine.failure or machine.active:
                 machine.restart()
             self._restart()
-        elif self.has_control and not before:
+        elif self.may_drive and not before:
             machine.interrupt()
-        elif before and not self.has_control:
+        elif before and not self.may_drive:
             self._pause()
 
     # -- outputs
@@ -209,13 +170,13 @@ class MoveToGoalCore:
         # a command is due at the rate of the law, and also if a sensor is lost
         is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         command = self._command(now) if is_due else None
-        self._check_end(steady_now)
+        self._check_end()
         keeps_command = self._drives and not is_due
         return DriveOutput(
             command, stops_first=command is None and not keeps_command,
             status=self._new_status(now), log_lines=self._log.pop_all(),
             watched=self._permission.grant_exists and self._machine.active,
-            grant_exists=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
+            has_control=self._permission.grant_exists, answers=self._requests.answers.pop_all(),
             fix=self._localizer.pop_fix(), odom_T_local=self.odom_T_local)
 
     def _command(self, now: float) -> Optional[Twist2]:
@@ -243,15 +204,13 @@ class MoveToGoalCore:
             self._localizer.driven_at = now
         return command
 
-    def _check_end(self, steady_now: float) -> None:
-        """Answer the client of a drive that has ended, once."""
+    def _check_end(self) -> None:
+        """Answer the client of a drive that has ended. Later calls have no effect."""
         machine = self._machine
-        was_answered = machine.attempt == self._last_ended_attempt
-        if machine.goal is None or machine.active or was_answered:
+        if machine.goal is None or machine.active:
             return
-        self._last_ended_attempt = machine.attempt
         if machine.failure:
-            self._requests.give_up(steady_now)
+            self._requests.give_up()
             outcome = GoalOutcome.CANCELED if machine.cancelled else GoalOutcome.GIVEN_UP
             self._requests.end(outcome, machine.failure)
         else:
@@ -268,7 +227,7 @@ class MoveToGoalCore:
 
     @property
     def _drives(self) -> bool:
-        return self.has_control and self._machine.active
+        return self.may_drive and self._machine.active
 
     @property
     def odom_T_local(self) -> Optional[Pose2]:
@@ -281,7 +240,7 @@ class MoveToGoalCore:
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
             attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
-            failure=failure, hold_reason=self._sensors.hold_reason, has_control=self.has_control,
+            failure=failure, hold_reason=self._sensors.hold_reason, may_drive=self.may_drive,
             sensor_problem=self._sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
@@ -298,12 +257,12 @@ class MoveToGoalCore:
         sensors = self._sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem_text(now))
-        may_drive = self._permission.grant_exists and self._machine.active
+        awaits_sensors = self._permission.grant_exists and self._machine.active
         if sensors.status is not SensorStatus.FRESH:
             self._pace.restart()
         if sensors.status is SensorStatus.RECOVERED:
             self._machine.interrupt()
-        elif sensors.status is SensorStatus.TIMED_OUT and may_drive:
+        elif sensors.status is SensorStatus.TIMED_OUT and awaits_sensors:
             reason = sensors.hold_reason or 'sensors were silent'
             self._machine.give_up(f'{reason} for {sensors.silent_for:.1f} s')
 

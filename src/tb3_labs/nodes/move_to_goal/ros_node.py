@@ -17,8 +17,10 @@ from tb3_labs.control.motor_response import MotorResponse
 from tb3_labs.geometry.angles import difference
 from tb3_labs.geometry.se2 import Pose2
 from tb3_labs.localization.gyro_check import GyroMonitor
-from tb3_labs.nodes.move_to_goal.core import MoveToGoalConfig, MoveToGoalCore
+from tb3_labs.nodes.move_to_goal.core import MoveToGoalCore
 from tb3_labs.nodes.move_to_goal.ros_requests import GoalServer, Resets
+from tb3_labs.nodes.move_to_goal.status import MoveToGoalConfig
+from tb3_labs.robot.turtlebot3 import Twist2
 from tb3_labs.ros.clocks import ros_time, steady_time
 from tb3_labs.ros.conversions import (
     frame, to_odometry_sample, to_pose_stamped, to_transform)
@@ -26,7 +28,6 @@ from tb3_labs.ros.core_runner import CoreRunner, Diagnostics, values_of
 from tb3_labs.ros.live_settings import LiveSettings
 from tb3_labs.ros.node import roslaunch_of_this
 from tb3_labs.ros.parameters import read_config, read_model
-from tb3_labs.ros.rospy_internals import connection_of, ignore_own_messages, sender_of
 from tb3_labs.ros.sensor_topics import subscribe_wheels, to_imu_sample
 from tb3_labs.ros.topics import log_missing_topics, subscribe, subscribe_events
 
@@ -94,7 +95,7 @@ class MoveToGoalNode:
         self._goals = GoalServer(runner, core)
         self._goals.offer()
         Resets(runner, core).offer()
-        subscribe(ignore_own_messages('cmd_vel'), Twist, self._on_command_of_others)
+        subscribe('cmd_vel', Twist, self._on_command)
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
         runner.check()
         subscribe_events('ctrl_relinq', Bool,
@@ -108,14 +109,14 @@ class MoveToGoalNode:
                   to_odometry_sample, queue_size=None)
         core.begin_control(steady_time())    # a slow start is not a sleep
         Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
-        log_missing_topics({'imu': lambda: core.imu.count, 'odom': lambda: core.odometry.count})
+        log_missing_topics({'imu': core.imu, 'odom': core.odometry})
 
     def _law(self, drive):
         return DriveLaw(drive, self._model, self._response)
 
-    def _on_command_of_others(self, message):
-        self._runner.query(lambda: self._core.on_command(
-            sender_of(connection_of(message)), message.linear.x, message.angular.z, ros_time()))
+    def _on_command(self, message):
+        command = Twist2(message.linear.x, message.angular.z)
+        self._runner.query(lambda: self._core.on_command(command, ros_time()))
 
     def _on_imu(self, sample):
         output = self._runner.handle(lambda: self._core.on_imu(
@@ -125,9 +126,9 @@ class MoveToGoalNode:
             self._goals.feedback(output.fix)
 
     def _publish_output(self, output):
-        if output.grant_exists is not self._has_control:
-            self._has_control = output.grant_exists
-            self._control.publish(output.grant_exists)
+        if output.has_control is not self._has_control:
+            self._has_control = output.has_control
+            self._control.publish(output.has_control)
 
     def _carry_out(self, output):
         self._goals.answer(output.answers)
@@ -137,7 +138,7 @@ class MoveToGoalNode:
     def _diagnose(self):
         core, now = self._core, ros_time()
         status = core.status(now)
-        control = 'granted' if status.has_control else 'not granted'
+        control = 'granted' if status.may_drive else 'not granted'
         return status.failure or status.sensor_problem, dict(
             values_of('imu', core.imu, now), **values_of('odom', core.odometry, now),
             state=status.text or 'about to begin', control=control, goal=status.goal)
@@ -229,8 +230,8 @@ class Display:
         self._marker.publish(self._markers)
 
 
-def _marker(namespace, number, frame_id, pose, kind, color, scale):
-    marker = Marker(type=kind, action=Marker.ADD, ns=namespace, id=number, color=color,
+def _marker(namespace, number, frame_id, pose, shape, color, scale):
+    marker = Marker(type=shape, action=Marker.ADD, ns=namespace, id=number, color=color,
                     frame_locked=True)
     stamped = to_pose_stamped(pose, frame_id, 0.0)
     marker.header, marker.pose = stamped.header, stamped.pose

@@ -127,7 +127,7 @@ class GoalServer(ActionServer):
                 if handle:
                     self.answer([(request, GoalOutcome.REJECTED, str(problem))])
                 return
-            take_in = self._core.on_goal if handle else self._core.note_goal
+            take_in = self._core.on_goal if handle else self._core.register_goal
             self._runner.handle(lambda: take_in(request, steady_time()))
 
     def _on_cancel(self, goal_id):
