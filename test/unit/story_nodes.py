@@ -129,7 +129,6 @@ class Mover(StoryNode):
         self.core = MoveToGoalCore(Ahead(), has_control)
         self.core._localizer = Still()
         self.core.set_goal(Pose2(50.0))
-        self.core.begin_control(world.now)
         self.rule = GoalRule(world.now)
         if has_control:
             self.rule.hear(world.now, 'start', True, world.now)

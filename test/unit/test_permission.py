@@ -137,7 +137,6 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
     senders.sensor_problem = 'no imu'
     if not was_there:
         senders.permission = Permission(True, senders.log_queue)
-    senders.permission.begin(senders.now)
     if was_there:
         senders.say('pad', True)
     senders.run(comes_after)

@@ -167,8 +167,8 @@ class Diagnostics:
         return status
 
 
-def values_of(topic, source, now):
-    """Returns the age of `source`, a Freshness, and the number of dropped messages on `topic`, as
-    {'imu age [s]': '0.004', 'imu dropped': 0}."""
+def values_of(source, now):
+    """Returns the age and the number of dropped messages of `source`, a Freshness with the name of
+    its topic, as {'imu age [s]': '0.004', 'imu dropped': 0}."""
     return {source.name + ' age [s]': f'{source.age(now):.3f}',
-            source.name + ' dropped': INVALID_COUNTS[topic]}
+            source.name + ' dropped': INVALID_COUNTS[source.name]}

@@ -39,4 +39,6 @@ def read_config(*config_types, of=None, typed=()):
 def read_model():
     """Returns the RobotModel of the parameter ``~model``, else of TURTLEBOT3_MODEL."""
     name = rospy.get_param('~model', NOT_GIVEN)
-    return model_of_environment(os.environ) if name == NOT_GIVEN else robot_model(name)
+    if name == NOT_GIVEN:
+        return model_of_environment(os.environ)
+    return robot_model(name)

@@ -64,7 +64,8 @@ def serve_connections_in_threads(server=None):
     serving = threading.Lock()    # keeps the order of closing, connecting anew, and serving
 
     def serve_node(connection, address):
-        length, closed = b'', select.poll()
+        length = b''
+        closed = select.poll()
         closed.register(connection, select.POLLRDHUP)
         with suppress(OSError):
             length = connection.recv(4, socket.MSG_PEEK | socket.MSG_WAITALL)

@@ -106,12 +106,6 @@ class Permission:
         self._has_new_grant = False
         return has_new_grant
 
-    def begin(self, now: float) -> None:
-        """Start to hear senders. The time before this call is not a sleep."""
-        self.sleep.start(now)
-        if '' in self._grants:
-            self._grants[''] = _Grant(now, renews=False)
-
     def set_sensor_problem(self, sensor_problem: str) -> None:
         """Take in the problem of the sensors, or ''. Call this after each :meth:`update`."""
         self._sensor_problem = sensor_problem
@@ -167,6 +161,8 @@ class Permission:
         self._now = now
         if math.isnan(self._began_at):
             self._began_at = now
+            for grant in self._grants.values():    # the grant at the start
+                grant.granted_at = now
         self.sleep.update(now)
         if self.sleep.slept_for > RESUME_TIME:
             self._began_at = now

@@ -220,7 +220,8 @@ class ControllerCore:
         return self.driver is Driver.TURN and self._sensors.status is not SensorStatus.SILENT
 
     def _turn_step(self, turn: ActiveTurn, now: float) -> Twist2:
-        heading, imu = self._heading, self._timing.imu
+        heading = self._heading
+        imu = self._timing.imu
         assert imu is not None
         dt = self._pace.step(now)
         step = self._law.step(heading.yaw, heading.rate, dt, imu.age(now), heading.noise)

@@ -51,14 +51,15 @@ class _MouseSource:
 
     def received(self, message: 'Event[MouseState]', rests: bool) -> None:
         """Take in a message. `rests`: does the message ask for a stop?"""
-        active, now, stamp = message.content.active, message.arrived_at, message.sent_at
+        active = message.content.active
+        now = message.arrived_at
         is_first = self.source.count == 0
         was_inactive = not is_first and not self.reported_active
         if was_inactive and now - self._silence_ended_at >= CROSSING_TIME:
             self.is_lost = False
         # only an active mouse must send; before its first message its state is unknown
         must_be_heard = active if is_first else self.reported_active
-        if self._lateness.received(stamp, now) > INPUT_TIMEOUT:
+        if self._lateness.received(message.sent_at, now) > INPUT_TIMEOUT:
             self._silence_ended_at = now
             if active:
                 self.is_lost = True
@@ -90,7 +91,7 @@ class Mouse:
     def __init__(self, log: LogQueue) -> None:
         """`log` takes the lines for the user."""
         self._log = log
-        self.source = Freshness('mouse', INPUT_TIMEOUT)    # all mice together
+        self.source = Freshness('mouse_info', INPUT_TIMEOUT)    # all mice together
         #: The velocity that an active mouse asks for. It is zero in the middle of the screen.
         self.twist = Twist2()
         self._senders: DefaultDict[str, _MouseSource] = defaultdict(_MouseSource)

@@ -86,12 +86,13 @@ class ControllerNode:
                       '90", or drive by the mouse', rospy.resolve_name('turn'))
 
     def _diagnose(self):
-        core, now = self._core, ros_time()
-        mouse = 'active' if core.mouse.active else 'not active'
-        return core.problem_text(now), dict(
-            values_of('imu', core.imu, now),
-            **values_of('mouse_info', core.mouse.source, steady_time()),
-            driver=core.driver.value, mouse=mouse)
+        core = self._core
+        now = ros_time()
+        values = values_of(core.imu, now)
+        values.update(values_of(core.mouse.source, steady_time()))
+        values.update(driver=core.driver.value)
+        values.update(mouse='active' if core.mouse.active else 'not active')
+        return core.problem_text(now), values
 
 
 class Keyboard:

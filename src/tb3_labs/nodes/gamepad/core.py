@@ -61,7 +61,8 @@ class GamepadCore:
     # -- inputs
 
     def on_joy(self, joy: 'Event[PadState]') -> None:
-        now, state = joy.arrived_at, joy.content
+        now = joy.arrived_at
+        state = joy.content
         self._check_clock(now)
         self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
         presses = self._pad.presses

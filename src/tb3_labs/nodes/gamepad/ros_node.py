@@ -20,7 +20,8 @@ class GamepadNode:
     """Drives by the messages of a pad, and gives and takes the control of move_to_goal."""
 
     def __init__(self):
-        model, config = read_model(), read_config(PadConfig)
+        model = read_model()
+        config = read_config(PadConfig)
         self._core = GamepadCore(config, model)
         self._control = rospy.Publisher('ctrl_relinq', Bool, queue_size=20, latch=True,
                                         headers=RENEWAL_HEADER)
@@ -59,9 +60,10 @@ class GamepadNode:
             self._holders.publish(output.holder.value)
 
     def _diagnose(self):
-        joy, holder = self._core.joy, self._core.holder.value
-        problem = '' if joy.count else 'no joy yet'
-        return problem, dict(values_of('joy', joy, steady_time()), holder=holder)
+        joy = self._core.joy
+        problem = '' if joy.count else joy.silence_text()
+        values = values_of(joy, steady_time())
+        return problem, dict(values, holder=self._core.holder.value)
 
 
 def _reset():

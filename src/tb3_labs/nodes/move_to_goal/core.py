@@ -139,10 +139,6 @@ class MoveToGoalCore:
         else:
             self._localizer.on_reset(reset, now, self._response.sample_delay)
 
-    def begin_control(self, steady_now: float) -> None:
-        """Begin to hear senders of control."""
-        self._permission.begin(steady_now)
-
     def on_ctrl_relinq(self, message: 'Event[bool]') -> None:
         self._permission.on_message(message)
 

@@ -5,7 +5,7 @@ from collections import deque
 
 import rospy
 import tf2_ros
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, ColorRGBA, String
@@ -65,7 +65,8 @@ def pop_permission():
 
 def _permission():
     """Returns the permission of this start. A node that roslaunch restarts has no permission."""
-    launch, given_by = roslaunch_of_this(), rospy.get_name() + '_given_by'
+    launch = roslaunch_of_this()
+    given_by = rospy.get_name() + '_given_by'    # a parameter: the launch that gave control last
     if launch and _permissions[-1] is True:
         if rospy.get_param(given_by, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
@@ -97,7 +98,6 @@ class MoveToGoalNode:
         Resets(runner, core).offer()
         subscribe('cmd_vel', Twist, self._on_command)
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
-        runner.check()
         subscribe_events('ctrl_relinq', Bool,
                          lambda event: runner.handle(core.on_ctrl_relinq, event))
         self._sends_wheels = subscribe_wheels(lambda sample: runner.query(core.on_wheels, sample))
@@ -107,7 +107,7 @@ class MoveToGoalNode:
         subscribe('odom', Odometry,
                   lambda sample: runner.query(lambda: core.on_odometry(sample, ros_time())),
                   to_odometry_sample, queue_size=None)
-        core.begin_control(steady_time())    # a slow start is not a sleep
+        runner.check()    # the first look at the clock, since a slow start is not a sleep
         Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
         log_missing_topics({'imu': core.imu, 'odom': core.odometry})
 
@@ -136,12 +136,14 @@ class MoveToGoalNode:
             self._display.show_status(output.status)
 
     def _diagnose(self):
-        core, now = self._core, ros_time()
+        core = self._core
+        now = ros_time()
         status = core.status(now)
-        control = 'granted' if status.may_drive else 'not granted'
-        return status.failure or status.sensor_problem, dict(
-            values_of('imu', core.imu, now), **values_of('odom', core.odometry, now),
-            state=status.text or 'about to begin', control=control, goal=status.goal)
+        values = values_of(core.imu, now)
+        values.update(values_of(core.odometry, now))
+        values.update(control='granted' if status.may_drive else 'not granted', goal=status.goal,
+                      state=status.text or 'about to begin')
+        return status.failure or status.sensor_problem, values
 
 
 class LocalPath:
@@ -149,7 +151,8 @@ class LocalPath:
 
     def __init__(self, frame_id):
         self._publisher = rospy.Publisher('local_path', Path, queue_size=1, latch=True)
-        self._frame_id, self._frame_number = frame_id, 0
+        self._frame_id = frame_id
+        self._frame_number = 0
         self._last = None              # the pose of the latest point
         self._points = deque(maxlen=PATH_POINTS)    # messages
         self._sent_at = -math.inf      # stamp
@@ -193,7 +196,8 @@ class Display:
         self._present_goal = rospy.Publisher('current_goal', PoseStamped, queue_size=1, latch=True)
         self._marker = rospy.Publisher('goal_marker', MarkerArray, queue_size=1, latch=True)
         self._markers = MarkerArray()
-        self._shown = -math.inf, None            # stamp and odom_T_local of the last transform
+        self._transform_sent_at = -math.inf      # stamp
+        self._sent_odom_T_local = None           # the last transform
         self._markers_sent_at = -math.inf        # stamp
         self._path = LocalPath(self._local)
 
@@ -201,10 +205,11 @@ class Display:
         """Publish a localizer.Fix as pose, path and frame."""
         if self._pose.get_num_connections():
             self._pose.publish(to_pose_stamped(fix.local_T_base, self._local, fix.stamp))
-        shown_at, declared = self._shown
-        if abs(fix.stamp - shown_at) < DISPLAY_PERIOD and odom_T_local == declared:
+        is_early = abs(fix.stamp - self._transform_sent_at) < DISPLAY_PERIOD
+        if is_early and odom_T_local == self._sent_odom_T_local:
             return
-        self._shown = fix.stamp, odom_T_local
+        self._transform_sent_at = fix.stamp
+        self._sent_odom_T_local = odom_T_local
         if self._tf.pub_tf.get_num_connections():
             self._tf.sendTransform(to_transform(odom_T_local, self._odom, self._local, fix.stamp))
         if abs(fix.stamp - self._markers_sent_at) >= REPEAT_PERIOD:
@@ -218,22 +223,21 @@ class Display:
         goal = status.goal
         self._state.publish(status.text)
         self._present_goal.publish(to_pose_stamped(goal, self._local, ros_time()))
-        arrow = _marker('goal', 0, self._local, goal, Marker.ARROW, MARKER_ORANGE,
-                        (0.20, 0.03, 0.03))
-        disc = _marker('goal', 1, self._local, goal, Marker.CYLINDER, PALE_YELLOW,
-                       (2.0 * status.tolerance, 2.0 * status.tolerance, 0.005))
-        text = _marker('words', 2, frame('base_footprint'), Pose2(), Marker.TEXT_VIEW_FACING, WHITE,
-                       (0.0, 0.0, 0.1))
-        disc.pose.position.z, text.pose.position.z = 0.02, 0.3
+        arrow = _marker(goal, self._local, ns='goal', id=0, type=Marker.ARROW, color=MARKER_ORANGE,
+                        scale=Vector3(0.20, 0.03, 0.03))
+        diameter = 2.0 * status.tolerance
+        disc = _marker(goal, self._local, ns='goal', id=1, type=Marker.CYLINDER, color=PALE_YELLOW,
+                       scale=Vector3(diameter, diameter, 0.005))
+        disc.pose.position.z = 0.02
+        text = _marker(Pose2(), frame('base_footprint'), ns='words', id=2, color=WHITE,
+                       type=Marker.TEXT_VIEW_FACING, scale=Vector3(0.0, 0.0, 0.1))
+        text.pose.position.z = 0.3
         text.text = status.text + '\n\n\n\n'    # empty lines lift the centred text off the robot
         self._markers = MarkerArray(markers=[arrow, disc, text])
         self._marker.publish(self._markers)
 
 
-def _marker(namespace, number, frame_id, pose, shape, color, scale):
-    marker = Marker(type=shape, action=Marker.ADD, ns=namespace, id=number, color=color,
-                    frame_locked=True)
+def _marker(pose, frame_id, **fields):
     stamped = to_pose_stamped(pose, frame_id, 0.0)
-    marker.header, marker.pose = stamped.header, stamped.pose
-    marker.scale.x, marker.scale.y, marker.scale.z = scale
-    return marker
+    return Marker(header=stamped.header, pose=stamped.pose, action=Marker.ADD, frame_locked=True,
+                  **fields)

@@ -33,7 +33,6 @@ STATUS_PERIOD = 0.5
 #: Names of frames that mean ``local`` in a goal or a reset. The handout's client sends `map`.
 LOCAL_FRAMES = ('local', 'map', '')
 ODOM_FRAME = 'odom'
-REFUSED = 'Reset refused, the old frame stays: %s'
 #: {outcome of a goal that ends: the method of actionlib that answers the client}
 END_METHODS = {GoalOutcome.REJECTED: ServerGoalHandle.set_rejected,
                GoalOutcome.REACHED: ServerGoalHandle.set_succeeded,
@@ -183,7 +182,7 @@ class Resets:
         return None
 
     def _refused(self, problem):
-        self._warnings.warn(REFUSED, problem)
+        self._warnings.warn('Reset refused, the old frame stays: %s', problem)
         return str(problem)
 
     def _reset(self, requested):
