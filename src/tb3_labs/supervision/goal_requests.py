@@ -108,6 +108,7 @@ class GoalRequests:
         self._open: Optional[GoalRequest] = None    # the goal whose client waits for an answer
         #: The answers to the clients of goals, in order.
         self.answers: Queue[GoalAnswer] = Queue()
+        self._sleep = sleep
         self._sender_goals = SenderRequests(sleep)
 
     def receive(self, request: GoalRequest, now: float) -> SenderRequest:
@@ -115,6 +116,16 @@ class GoalRequests:
         sender_goal = self._sender_goals.receive(request.sender, request.goal, now)
         sender_goal.message = request
         return sender_goal
+
+    def pose_of(self, request: GoalRequest, sender_goal: SenderRequest,
+                odom_T_local: Optional[Pose2]) -> Pose2:
+        """Returns the goal in local. Raises ``ValueError`` with the reason of a refusal."""
+        if self._sleep.refusal:
+            raise ValueError(self._sleep.refusal + ': send it again')
+        if sender_goal.is_ended:
+            raise ValueError(STAYS_ENDED)
+        pose: Pose2 = request.goal.in_local(odom_T_local)
+        return pose
 
     def repeats_present(self, sender_goal: SenderRequest) -> bool:
         """Does the sender repeat the present goal?"""

@@ -171,6 +171,30 @@ class SensorMonitor:
         return all(sensor.is_fresh(now) for sensor in self._sensors)
 
 
+class DriveSensors(SensorMonitor):
+    """The two sensors of a drive, whose readings must change while the robot moves."""
+
+    def __init__(self) -> None:
+        self.imu = Sensor('imu')
+        self.odometry = Sensor('odom')
+        super().__init__(self.imu, self.odometry)
+        #: The last command to the robot: forward speed [m/s], and rate of turn [rad/s].
+        self.last_command = (0.0, 0.0)
+
+    def forget_silences(self) -> None:
+        super().forget_silences()
+        self.last_command = (0.0, 0.0)
+
+    def check_repetitions(self, odometry_turned: bool, now: float) -> None:
+        """Find repeated readings that `last_command` must have changed. The odometry takes its yaw
+        from the IMU. So the IMU must also change if the latest odometry shows a turn."""
+        linear, angular = self.last_command
+        drives = abs(linear) > SURE_DRIVE_SPEED
+        turns = abs(angular) > SURE_TURN_RATE
+        self.imu.check_repetition(turns or (drives and odometry_turned), now)
+        self.odometry.check_repetition(drives or turns, now)
+
+
 class StallMonitor:
     """Finds a robot that is stalled, in one state of a drive or in one turn."""
 

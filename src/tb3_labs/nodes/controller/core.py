@@ -22,9 +22,6 @@ from tb3_labs.supervision.sensors_and_stalls import (
     Sensor, SensorMonitor, SensorStatus, StallMonitor)
 from tb3_labs.supervision.timeouts import RESUME_TIME, SENDER_PAUSE, SleepMonitor
 
-#: The refusals of turns are logged at most once in this time [s].
-REFUSAL_PERIOD = 1.0
-
 
 class ControllerCore:
     """Turns one robot by its IMU, and drives the robot by the mouse."""
@@ -44,7 +41,6 @@ class ControllerCore:
         self._log = LogQueue()
         self.mouse = Mouse(self._log)
         self._turn_requests = SenderRequests(self._sleep)
-        self._refused_at = -math.inf             # time of the last log line about a refused turn
         self._mouse_is_due = False               # is a command of the mouse due?
 
     # -- inputs
@@ -60,8 +56,8 @@ class ControllerCore:
         if self.driver is Driver.TURN:
             return
         self._sensors.update(now, self._gyro.is_checked)
-        if self._turn is not None and is_at_rest(0.0, self._heading.rate):
-            self._log_result(self._turn, now)
+        if is_at_rest(0.0, self._heading.rate):
+            self._log_result(now)
 
     def on_wheels(self, sample: WheelSample) -> None:
         """Take in a sample of the wheels. Only the check of the gyro uses this sample."""
@@ -83,29 +79,22 @@ class ControllerCore:
         accepts_turn()."""
         self._check_sleep_and_mouse(turn.arrived_at)
         if accepts_turn(self._turn_requests, turn, self._sleep.is_waking):
-            self._request_or_log(turn, now)
+            self._request_or_log(turn.content, now)
         else:
-            self._log_refusal(
-                turn.arrived_at, 'cannot turn: this turn only repeats an earlier turn; pause for '
-                f'{SENDER_PAUSE:.0f} s, then ask again')
+            self._log.add('cannot turn: this turn only repeats an earlier turn; pause for '
+                          f'{SENDER_PAUSE:.0f} s, then ask again', warning=True)
 
     def on_typed(self, turn: 'Event[float]', now: float) -> None:
         """Turn by an angle [deg] that a person typed. A typed request is never doubtful."""
         self._check_sleep_and_mouse(turn.arrived_at)
-        self._refused_at = -math.inf
-        self._request_or_log(turn, now)
+        self._request_or_log(turn.content, now)
 
-    def _request_or_log(self, turn: 'Event[float]', now: float) -> None:
+    def _request_or_log(self, degrees: float, now: float) -> None:
         """Request a turn, or log the reason of a refusal."""
         try:
-            self.request_turn(turn.content, now)
+            self.request_turn(degrees, now)
         except ValueError as refusal:
-            self._log_refusal(turn.arrived_at, str(refusal))
-
-    def _log_refusal(self, at: float, text: str) -> None:
-        if at - self._refused_at >= REFUSAL_PERIOD:
-            self._refused_at = at
-            self._log.add(text, warning=True)
+            self._log.add(str(refusal), warning=True)
 
     def request_turn(self, degrees: float, now: float) -> None:
         """Turn by `degrees`, left positive. During a turn, `degrees` moves the goal of the turn.
@@ -192,8 +181,7 @@ class ControllerCore:
             raise ValueError('cannot turn: ' + self._gyro.problem_text())
 
     def _begin_turn(self, angle: float, now: float) -> ActiveTurn:
-        if self._turn is not None:
-            self._log_result(self._turn, now)
+        self._log_result(now)
         self._turn = ActiveTurn(angle, self._heading.steady_yaw, now)
         self._sensors.request_motion()
         self._start_law(self._turn)
@@ -237,9 +225,10 @@ class ControllerCore:
             return Twist2()
         return step.command
 
-    def _log_result(self, turn: ActiveTurn, now: float) -> None:
-        self._log.add(turn.result(now))
-        self._turn = None
+    def _log_result(self, now: float) -> None:
+        if self._turn is not None:
+            self._log.add(self._turn.result(now))
+            self._turn = None
 
     # -- who drives
 

@@ -105,13 +105,11 @@ class ActiveTurn:
         self._begun_at = now
 
     def extend(self, angle: float) -> None:
-        """Add `angle` to the turn."""
         self.requested += angle
         self.goal += angle
         self.stall = StallMonitor()
 
     def remaining(self, yaw: float) -> float:
-        """Returns the angle from `yaw` to the goal."""
         return self.goal - yaw
 
     def result(self, now: float) -> str:

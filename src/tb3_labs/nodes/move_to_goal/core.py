@@ -23,11 +23,9 @@ from tb3_labs.nodes.move_to_goal.status import Announcer, DriveOutput, DriveStat
 from tb3_labs.robot.samples import ImuSample, Motion, OdometrySample, WheelSample
 from tb3_labs.robot.turtlebot3 import DEFAULT_MODEL, MODELS, Twist2
 from tb3_labs.supervision.events import Event, LogQueue, SenderRequest
-from tb3_labs.supervision.goal_requests import (
-    STAYS_ENDED, GoalOutcome, GoalRequest, GoalRequests)
+from tb3_labs.supervision.goal_requests import GoalOutcome, GoalRequest, GoalRequests
 from tb3_labs.supervision.permission import Permission
-from tb3_labs.supervision.sensors_and_stalls import (
-    SURE_DRIVE_SPEED, SURE_TURN_RATE, Sensor, SensorStatus, SensorMonitor)
+from tb3_labs.supervision.sensors_and_stalls import DriveSensors, SensorStatus
 
 
 class MoveToGoalCore:
@@ -39,8 +37,7 @@ class MoveToGoalCore:
         """`response` has the delays of this robot, which `law` and this node improve."""
         self._response = response or MotorResponse()
         self._timing = SampleTiming()
-        self.imu = Sensor('imu')
-        self.odometry = Sensor('odom')
+        self.sensors = DriveSensors()
         self._localizer = Localizer(self._timing)
         self._machine = GoalMachine(law)
         self._log = LogQueue()
@@ -49,24 +46,22 @@ class MoveToGoalCore:
         #: May this node drive? The value at the last tick.
         self.may_drive = has_control
         self._pace = Pace(law.period)
-        self._sensors = SensorMonitor(self.imu, self.odometry)
         self._gyro = gyro or GyroMonitor(MODELS[DEFAULT_MODEL])
         self._encoders = EncoderMonitor()
-        self._last_command = Twist2()
         self._announcer = Announcer(self._log)
 
     # -- inputs
 
     def on_imu(self, sample: ImuSample, now: float, sends_wheels: bool = False) -> None:
         timed = self._timing.on_imu(sample, now)
-        self.imu.received(now, sample[1:])
+        self.sensors.imu.received(now, sample[1:])
         self._gyro.on_imu(timed, sends_wheels)
         self._localizer.on_imu(timed)
         self._check_localizer()
 
     def on_odometry(self, sample: OdometrySample, now: float) -> None:
         timed = self._timing.on_odometry(sample, now)
-        self.odometry.received(now, sample[1:])
+        self.sensors.odometry.received(now, sample[1:])
         self._encoders.on_odometry(sample)
         self._localizer.on_odometry(timed)
         self._check_localizer()
@@ -95,18 +90,12 @@ class MoveToGoalCore:
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
         """Drive to a goal, unless it is refused, or only repeats the present goal."""
         sender_goal = self.register_goal(request, steady_now)
-        requests, machine = self._requests, self._machine
-        sleep_refusal = self._permission.sleep.refusal
-        if sleep_refusal:
-            requests.refuse(request, sleep_refusal + ': send it again')
-            return
-        if sender_goal.is_ended:
-            requests.refuse(request, STAYS_ENDED)
-            return
+        requests = self._requests
+        machine = self._machine
         try:
-            goal = request.goal.in_local(self.odom_T_local)
-        except ValueError as problem:
-            requests.refuse(request, str(problem))
+            goal = requests.pose_of(request, sender_goal, self.odom_T_local)
+        except ValueError as refusal:
+            requests.refuse(request, str(refusal))
             return
         is_present = machine.active and machine.goal == goal
         if not is_present or not requests.repeats_present(sender_goal):
@@ -131,7 +120,7 @@ class MoveToGoalCore:
         older than a sleep. `reset.is_over` becomes True when the reset has ended."""
         self._update_control(steady_now)
         sleep_refusal = self._permission.sleep.refusal
-        problem = self._sensors.problem_text(now, with_age=True)
+        problem = self.sensors.problem_text(now, with_age=True)
         if sleep_refusal:
             reset.problem = sleep_refusal + ': ask again'
         elif problem:
@@ -164,7 +153,7 @@ class MoveToGoalCore:
         """Look at both clocks, and decide."""
         self._update_control(steady_now)
         # a command is due at the rate of the law, and also if a sensor is lost
-        is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
+        is_due = self._pace.due(now) or not self.sensors.are_fresh(now)
         command = self._command(now) if is_due else None
         self._check_end()
         keeps_command = self._drives and not is_due
@@ -183,7 +172,7 @@ class MoveToGoalCore:
         elif refusal:
             self._machine.give_up(refusal)
             self._pause()
-        elif self._sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
+        elif self.sensors.status not in (SensorStatus.SILENT, SensorStatus.TIMED_OUT):
             motion = self._localizer.motion(now)
             if motion is not None:
                 return self._step(motion, now)
@@ -195,9 +184,9 @@ class MoveToGoalCore:
         dt = self._pace.step(now)
         self._check_readings(now)
         command = self._machine.step(motion, dt)
-        self._last_command = command or Twist2()
-        if self._last_command != Twist2():
-            self._localizer.driven_at = now
+        self.sensors.last_command = command or Twist2()
+        if command is not None:
+            self.on_command(command, now)
         return command
 
     def _check_end(self) -> None:
@@ -236,8 +225,8 @@ class MoveToGoalCore:
         return DriveStatus(
             state=machine.state, goal=machine.goal, tolerance=machine.law.distance_tolerance,
             attempt=machine.attempt, begun=machine.begun, active=machine.active and not failure,
-            failure=failure, hold_reason=self._sensors.hold_reason, may_drive=self.may_drive,
-            sensor_problem=self._sensors.problem_text(now) or self._sensor_conflict())
+            failure=failure, hold_reason=self.sensors.hold_reason, may_drive=self.may_drive,
+            sensor_problem=self.sensors.problem_text(now) or self._sensor_conflict())
 
     def idle_for(self, now: float) -> float:
         if self._localizer.has_resets:
@@ -250,7 +239,7 @@ class MoveToGoalCore:
         return self._gyro.problem_text() or self._encoders.problem_text()
 
     def _check_sensors(self, now: float) -> None:
-        sensors = self._sensors
+        sensors = self.sensors
         sensors.update(now, self._gyro.is_checked)
         self._permission.set_sensor_problem(sensors.problem_text(now))
         awaits_sensors = self._permission.grant_exists and self._machine.active
@@ -264,28 +253,24 @@ class MoveToGoalCore:
 
     def _check_readings(self, now: float) -> None:
         """Give up if a sensor repeats a reading that the last command must have changed."""
-        drives = abs(self._last_command.linear) > SURE_DRIVE_SPEED
-        turns = abs(self._last_command.angular) > SURE_TURN_RATE
         odometry = self._timing.odometry
         assert odometry is not None
-        before, after = odometry.before, odometry.sample
-        # The odometry takes its yaw from the IMU. So both must change their yaw together.
-        turned = before is None or before.pose.yaw != after.pose.yaw
-        self.imu.check_repetition(turns or (drives and turned), now)
-        self.odometry.check_repetition(drives or turns, now)
-        if self._sensors.frozen_text():
-            self._machine.give_up(self._sensors.frozen_text())
+        before = odometry.before
+        turned = before is None or before.pose.yaw != odometry.sample.pose.yaw
+        self.sensors.check_repetitions(turned, now)
+        frozen_text = self.sensors.frozen_text()
+        if frozen_text:
+            self._machine.give_up(frozen_text)
 
     def _pause(self) -> None:
         """Treat the next command as the first, since the robot rests or another node drives."""
         self._pace.restart()
-        self._sensors.forget_silences()
-        self._last_command = Twist2()
+        self.sensors.forget_silences()
 
     def _restart(self) -> None:
         """Start a requested motion of a robot at rest."""
-        self._pause()
-        self._sensors.request_motion()
+        self._pace.restart()
+        self.sensors.request_motion()
 
     def _check_localizer(self) -> None:
         """Give up the drive after a jump of a sensor. Start the drive again after a reset."""

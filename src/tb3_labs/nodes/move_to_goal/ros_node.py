@@ -109,7 +109,7 @@ class MoveToGoalNode:
                   to_odometry_sample, queue_size=None)
         runner.check()    # the first look at the clock, since a slow start is not a sleep
         Diagnostics(self._model.name, lambda: runner.query(self._diagnose))
-        log_missing_topics({'imu': core.imu, 'odom': core.odometry})
+        log_missing_topics({'imu': core.sensors.imu, 'odom': core.sensors.odometry})
 
     def _law(self, drive):
         return DriveLaw(drive, self._model, self._response)
@@ -139,8 +139,8 @@ class MoveToGoalNode:
         core = self._core
         now = ros_time()
         status = core.status(now)
-        values = values_of(core.imu, now)
-        values.update(values_of(core.odometry, now))
+        values = values_of(core.sensors.imu, now)
+        values.update(values_of(core.sensors.odometry, now))
         values.update(control='granted' if status.may_drive else 'not granted', goal=status.goal,
                       state=status.text or 'about to begin')
         return status.failure or status.sensor_problem, values
