@@ -109,7 +109,7 @@ def desk():
     return Desk()
 
 
-def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_active(desk):
+def test_the_node_is_watched_in_a_turn_and_while_the_mouse_is_active(desk):
     for _ in range(2):
         desk.tick()
         assert not desk.watched and desk.core.problem_text(desk.now) == ''
@@ -127,7 +127,7 @@ def test_somebody_must_look_at_the_clock_during_a_turn_and_while_the_mouse_is_ac
         assert desk.watched is desk.core.mouse.active is active
 
 
-def test_what_the_law_knows_to_be_left_is_reported_and_the_next_turn_is_as_asked(desk):
+def test_the_result_has_the_remaining_angle_of_the_law(desk):
     desk.request_turn()
     desk.run(0.2)
     desk.yaw = 0.8                       # one sample has another yaw
@@ -138,7 +138,7 @@ def test_what_the_law_knows_to_be_left_is_reported_and_the_next_turn_is_as_asked
     assert desk.asked_for == pytest.approx(90.0, abs=0.01)
 
 
-def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(desk):
+def test_after_a_short_silence_a_turn_begins_again_at_the_present_heading(desk):
     desk.request_turn()
     desk.run(0.2)
     desk.run(1.0, imu=False)
@@ -148,7 +148,7 @@ def test_a_turn_begins_anew_from_where_the_robot_looks_after_a_short_silence(des
     assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
 
 
-def test_a_heading_that_jumped_while_the_imu_was_silent_ends_the_turn(desk):
+def test_a_jump_of_the_heading_in_a_silence_ends_the_turn(desk):
     desk.request_turn(180.0)
     desk.run(0.5)
     desk.run(0.5, imu=False)
@@ -168,7 +168,7 @@ def test_a_frozen_imu_ends_a_turn_and_the_time_before_does_not_count(desk):
     assert desk.run(0.5)[-1] == Twist2() and desk.told('imu repeats one reading', warning=True)
 
 
-def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
+def test_a_new_law_starts_a_new_stall_check_with_a_new_period(desk):
     desk.request_turn()
     desk.run(1.0)
     desk.core.set_law(GivenTurnLaw(period=0.2))
@@ -179,7 +179,7 @@ def test_another_law_has_its_own_time_to_get_nearer_and_its_own_period(desk):
 @pytest.mark.parametrize('good, bad', [
     (None, (math.nan, math.inf, 40000.0)),
     (36000.0, (90.0,))])     # and the goal is not moved farther away
-def test_what_is_no_turn_is_refused(good, bad):
+def test_an_invalid_angle_is_refused(good, bad):
     desk = Desk(make_turn(TurnConfig(), BURGER))
     if good:
         desk.request_turn(good)
@@ -203,7 +203,7 @@ LONG = SENDER_PAUSE + 0.1
     (False, [(0.0, 90.0, OLD), STOP, (0.5, 90.0, NEW)], [False, False]),
     (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the first one is refused by the sleep itself
     (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [False, False])])
-def test_a_turn_that_only_repeats_one_from_before_a_connection_a_stop_or_a_sleep(is_waking, requests, accepted):
+def test_a_repeated_turn_is_refused_after_a_stop_or_a_sleep_or_if_doubtful(is_waking, requests, accepted):
     turns, found = SenderRequests(SleepMonitor()), []
     for at, degrees, age in requests:
         if degrees is None:
@@ -260,7 +260,7 @@ def test_the_mouse_pre_empts_a_turn_at_once(desk):
     assert desk.asked_for == pytest.approx(-90.0, abs=0.01) and desk.told('Turned')
 
 
-def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(desk):
+def test_a_deactivated_mouse_stops_a_turn_after_another_mouse_was_lost(desk):
     desk.hold(True, 1.0, 0.0)
     desk.run(0.3)
     desk.mouse = None
@@ -273,7 +273,7 @@ def test_another_mouse_that_is_deactivated_stops_a_turn_after_a_mouse_was_lost(d
     assert desk.told('the mouse was deactivated', warning=True)
 
 
-def test_the_user_of_a_mouse_that_was_active_before_is_told_what_to_do_once():
+def test_a_mouse_that_was_active_before_is_logged_once():
     core = ControllerCore(GivenTurnLaw())
     for now in 100.0, 100.1, 100.2:
         core.on_mouse(Event(MouseState(True, 0.0, 1.0), now))

@@ -129,13 +129,13 @@ SLOW = PadConfig(dead_zone=0.0, linear_scale=0.1, angular_scale=1.0)
     (SLOW, (1.0, 0.0), (0.1, 0.0)), (SLOW, (0.0, -0.5), (0.0, -0.5)),
     (SLOW, (0.0, 1.0), (0.0, 1.0)),
     (PadConfig(), (1.0, 1.0), (0.1054, 1.3175))])    # each wheel within its limit
-def test_full_stick_is_the_robots_own_limit_or_the_scale_that_is_set(config, sticks, speed):
+def test_a_full_stick_commands_the_robots_limit_or_the_scale(config, sticks, speed):
     pad = PluggedPad(config)
     assert pad.run(0.3, sticks=sticks)[-1] == pytest.approx(Twist2(*speed), rel=1e-4)
     assert set(pad.run(0.3, sticks=REST)[1:]) == {None}
 
 
-def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
+def test_button_a_gives_control_and_button_b_takes_control(pad):
     pad.controller.on_has_control(Event(False, pad.now))      # it had none
     assert pad.holder is GAMEPAD and not pad.controller.messages.must_renew and pad.said() == []
     assert not pad.controller.take('reset_requested')
@@ -154,7 +154,7 @@ def test_a_gives_the_robot_away_and_b_takes_it_back(pad):
 
 
 @pytest.mark.parametrize('repeats', [True, False])
-def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
+def test_a_stick_that_rests_outside_the_dead_zone_is_named_once(repeats):
     pad = PluggedPad(repeats=repeats)
     pad.controller = Core()
     pad.run(2.9, sticks=(0.0, 0.12))
@@ -166,7 +166,7 @@ def test_a_stick_that_rests_outside_its_dead_zone_is_named_once(repeats):
 
 
 @pytest.mark.parametrize('silence, drives', [(0.2, True), (0.3, False)])
-def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, drives):
+def test_after_a_silence_the_sticks_of_a_pad_must_rest_again(pad, silence, drives):
     pad.run(silence, plugged=False)
     assert any(pad.run(1.0, plugged=True, sticks=PUSHED)) is drives
     assert pad.rest_and_push() == pytest.approx(BURGER_FULL)
@@ -174,7 +174,7 @@ def test_a_pad_that_was_silent_at_rest_must_be_seen_at_rest_again(pad, silence, 
 
 # B, for any holder of the robot -------------------------------------------------------------------
 
-def test_each_press_counts_though_the_messages_come_all_at_once(pad):
+def test_no_press_is_lost_if_messages_arrive_together(pad):
     """B tapped between two messages that the network releases together."""
     pad.press(A)
     pad.said()
@@ -196,7 +196,7 @@ def stamped():
 
 
 @pytest.mark.parametrize('late, counts', [(0.0, True), (1.5, True), (2.5, False), (60.0, False)])
-def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, counts):
+def test_a_press_of_a_that_the_network_delayed_for_long_is_rejected(stamped, late, counts):
     look(stamped, 101.0, 101.04 + late)
     hear(stamped, 101.04 + late, 8.04)
     hear(stamped, 101.05 + late, 8.05, A)
@@ -209,7 +209,7 @@ def test_an_a_that_the_network_held_up_for_long_does_not_count(stamped, late, co
 
 
 @pytest.mark.parametrize('late, counts', [(0.9, True), (1.1, False)])
-def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late, counts):
+def test_a_delayed_press_of_y_is_rejected(stamped, late, counts):
     look(stamped, 101.0, 101.05 + late)
     hear(stamped, 101.05 + late, 8.04)
     hear(stamped, 101.05 + late, 8.05, Y)
@@ -218,7 +218,7 @@ def test_a_y_that_the_network_held_up_would_declare_another_place(stamped, late,
 
 
 @pytest.mark.parametrize('ring', [2, 10])
-def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, ring):
+def test_a_pad_is_lost_if_its_driver_repeats_several_messages(stamped, ring):
     """The stamps of the messages differ: the pad drove while they arrived."""
     commands = []
     for tick in range(200):
@@ -229,14 +229,14 @@ def test_a_driver_that_repeats_several_messages_is_a_pad_that_is_lost(stamped, r
 
 
 @pytest.mark.parametrize('button, wanted', [(A, 'words'), (Y, 'reset_requested')])
-def test_a_press_counts_beside_a_stick_in_two_messages_of_one_stamp(stamped, button, wanted):
+def test_a_press_is_accepted_in_the_second_message_with_one_stamp(stamped, button, wanted):
     hear(stamped, 101.05, 8.05, forward=1.0)
     hear(stamped, 101.0505, 8.05, button, forward=1.0, age=Age.SAME_STAMP)
     assert stamped.take(wanted) == [True]
 
 
 @pytest.mark.parametrize('clock_runs', [True, False])
-def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
+def test_a_pad_is_lost_if_its_driver_repeats_one_message(stamped, clock_runs):
     """It repeats its last message, stamp included; with a simulated clock a stamp shows no lateness.
     """
     def repeat(seconds, *pressed):
@@ -260,7 +260,7 @@ def test_a_driver_that_hangs_is_a_pad_that_is_lost(stamped, clock_runs):
 
 # Other nodes --------------------------------------------------------------------------------------
 
-def test_a_stop_of_another_node_reaches_a_stick_that_is_held(pad):
+def test_a_stop_of_another_node_ends_a_drive_by_the_stick(pad):
     """The robot gets one zero. The stick drives again only after it was in its middle."""
     assert pad.rest_and_push()
     pad.controller.on_ctrl_relinq(Event(False, pad.now))
@@ -278,7 +278,7 @@ def test_a_stick_that_was_pushed_before_the_stop_of_another_node_does_not_drive(
 
 
 @pytest.mark.parametrize('after, is_believed', [(0.1, False), (0.5, True)])
-def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_believed):
+def test_has_control_false_may_cross_with_a_press_of_a(pad, after, is_believed):
     pad.press(A)
     pad.run(after - 0.04)
     pad.controller.on_has_control(Event(False, pad.now))
@@ -288,7 +288,7 @@ def test_that_move_to_goal_has_no_control_may_cross_with_an_a(pad, after, is_bel
     assert not pad.controller.messages.must_renew
 
 
-def test_what_somebody_else_gave_silences_the_sticks(pad):
+def test_a_grant_of_another_node_ends_a_drive_by_the_stick(pad):
     assert any(pad.run(0.3, sticks=PUSHED)) and pad.controller.tick(pad.now).command is None
     pad.controller.on_has_control(Event(True, pad.now))
     assert pad.holder is GOAL and not pad.controller.messages.must_renew
@@ -331,7 +331,7 @@ def test_hold_to_drive():
 @pytest.mark.parametrize('after, counts', [(0.1, False), (0.4, True)])
 @pytest.mark.parametrize('stamped', [False, True])
 @pytest.mark.parametrize('button, what', [(A, 'words'), (Y, 'reset_requested')])
-def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
+def test_a_press_just_after_the_first_message_is_rejected(
         after, counts, stamped, button, what):
     """It may have waited with the first message, or be held since the pad's start: joy_node sends
     all zeros first."""
@@ -342,7 +342,7 @@ def test_a_press_on_a_pad_that_was_heard_for_a_moment_only_does_not_count(
     assert warned(controller, 'the moment the pad was first heard') is not counts
 
 
-def test_somebody_must_look_at_the_clock_while_the_robot_depends_on_the_pad(pad):
+def test_the_node_is_watched_while_the_pad_drives_or_gives_control(pad):
     assert not Core().tick(0.0).watched      # nothing was heard
     for sticks, buttons, watched in (
             (REST, (), False), (PUSHED, (), True), (REST, (), False), (REST, (A,), True),

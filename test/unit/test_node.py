@@ -164,7 +164,7 @@ def test_ctrl_c_ends_a_node_that_still_imports(name, before_it):
 
 # ----- private parts of rospy
 
-def test_a_subscriber_that_hangs_delays_no_other_and_gets_the_last_message_later():
+def test_a_hanging_subscriber_delays_no_other_subscriber_and_gets_the_last_message():
     topic, readers = _PublisherImpl('/cmd_vel', Twist), []
     write_at_once(SimpleNamespace(impl=topic))
     for name in '/robot', '/hangs':
@@ -197,7 +197,7 @@ def test_a_list_without_a_publisher_does_not_remove_a_waiting_publisher():
         assert manager.updates[-1] == (topic, kept)
 
 
-def test_a_connection_of_a_program_that_is_not_a_node_delays_no_other():
+def test_a_connection_of_a_browser_delays_no_node():
     """A browser, a scanner of ports, or a master that calls an earlier node makes such a connection."""
     server = TCPServer(lambda connection, _: connection.sendall(connection.recv(100)))
     serve_connections_in_threads(server)

@@ -64,7 +64,7 @@ def senders():
     return senders
 
 
-def test_what_is_only_repeated_is_no_grant(senders):
+def test_a_repeated_true_gives_no_grant(senders):
     senders.say('hand', True)
     senders.say('pad', False)
     for _ in range(5):
@@ -76,7 +76,7 @@ def test_what_is_only_repeated_is_no_grant(senders):
 
 
 @pytest.mark.parametrize('after, granted', [(0.03, False), (0.05, True)])
-def test_a_grant_holds_after_a_renewal_that_did_not_come_together_with_it(senders, after, granted):
+def test_a_grant_holds_after_a_later_renewal(senders, after, granted):
     senders.say('pad', True)
     senders.now += after
     senders.at_once(1)
@@ -84,7 +84,7 @@ def test_a_grant_holds_after_a_renewal_that_did_not_come_together_with_it(sender
 
 
 @pytest.mark.parametrize('silence, revives', [(0.6, True), (1.9, True), (2.2, False)])
-def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, silence, revives):
+def test_renewals_restore_a_grant_only_after_a_short_silence(senders, silence, revives):
     senders.say('pad', True)
     senders.run(1.0)
     senders.renewing.clear()
@@ -99,7 +99,7 @@ def test_a_giver_that_comes_back_revives_it_only_after_a_short_silence(senders, 
         assert senders.give_anew('pad')
 
 
-def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
+def test_an_ignored_grant_that_is_renewed_is_logged_once(senders):
     senders.now += 10.0                # no update meanwhile
     senders.at_once(40)                # delayed, then delivered at once
     senders.renewing.add('pad')
@@ -111,7 +111,7 @@ def test_a_pad_that_renews_what_does_not_count_is_told_so_once(senders):
 
 
 @pytest.mark.parametrize('word', [True, False])
-def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
+def test_a_waking_node_ignores_a_true_and_obeys_a_false(senders, word):
     senders.say('hand', True)
     senders.run(1.0)
     senders.now += 5.0
@@ -123,7 +123,7 @@ def test_what_a_node_hears_as_it_wakes_is_no_grant_but_a_stop(senders, word):
 
 
 @pytest.mark.parametrize('late, counts', [(0.0, True), (1.8, True), (2.5, False)])
-def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late, counts):
+def test_a_grant_that_the_network_delayed_for_long_is_ignored(senders, late, counts):
     """The delayed True arrives together with the renewals that were sent after it."""
     senders.say('pad', True)
     senders.at_once(int(late / RENEWAL_PERIOD))
@@ -133,7 +133,7 @@ def test_a_grant_that_the_network_held_up_for_long_does_not_count(senders, late,
 
 @pytest.mark.parametrize('was_there, comes_after, stands', [
     (True, 1.9, True), (True, 2.2, False), (False, 19.8, True), (False, 20.2, False)])
-def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, comes_after, stands):
+def test_a_grant_is_void_if_the_sensors_stay_silent(senders, was_there, comes_after, stands):
     senders.sensor_problem = 'no imu'
     if not was_there:
         senders.permission = Permission(True, senders.log_queue)
@@ -150,7 +150,7 @@ def test_a_grant_is_void_if_its_robot_does_not_come_soon(senders, was_there, com
 
 
 @pytest.mark.parametrize('slept', [True, False])
-def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(senders, slept):
+def test_a_grant_from_before_the_start_or_the_waking_of_a_node_is_ignored(senders, slept):
     """The True arrives when this node has been awake for a while."""
     if slept:
         senders.now += 3.0               # no update meanwhile
@@ -164,7 +164,7 @@ def test_a_grant_that_is_older_than_this_node_or_its_waking_does_not_count(sende
 
 @pytest.mark.parametrize('late, stopper, counts', [
     (0.0, 'hand', True), (1.5, 'hand', False), (1.5, 'pad', True)])
-def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
+def test_a_false_ends_a_delayed_grant_of_another_sender(
         senders, late, stopper, counts):
     """A False of the same sender came before the True, in order."""
     senders.hear(stopper, False)
@@ -176,7 +176,7 @@ def test_a_grant_that_was_under_way_when_somebody_else_stopped_the_robot(
     assert senders.warned('it was taken while the network delayed it') is not counts
 
 
-def test_what_was_taken_before_this_node_lived_is_no_stop():
+def test_a_false_from_before_the_node_keeps_the_grant_at_the_start():
     """The sender's False was older than the start with control."""
     senders = PermissionSenders()
     senders.permission = Permission(True, senders.log_queue)
@@ -187,7 +187,7 @@ def test_what_was_taken_before_this_node_lived_is_no_stop():
 
 @pytest.mark.parametrize('stands, age', [
     (False, Age.REPEATED), (False, Age.LATCHED), (False, Age.OLD), (True, Age.LATCHED), (True, Age.OLD)])
-def test_a_doubtful_true_gives_nothing_and_a_doubtful_false_stops(senders, stands, age):
+def test_a_doubtful_true_is_ignored_and_a_doubtful_false_stops(senders, stands, age):
     """The message may be old, or the first of a sender that was connected all the time."""
     if stands:
         senders.say('hand', True)
@@ -199,7 +199,7 @@ def test_a_doubtful_true_gives_nothing_and_a_doubtful_false_stops(senders, stand
     assert senders.give_anew('student')
 
 
-def test_what_an_earlier_process_said_does_not_bind_one_that_bears_its_name(senders):
+def test_a_restarted_sender_may_give_a_grant_again(senders):
     """A pad that died while it gave is started again, and A is pressed."""
     senders.say('pad', True)
     assert senders.run(1.0) and senders.permission.pop_new_grant()
@@ -245,7 +245,7 @@ def test_after_a_lost_connection_or_a_restart_of_the_sender(change, now, age):
 @pytest.mark.parametrize('stamp, clock, age', [
     (7.0, 9.0, Age.SAME_STAMP), (7.1, 9.0, Age.NEW), (0.0, 9.0, Age.NEW),
     (7.0, 8.0, Age.NEW)])      # two messages within one step of a simulated clock, or while it stands
-def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock, age):
+def test_a_repeated_stamp_shows_a_repeated_message(stamp, clock, age):
     message_ages = MessageAges([], 100.0)
     message_ages.age_of(HERE, 101.0, 7.0 if stamp else 0.0, 8.0)
     message_ages.age_of(HERE._replace(sender='/b'), 101.0, 5.0, 8.0)
@@ -257,7 +257,7 @@ def test_a_message_with_the_stamp_of_the_one_before_is_that_message(stamp, clock
 
 @pytest.mark.parametrize('gap, slept', [(0.0, 0.0), (1.0, 0.0), (1.25, 1.25), (3600.0, 3600.0),
                                         (-50.0, 0.0)])
-def test_a_gap_beyond_the_limit_is_a_sleep_that_is_found_once(gap, slept):
+def test_a_long_gap_is_found_as_a_sleep_once(gap, slept):
     watch = SleepMonitor()
     watch.update(10.0)
     assert watch.slept_for == 0.0 and watch.as_text() == ''

@@ -202,7 +202,7 @@ STOPS = [
 
 @pytest.mark.parametrize('slept_for, counts', [(0.9, True), (1.1, False), (7.0, False)])
 @pytest.mark.parametrize('kind, act', GIVES)
-def test_what_moves_the_robot_or_its_frame_does_not_count_as_the_node_wakes(
+def test_a_waking_node_ignores_each_act_that_moves_the_robot_or_its_frame(
         kind, act, slept_for, counts):
     """If a person asks again, the robot moves."""
     bench = kind()
@@ -215,7 +215,7 @@ def test_what_moves_the_robot_or_its_frame_does_not_count_as_the_node_wakes(
 
 @pytest.mark.parametrize('slept_for', [1.1, 7.0])
 @pytest.mark.parametrize('kind, act, stop', STOPS)
-def test_a_stop_counts_also_as_the_node_wakes(kind, act, stop, slept_for):
+def test_a_waking_node_obeys_each_stop(kind, act, stop, slept_for):
     bench = kind()
     assert bench.moves_by(act) and bench.is_driven
     bench.wakes_with(stop, slept_for)
@@ -224,7 +224,7 @@ def test_a_stop_counts_also_as_the_node_wakes(kind, act, stop, slept_for):
     assert not bench.has_moved and not bench.is_driven
 
 
-def test_a_turn_that_a_script_repeats_does_not_count_after_a_sleep():
+def test_a_repeated_turn_is_refused_after_a_sleep():
     bench, turn = SleepingController(), lambda core: core.core.on_turn(core.event(90.0), core.now)
     assert not bench.wakes_with(turn, 7.0)
     for _ in range(3):      # once a second

@@ -39,7 +39,7 @@ def test_silence(lost):
 
 
 @pytest.mark.parametrize('lost', ['imu', 'odom'])
-def test_the_same_sample_again_and_again(lost):
+def test_a_frozen_sensor(lost):
     for motion, stop in stops(setting(**{lost + '_frozen': True})):
         if motion == 'turn' and lost == 'odom':
             continue

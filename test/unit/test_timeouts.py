@@ -16,7 +16,7 @@ def status_at(watch, now):
     return watch.status
 
 
-def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
+def test_a_sensor_is_fresh_after_two_messages():
     imu = Sensor('imu')
     watch = SensorMonitor(imu)
     assert (watch.status, watch.hold_reason, watch.silent_for) == (SensorStatus.SILENT, '', 0.0)
@@ -26,7 +26,7 @@ def test_one_message_alone_is_no_sensor_yet_and_the_gap_after_it_no_silence():
     assert status_at(watch, 12.6) is SensorStatus.FRESH
 
 
-def test_complaints_name_each_silent_source_and_how_long():
+def test_the_problem_text_names_each_silent_sensor_and_its_silence():
     imu, odom, joy = received_at(10.0, 'imu'), received_at(8.74, 'odom'), Sensor('joy')
     watch = SensorMonitor(imu, odom, joy)
     assert watch.problem_text(10.0, with_age=True) == 'no odom for 1.3 s, no joy yet'
@@ -40,7 +40,7 @@ def test_complaints_name_each_silent_source_and_how_long():
     (0.21, SensorStatus.FRESH), (0.23, SensorStatus.RECOVERED), (2.0, SensorStatus.RECOVERED),
     (2.1, SensorStatus.TIMED_OUT)])
 @pytest.mark.parametrize('looked_at', [True, False])
-def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
+def test_the_length_of_a_silence_does_not_depend_on_updates(
         silence, sight, looked_at):
     """A process that slept did not look at the clock."""
     imu = received_at(10.0)
@@ -56,7 +56,7 @@ def test_a_silence_counts_from_its_beginning_whether_or_not_somebody_looked(
     assert status_at(watch, 10.0 + silence) is SensorStatus.FRESH    # said once
 
 
-def test_a_watch_stops_the_robot_also_after_the_clock_went_back():
+def test_a_silence_is_found_after_the_clock_went_back():
     watch = SensorMonitor(received_at(1000.0))
     for now, sight in ((10.0, SensorStatus.FRESH), (10.21, SensorStatus.FRESH), (10.23, SensorStatus.SILENT)):
         assert status_at(watch, now) is sight
@@ -71,7 +71,7 @@ MANY = round(FROZEN_TIME / DT) + 2
 
 @pytest.mark.parametrize('reading, must_change, frozen', [
     (lambda k: 7, True, True), (lambda k: 7, False, False), (lambda k: k % 2, True, False)])
-def test_a_source_that_repeats_itself_though_it_must_change_is_frozen(reading, must_change, frozen):
+def test_a_sensor_that_repeats_a_reading_is_frozen(reading, must_change, frozen):
     imu = Sensor('imu')
     for k in range(MANY):
         imu.received(DT * k, reading(k))

@@ -1,7 +1,7 @@
 """The commands of a node to the robot, and the zero at their end.
 
-When a node stops the robot for any reason, it publishes exactly one zero and is then silent, so
-that another node may drive. Reasons are also the end of the node, and a clock that stands still.
+When a node stops the robot, it publishes exactly one zero and is then silent, so that another node
+may drive. The node also stops the robot when it ends, and when its clock stands still.
 """
 import math
 

@@ -23,7 +23,7 @@ from tb3_labs.ros.topics import INVALID_COUNTS
 from tb3_labs.supervision.timeouts import (
     CHECK_PERIOD, IDLE_PERIOD, QUIET_TIME, STANDSTILL_TIME, Freshness)
 
-#: Time between two reports [s, wall clock].
+#: Time between two messages of the diagnostics [s, wall clock].
 REPORT_PERIOD = 1.0
 
 

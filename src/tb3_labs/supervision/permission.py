@@ -161,8 +161,8 @@ class Permission:
         self._now = now
         if math.isnan(self._began_at):
             self._began_at = now
-            for grant in self._grants.values():    # the grant at the start
-                grant.granted_at = now
+            for grant in self._grants.values():
+                grant.granted_at = now    # the grant at the start
         self.sleep.update(now)
         if self.sleep.slept_for > RESUME_TIME:
             self._began_at = now

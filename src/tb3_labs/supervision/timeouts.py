@@ -22,7 +22,7 @@ RESUME_TIME = 2.0
 SENSOR_TIMEOUT = 0.22
 #: A motion waits this long for the first messages of a robot. A board starts in up to 14 s.
 ROBOT_START = 20.0
-#: If a turn is typed before the robot is connected, it waits this long for the robot.
+#: If a person types a turn before the robot is connected, the turn waits this long for the robot.
 ROBOT_WAIT = 5.0
 #: A board that resets is silent for longer than this. The firmware needs 2.6 s.
 RESET_SILENCE = 1.0
@@ -50,8 +50,8 @@ DELAY_WINDOW = 5.0
 MAX_RECEIVED_STEP = 0.1
 #: A sample of this age, or a silence of this length, shows that the network stalls.
 MAX_AGE = 0.1
-#: A message so soon after a press, a sleep, the start of a node or the first message of a pad may
-#: have been sent before that moment.
+#: A message so soon after a press, a sleep, a node's start or a pad's first message may have been
+#: sent before that moment.
 CROSSING_TIME = 0.3
 #: When a pad takes the robot back, it waits this long, so that move_to_goal can stop.
 HAND_BACK_TIME = 0.15
@@ -74,7 +74,8 @@ SENDER_PAUSE = 2.0
 MIN_SLEEP = 1.0
 #: A simulated clock stands still if it does not change for this long.
 STANDSTILL_TIME = 0.3
-#: If a node may move its robot, it looks at the clock after a silence of half the shortest timeout.
+#: If a node may move its robot, it looks at the clock after this silence, which is at most half of
+#: the shortest timeout.
 QUIET_TIME = 0.1
 #: After QUIET_TIME the node looks at the clock with this period, until the next message.
 CHECK_PERIOD = 0.02

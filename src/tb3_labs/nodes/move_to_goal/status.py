@@ -1,4 +1,4 @@
-"""The first settings of move_to_goal, the status of its drive, and the lines about changes."""
+"""The settings with which move_to_goal starts, the status of its drive, and lines about changes."""
 import math
 from dataclasses import dataclass
 from typing import Callable, NamedTuple, Optional, Sequence, Tuple
