@@ -1,5 +1,5 @@
-"""Turns, mouse and keyboard together, with a law that returns what a test gives it, and an IMU in closed
-form; then on the simulated robot, judged by its true heading."""
+"""Turns, mouse and keyboard together. The law returns the values of the test, and the IMU is in closed
+form. Further tests use the simulated robot and its true heading."""
 import math
 
 import pytest
@@ -44,8 +44,8 @@ class GivenTurnLaw:
 
 
 class Desk:
-    """A controller with such a law. The IMU is heard in each step; it trembles, as real ones do. A
-    mouse repeats itself while it is held."""
+    """A controller with a GivenTurnLaw. A noisy IMU sends a sample in each step. A mouse repeats its
+    message while the test holds the mouse."""
 
     step = 0.05      # [s]
 
@@ -60,7 +60,7 @@ class Desk:
         self.run(0.2)
 
     def run(self, seconds, imu=True):
-        """Returns the commands of that time, zero if there was none."""
+        """Let time pass. Returns the commands of this time."""
         commands = []
         for _ in range(round(seconds / self.step)):
             self.now += self.step
@@ -74,14 +74,14 @@ class Desk:
         return commands
 
     def tick(self):
-        """Returns the commands of now, in a list."""
+        """Returns a list with the present command, or an empty list."""
         output = self.core.tick(self.now, self.now)
         self.watched = output.watched
         self.log_lines += output.log_lines
         return [] if output.command is None else [output.command]
 
     def hold(self, active, x=0.0, y=0.0):
-        """Hold the mouse there from now on."""
+        """Hold the mouse at this place from now on."""
         self.mouse, self._next_mouse = (active, x, y), 0.0
 
     def request_turn(self, degrees=90.0):
@@ -93,7 +93,7 @@ class Desk:
         return math.degrees(self.law.requested[-1])
 
     def told(self, words, warning=False):
-        """Was this line logged, once?"""
+        """Was one line with these words logged?"""
         self.tick()
         return [line.warning for line in self.log_lines if words in line.text] == [warning]
 
@@ -142,7 +142,7 @@ def test_after_a_short_silence_a_turn_begins_again_at_the_present_heading(desk):
     desk.request_turn()
     desk.run(0.2)
     desk.run(1.0, imu=False)
-    desk.yaw, desk.law.remaining = 0.5, 3.0    # it was turned meanwhile: farther than 0.8 rad
+    desk.yaw, desk.law.remaining = 0.5, 3.0    # a person turned the robot by more than 0.8 rad
     assert Twist2() not in desk.run(0.5)
     assert desk.law.requested[-1] == pytest.approx(math.pi / 2.0 - 0.5, abs=1e-5)
     assert desk.told('Stopped: no imu', warning=True) and desk.told('Going on')
@@ -196,12 +196,12 @@ LONG = SENDER_PAUSE + 0.1
 @pytest.mark.parametrize('is_waking, requests, accepted', [
     (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), (1.0, 90.0, NEW)], [True, True, True]),
     (False, [(0.0, 90.0, OLD), (1.5, 90.0, NEW), (3.0, 90.0, NEW)], [False, False, False]),
-    (False, [(0.0, 90.0, OLD), (0.5, 45.0, NEW), (1.0, 45.0, NEW)], [False, True, True]),     # it was changed
+    (False, [(0.0, 90.0, OLD), (0.5, 45.0, NEW), (1.0, 45.0, NEW)], [False, True, True]),     # another angle
     (False, [(0.0, 90.0, OLD), (LONG, 90.0, NEW)], [False, True]),
     (False, [(0.0, 90.0, NEW), STOP, (0.5, 90.0, NEW)], [True, True]),     # a person asks again
     (False, [(0.0, 90.0, NEW), (0.5, 90.0, NEW), STOP, (1.0, 90.0, NEW), (1.5, 90.0, NEW)], [True, True, False, False]),
     (False, [(0.0, 90.0, OLD), STOP, (0.5, 90.0, NEW)], [False, False]),
-    (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the first one is refused by the sleep itself
+    (True, [(0.0, 90.0, NEW), (0.5, 90.0, NEW)], [True, False]),    # the core itself refuses the first turn
     (True, [(0.0, 90.0, OLD), (0.5, 90.0, NEW)], [False, False])])
 def test_a_repeated_turn_is_refused_after_a_stop_or_a_sleep_or_if_doubtful(is_waking, requests, accepted):
     turns, found = SenderRequests(SleepMonitor()), []

@@ -18,7 +18,7 @@ class RecordedCalls(list):
         self.append('a zero')
 
     def message_handled(self):
-        """Nothing sleeps here."""
+        """The Watchdog has no thread here."""
 
     send = set_awake = list.append
     close = list.clear

@@ -19,7 +19,7 @@ def inactive_mouse(name=''):
 
 @pytest.fixture
 def lost():
-    """A mouse that was lost while it drove."""
+    """A mouse that was lost while it was driving the robot."""
     mouse = inactive_mouse()
     hear(mouse, True, 0.9, 0.0, 0.0)
     mouse.lose(0.3)

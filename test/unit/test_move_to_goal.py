@@ -1,4 +1,4 @@
-"""Permission, and lost sensors; samples are made in closed form for a standing robot."""
+"""Drives, permission and lost sensors of move_to_goal. The samples of a standing robot are in closed form."""
 import math
 
 import numpy as np
@@ -23,7 +23,7 @@ START = 100.0
 
 
 class CoreRobot:
-    """A standing robot that feeds a core, and counts its commands."""
+    """A core, and a standing robot that sends samples to the core."""
 
     def __init__(self, has_control=True):
         self.now = START
@@ -31,7 +31,8 @@ class CoreRobot:
         self.imu = self.odom = True
         self.imu_yaw, self.odom_pose = 1.0, Pose2(1.0, 2.0, 0.3)
         self.tremble = 1e-10           # noise: sensors that are not frozen never repeat themselves
-        self.refused, self.heard = [], []    # warnings; what clients of goals heard
+        self.refused = []              # warnings
+        self.heard = []                # (outcome, text) of the answers to clients
 
     def control(self, granted, sender='hand'):
         """A sender gives or takes control."""
@@ -45,7 +46,7 @@ class CoreRobot:
         return self.answers(request)
 
     def cancel(self, *which):
-        """Returns True if the goal is a canceled one."""
+        """Cancel goals. Returns True if the present goal is canceled."""
         self.core.on_cancel(self.now, *which)
         return self.status.failure == 'canceled'
 
@@ -190,7 +191,7 @@ def test_a_new_grant_starts_a_given_up_drive_again():
 def test_a_new_grant_does_not_start_the_drive_to_a_reached_goal():
     robot = CoreRobot()
     robot.run(0.1)
-    robot.core.set_goal(Pose2())       # where it stands
+    robot.core.set_goal(Pose2())       # the robot stands there
     robot.run(0.5)
     assert robot.status.state is GoalState.GOAL_REACHED and not robot.status.active
     robot.control(False)
@@ -207,7 +208,7 @@ def test_the_status_text_from_waiting_to_the_end_of_a_drive():
     assert robot.status.text == WAITING_FOR_CONTROL and not is_stopped(WAITING_FOR_CONTROL)
     robot.control(True)
     assert robot.status.text == 'waiting: no imu yet, no odom yet'
-    assert robot.status.attempt == 2      # it may have been driven elsewhere meanwhile
+    assert robot.status.attempt == 2      # the robot may have been driven elsewhere meanwhile
     robot.run(0.1)
     assert robot.status.text == robot.status.state.name in DRIVING
     robot.imu = False
@@ -252,7 +253,7 @@ def test_a_client_gets_one_answer_at_the_start_and_one_at_the_end():
     robot.run(0.5)
     assert robot.heard == [(GoalOutcome.REACHED, 'Goal reached!')]
     robot.heard.clear()
-    robot.reset(Pose2(1.0))            # the robot drives to the ended goal again: its client has had its end
+    robot.reset(Pose2(1.0))            # the robot drives to the ended goal again, but the client had its answer
     robot.run(0.5)
     assert robot.status.active and robot.cancel('home') and robot.answers() == []
     robot.ask(Pose2(3.0))

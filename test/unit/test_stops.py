@@ -1,4 +1,4 @@
-"""Every fault in every state of a drive, and in a turn: time and true place of the stop."""
+"""The time and the true place of the stop for each fault, in each state of a drive and in a turn."""
 import pytest
 from stops import ROBOT, setting, stop_of_a_drive, stop_of_a_turn
 

@@ -1,4 +1,4 @@
-"""Is a source alive: never heard, exactly at the timeout, a clock that goes back."""
+"""Silent sensors: before the first message, exactly at the timeout, and if the clock goes back."""
 import pytest
 
 from tb3_labs.supervision.sensors_and_stalls import FROZEN_TIME, Sensor, SensorStatus, SensorMonitor
@@ -42,7 +42,7 @@ def test_the_problem_text_names_each_silent_sensor_and_its_silence():
 @pytest.mark.parametrize('looked_at', [True, False])
 def test_the_length_of_a_silence_does_not_depend_on_updates(
         silence, sight, looked_at):
-    """A process that slept did not look at the clock."""
+    """A process that sleeps does not look at the clock."""
     imu = received_at(10.0)
     watch = SensorMonitor(imu)
     assert status_at(watch, 10.0) is SensorStatus.FRESH
@@ -53,7 +53,7 @@ def test_the_length_of_a_silence_does_not_depend_on_updates(
     assert status_at(watch, 10.0 + silence) is sight
     if sight is not SensorStatus.FRESH:
         assert watch.silent_for == pytest.approx(silence)
-    assert status_at(watch, 10.0 + silence) is SensorStatus.FRESH    # said once
+    assert status_at(watch, 10.0 + silence) is SensorStatus.FRESH    # found once
 
 
 def test_a_silence_is_found_after_the_clock_went_back():
