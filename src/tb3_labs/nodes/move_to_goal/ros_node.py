@@ -95,7 +95,7 @@ class MoveToGoalNode:
         self._runner = runner
         self._goals = GoalServer(runner, core)
         self._goals.offer()
-        Resets(runner, core).offer()
+        Resets(runner, core)
         subscribe('cmd_vel', Twist, self._on_command)
         LiveSettings(drive, lambda new: runner.handle(core.set_law, self._law(new)))
         subscribe_events('ctrl_relinq', Bool,

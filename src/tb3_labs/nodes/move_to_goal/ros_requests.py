@@ -143,9 +143,6 @@ class Resets:
     def __init__(self, runner, core):
         self._runner, self._core = runner, core
         self._warnings = WarningThrottle()
-
-    def offer(self):
-        """Take resets from now on."""
         rospy.Service('reset_pose', ResetPose, guarded(self._on_reset_pose))
         rospy.Service(SET_POSE_SERVICE, SetInitialPose, guarded(self._on_set_pose))
         subscribe('initialpose', PoseWithCovarianceStamped,
