@@ -48,7 +48,7 @@ MARKER_ORANGE = ColorRGBA(r=1.0, g=0.55, b=0.0, a=1.0)
 PALE_YELLOW = ColorRGBA(r=1.0, g=0.95, b=0.6, a=0.6)
 WHITE = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
 
-_permissions = [False]    # each value of _has_control:=; only the last value is used
+_typed = {'has_control': False}    # the value of _has_control:= on the command line
 
 
 def pop_permission():
@@ -60,19 +60,19 @@ def pop_permission():
         if name == '_has_control':
             sys.argv.remove(word)
             # read_config() refuses another text
-            _permissions.append(values.get(value.lower(), value))
+            _typed['has_control'] = values.get(value.lower(), value)
 
 
 def _permission():
     """Returns the permission of this start. A node that roslaunch restarts has no permission."""
     launch = roslaunch_of_this()
     given_by = rospy.get_name() + '_given_by'    # a parameter: the launch that gave control last
-    if launch and _permissions[-1] is True:
+    if launch and _typed['has_control'] is True:
         if rospy.get_param(given_by, 0) == launch:
             rospy.logwarn('This launch gave control before: False, then True, gives it again')
             return False
         rospy.set_param(given_by, launch)
-    return _permissions[-1]
+    return _typed['has_control']
 
 
 class MoveToGoalNode:
