@@ -62,7 +62,7 @@ class ControlMessages:
         self.stopped_at = -math.inf
 
     def pop_renewal(self, now: float) -> bool:
-        """Is a renewal due? The caller must send it."""
+        """Is a renewal due? The caller must send the renewal."""
         if not self.must_renew or now - self._sent_at < RENEWAL_PERIOD:
             return False
         self._sent_at = now

@@ -128,7 +128,7 @@ class SenderRequests:
         self._requests: Dict[str, SenderRequest] = {}    # by sender
 
     def receive(self, sender: str, content: object, now: float) -> SenderRequest:
-        """Take in a request that arrives. Call this for each request, even if it is refused."""
+        """Take in a request that arrives. Call this for each request, also for a refused one."""
         just_woke = now - self._sleep.woke_at <= SENDER_PAUSE
         self._requests = {name: request for name, request in self._requests.items()
                           if just_woke or now - request.latest_at <= SENDER_PAUSE}
@@ -146,10 +146,10 @@ class SenderRequests:
         request = self._requests.get(sender)
         return request if request is not None and request.content == content else None
 
-    def end_repetitions(self, is_meant: Callable[[SenderRequest], bool] = lambda _: True) -> None:
-        """Refuse the repeated requests from now on, since a stop also ends the repetitions."""
+    def end_repetitions(self, is_stopped: Callable[[SenderRequest], bool] = lambda _: True) -> None:
+        """Refuse each repeated request from now on for which ``is_stopped(request)`` is true."""
         for request in self._requests.values():
-            if request.is_repeated and is_meant(request):
+            if request.is_repeated and is_stopped(request):
                 request.is_ended = True
 
 

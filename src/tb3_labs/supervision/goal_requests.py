@@ -65,7 +65,7 @@ class RequestedPose:
 class GoalRequest(NamedTuple):
     """A goal as received."""
 
-    goal: Any             # a pose and its frame
+    goal: Optional[RequestedPose]    # None for the goal of the start
     sender: str = ''
     name: str = ''        # name in the GoalID, or ''
     stamp: int = 0        # stamp in the GoalID [ns, sender's clock], or 0
@@ -112,7 +112,7 @@ class GoalRequests:
         self._sender_goals = SenderRequests(sleep)
 
     def receive(self, request: GoalRequest, now: float) -> SenderRequest:
-        """Take in a goal that arrives. Call this for each goal, even if it is then refused."""
+        """Take in a goal that arrives. Call this for each goal, even for a refused goal."""
         sender_goal = self._sender_goals.receive(request.sender, request.goal, now)
         sender_goal.message = request
         return sender_goal
@@ -124,8 +124,8 @@ class GoalRequests:
             raise ValueError(self._sleep.refusal + ': send it again')
         if sender_goal.is_ended:
             raise ValueError(STAYS_ENDED)
-        pose: Pose2 = request.goal.in_local(odom_T_local)
-        return pose
+        assert request.goal is not None
+        return request.goal.in_local(odom_T_local)
 
     def repeats_present(self, sender_goal: SenderRequest) -> bool:
         """Does the sender repeat the present goal?"""

@@ -74,7 +74,6 @@ class Permission:
     """The permission that follows from the messages of all senders."""
 
     def __init__(self, granted_at_start: bool, log: LogQueue) -> None:
-        """`log` takes the lines for the user."""
         self._has_new_grant = False    # was a grant given since the last pop_new_grant()?
         self._sensor_problem = 'no sensors yet'
         self._longest_wait = ROBOT_START    # time for which a grant waits for the sensors [s]

@@ -90,7 +90,6 @@ class ControllerCore:
         self._request_or_log(turn.content, now)
 
     def _request_or_log(self, degrees: float, now: float) -> None:
-        """Request a turn, or log the reason of a refusal."""
         try:
             self.request_turn(degrees, now)
         except ValueError as refusal:
@@ -134,7 +133,6 @@ class ControllerCore:
     # -- outputs
 
     def tick(self, now: float, steady_now: float) -> Output:
-        """Look at both clocks, and decide."""
         self._check_sleep_and_mouse(steady_now)
         step_is_due = self._pace.due(now) or not self._sensors.are_fresh(now)
         turn_is_due = self.driver is Driver.TURN and step_is_due

@@ -89,7 +89,6 @@ class Mouse:
     """
 
     def __init__(self, log: LogQueue) -> None:
-        """`log` takes the lines for the user."""
         self._log = log
         self.source = Freshness('mouse_info', INPUT_TIMEOUT)    # all mice together
         #: The velocity that an active mouse asks for. It is zero in the middle of the screen.

@@ -117,7 +117,6 @@ class GamepadCore:
     # -- outputs
 
     def tick(self, now: float) -> PadOutput:
-        """Look at the clock, and decide."""
         self._check_clock(now)
         self._check_rest(now)
         self._check_loss(now)

@@ -88,7 +88,7 @@ class MoveToGoalCore:
         self._restart()
 
     def on_goal(self, request: GoalRequest, steady_now: float) -> None:
-        """Drive to a goal, unless it is refused, or only repeats the present goal."""
+        """Drive to a goal, unless the goal is refused, or only repeats the present goal."""
         sender_goal = self.register_goal(request, steady_now)
         requests = self._requests
         machine = self._machine
@@ -109,7 +109,7 @@ class MoveToGoalCore:
         return self._requests.receive(request, steady_now)
 
     def on_cancel(self, steady_now: float, name: str = '', stamp: int = 0) -> None:
-        """Cancel goals by their name or stamp, see GoalRequest."""
+        """Cancel the goals that GoalRequest.is_named_by() finds."""
         self._update_control(steady_now)    # finds a sleep, which is not a pause of a sender
         if self._requests.cancel(name, stamp):
             self._machine.cancel()
@@ -150,7 +150,6 @@ class MoveToGoalCore:
     # -- outputs
 
     def tick(self, now: float, steady_now: float) -> DriveOutput:
-        """Look at both clocks, and decide."""
         self._update_control(steady_now)
         # a command is due at the rate of the law, and also if a sensor is lost
         is_due = self._pace.due(now) or not self.sensors.are_fresh(now)
