@@ -47,8 +47,7 @@ class GamepadCore:
         self.holder = ControlHolder.NOBODY
         self._config = config
         self._model = model
-        self._pad = PadListener()
-        self.joy = self._pad.freshness
+        self.pad = PadListener()
         self.messages = ControlMessages()
         self._sleep = SleepMonitor()
         self._zero_until = 0.0    # until this time the pad commands zero [s]
@@ -64,9 +63,9 @@ class GamepadCore:
         now = joy.arrived_at
         state = joy.content
         self._check_clock(now)
-        self._pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
-        presses = self._pad.presses
-        sent_at = now - self._pad.lateness
+        self.pad.receive(state, now, joy.sent_at, hangs=joy.age is Age.SAME_STAMP)
+        presses = self.pad.presses
+        sent_at = now - self.pad.lateness
         self._command_is_due = True
         if presses.regain:
             self.messages.stop(sent_at)
@@ -76,7 +75,7 @@ class GamepadCore:
         is_ready = presses.hold if self._config.has_hold else state.at_rest
         if is_ready and self._is_current(now):
             self._handle(ControlEvent.READY, now)
-        elif self._pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
+        elif self.pad.came_after_loss and self.holder is ControlHolder.GAMEPAD:
             self._handle(ControlEvent.LOST, now)    # this message shows the loss
         elif self._drives() and sent_at < self.messages.stopped_at:
             self._handle(ControlEvent.STOPPED, now)    # the stick was pushed before the stop
@@ -85,7 +84,7 @@ class GamepadCore:
 
     def _relinquish(self, now: float) -> None:
         if self._is_accepted('A', RESUME_TIME, now) and not self.messages.must_renew:
-            self.messages.grant(now, self._pad.lateness)
+            self.messages.grant(now, self.pad.lateness)
             self._handle(ControlEvent.RELINQUISH, now)
 
     def on_has_control(self, has_control: 'Event[bool]') -> None:
@@ -121,7 +120,7 @@ class GamepadCore:
         self._check_rest(now)
         self._check_loss(now)
         command = self._command(now) if self._command_is_due else None
-        waits_for_rest = self._pad.state is not None and self.holder is ControlHolder.NOBODY
+        waits_for_rest = self.pad.state is not None and self.holder is ControlHolder.NOBODY
         watched = self.messages.must_renew or self._drives() or waits_for_rest
         output = PadOutput(
             command, log_lines=self._log.pop_all(), watched=watched, holder=self.holder,
@@ -133,7 +132,7 @@ class GamepadCore:
 
     def _check_rest(self, now: float) -> None:
         """Find whether the pad is ready. If a stick is pushed too long, log a warning."""
-        state = self._pad.state
+        state = self.pad.state
         waits_for_rest = self.holder is ControlHolder.NOBODY and not self._config.has_hold
         if state is None or not waits_for_rest:
             self._stick_warning_at = None
@@ -153,7 +152,7 @@ class GamepadCore:
 
     def _command(self, now: float) -> Twist2:
         self._command_is_due = False
-        state = self._pad.state
+        state = self.pad.state
         hands_back = now < self._zero_until
         if state is None or hands_back or not self._drives():
             return Twist2()
@@ -163,7 +162,7 @@ class GamepadCore:
         return saturate(Twist2(linear, angular), model.max_linear, model.max_angular, model)
 
     def _drives(self) -> bool:
-        state = self._pad.state
+        state = self.pad.state
         if self.holder is not ControlHolder.GAMEPAD or state is None:
             return False
         is_held = state.hold or not self._config.has_hold
@@ -181,15 +180,15 @@ class GamepadCore:
             self._handle(ControlEvent.LOST, now)
 
     def _is_current(self, now: float) -> bool:
-        return self._pad.is_current(now) and not self._sleep.is_waking
+        return self.pad.is_current(now) and not self._sleep.is_waking
 
     def _is_accepted(self, button: str, max_lateness: float, now: float) -> bool:
         """Is a press accepted? Otherwise log the reason. `max_lateness` is in [s]."""
-        lateness = self._pad.lateness
+        lateness = self.pad.lateness
         was_before_stop = now - lateness < self.messages.stopped_at
         if self._sleep.refusal:
             refusal = self._sleep.refusal
-        elif not self._pad.knows_lateness(now):
+        elif not self.pad.knows_lateness(now):
             refusal = 'it was pressed the moment the pad was first heard'
         elif lateness > max_lateness or was_before_stop:
             refusal = f'it was pressed {lateness:.1f} s ago, or before something took control'
@@ -226,17 +225,17 @@ class GamepadCore:
 
     def _check_loss(self, now: float) -> None:
         needs_pad = self._drives() or self.messages.must_renew
-        if self.joy.is_fresh(now) or not needs_pad:
+        if self.pad.source.is_fresh(now) or not needs_pad:
             return
         hint = ''
-        if self._pad.driver_hangs:
+        if self.pad.driver_hangs:
             hint = '. joy_node repeats one message: start it again'
-        elif not self._pad.has_repeated:
+        elif not self.pad.has_repeated:
             hint = ('. If the pad is there, start joy_node with autorepeat_rate 20, as '
                     'gamepad.launch does')
-        silence = self.joy.silence_text(now).capitalize()
+        silence = self.pad.source.silence_text(now).capitalize()
         self._log.add(f'{silence}: robot stopped; {self._remedy}{hint}', warning=True)
-        self._pad.state = None      # the last state is not valid any more
+        self.pad.state = None      # the last state is not valid any more
         self._command_is_due = True
         self.messages.stop(now)
         self._handle(ControlEvent.LOST, now)

@@ -69,7 +69,7 @@ class PadListener:
     """
 
     def __init__(self) -> None:
-        self.freshness = Freshness('joy', INPUT_TIMEOUT)
+        self.source = Freshness('joy', INPUT_TIMEOUT)
         #: The latest state. It is None before the first message, and after a loss.
         self.state: Optional[PadState] = None
         self.has_repeated = False    # did the pad ever repeat an unchanged state?
@@ -95,8 +95,8 @@ class PadListener:
         self._newest_stamp = max(stamp, self._newest_stamp)
         self.came_after_loss = False
         if not hangs and not is_old:
-            self.came_after_loss = self.has_repeated and not self.freshness.is_fresh(now)
-            self.freshness.received(now)
+            self.came_after_loss = self.has_repeated and not self.source.is_fresh(now)
+            self.source.received(now)
         learns_anew = self.came_after_loss and stamp <= 0.0
         if math.isinf(self._received_since) or learns_anew:
             self._received_since = now
@@ -108,7 +108,7 @@ class PadListener:
 
     def knows_lateness(self, now: float) -> bool:
         """Is the usual delay known? If not, `lateness` may be wrong."""
-        if self.driver_hangs and not self.freshness.is_fresh(now):
+        if self.driver_hangs and not self.source.is_fresh(now):
             return False    # two messages may have the same stamp
         return now - self._received_since >= CROSSING_TIME
 

@@ -38,8 +38,8 @@ class GamepadNode:
         subscribe_events('has_control', Bool,
                          lambda event: self._runner.handle(self._core.on_has_control, event))
         Diagnostics(model.name, lambda: self._runner.query(self._diagnose))
-        log_missing_topics({'joy': self._core.joy}, 'is joy_node running (Debian has none)? The '
-                           'page of web:=true is a pad, too')
+        log_missing_topics({'joy': self._core.pad.source}, 'is joy_node running (Debian has '
+                           'none)? The page of web:=true is a pad, too')
 
     def _on_ctrl_relinq(self, event):
         if event.sender != rospy.get_name():    # this node also receives its own messages
@@ -60,7 +60,7 @@ class GamepadNode:
             self._holders.publish(output.holder.value)
 
     def _diagnose(self):
-        joy = self._core.joy
+        joy = self._core.pad.source
         problem = '' if joy.count else joy.silence_text()
         values = values_of(joy, steady_time())
         return problem, dict(values, holder=self._core.holder.value)
