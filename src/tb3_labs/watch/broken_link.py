@@ -10,7 +10,8 @@ from typing import Any, Callable, Iterator, Mapping, NamedTuple, Optional, Seque
 import numpy as np
 
 from tb3_labs.geometry.arrays import last_until
-from tb3_labs.watch.variables import Quantity, Series, bare_name, variables_of
+from tb3_labs.watch.variables import (
+    Quantity, Series, bare_name, shortened_value, variables_of)
 
 #: A node whose variables were not read for longer than this may have ended [s].
 MAX_READING_GAP = 0.4
@@ -116,7 +117,7 @@ def wrong_value(series: Series, behaviour: str, correct: Quantity) -> BrokenLink
     should = correct.at(series.time)
     worst = worst_index(series, should)
     name = correct.name.partition(',')[0]
-    values = f'it was {series.value[worst]:.4g} when {name} was {should[worst]:.4g}'
+    values = f'it was {shortened_value(series.text[worst])} when {name} was {should[worst]:.4g}'
     return BrokenLink(f'{series.name} {behaviour}: {values}', series.time[worst], series.name)
 
 

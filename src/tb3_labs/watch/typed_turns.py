@@ -7,8 +7,7 @@ import numpy as np
 from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
 from tb3_labs.watch.broken_link import BrokenLink, NodeRun
-from tb3_labs.watch.headings import (
-    followed_heading, heading_candidates, heading_from_another_zero)
+from tb3_labs.watch.headings import broken_heading, followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity, Series
 
 #: A node reads a typed letter within this time [s].
@@ -91,14 +90,10 @@ def own_heading(node_run: NodeRun) -> OwnHeading:
     series, quantities = node_run.variable('curr_yaw'), node_run.cached(heading_candidates)
     if series is None:
         return OwnHeading()
-    quantity, broken = followed_heading(series, quantities)
-    if broken is not None and 'does not follow' in broken.message:
-        # a node can turn correctly by a heading that is 0 in any direction
-        for unit in (1.0, np.pi / 180.0):
-            another = heading_from_another_zero(series, quantities[0], unit)
-            if another is not None:
-                return OwnHeading(series, another)
-    return OwnHeading(series, quantity, broken)
+    followed = followed_quantity(series, quantities)
+    if followed is None or not followed.per_degree:
+        return OwnHeading(series, broken=broken_heading(series, quantities[0], followed))
+    return OwnHeading(series, followed)
 
 
 def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
