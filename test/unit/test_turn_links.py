@@ -164,7 +164,7 @@ WRONG = {
     'is_over': [
         (lambda self, error: error < 10.0, 'After r, at an error of -90 degrees, turning stayed False'),
         (lambda self, error: abs(error) < 45.0, 'ended at an error of +38'),
-        (lambda self, error: abs(error) < 1e-9, 'with turning still True')]}
+        (lambda self, error: abs(error) < 1e-9, 'and the turn after l went on')]}
 
 
 @pytest.mark.parametrize('method, wrong, words', [

@@ -112,8 +112,9 @@ def heading_from_another_zero(series: Series, correct: Quantity) -> Optional[Qua
         zero = np.degrees(np.angle(middle))
         circle = replace(series, value=np.exp(1j * np.radians(degrees - zero)))
         if matching_quantities(circle, [correct_circle]):
+            at_first = f'(at first {heading[0]:.1f} degrees)'
             return correct._replace(
-                name=f'the heading (at first {heading[0]:.1f} degrees) {zero:+.1f} degrees, in {unit}',
+                name=f'the heading {at_first} {zero:+.1f} degrees, in {unit}',
                 value=(correct.value + zero) % 360.0 * per_degree, per_degree=per_degree)
     return None
 

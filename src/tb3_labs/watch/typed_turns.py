@@ -61,6 +61,11 @@ class NodeTurn:
         return np.flatnonzero(self.command)
 
     @property
+    def is_ended(self) -> bool:
+        """Does a zero follow the last command that turns?"""
+        return not self.command[-1]
+
+    @property
     def clear_indices(self) -> np.ndarray:
         """The indices of the commands that turn while the side of the error is clear."""
         size = np.abs(self.error)
