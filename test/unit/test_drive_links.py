@@ -49,7 +49,7 @@ WRONG = {
     'degrees': ([('self.normalize_angle(global_yaw', 'self.normalize_angle(math.degrees(global_yaw)')],
                 r'local_yaw followed the yaw in degrees', 'local_yaw'),
     'order': ([('global_yaw = Quaternion(q.w, q.x, q.y, q.z)', 'global_yaw = Quaternion(q.x, q.y, q.z, q.w)')],
-              r'initial_global_yaw followed the yaw of the quaternion read in the order x, y, z, w',
+              r'initial_global_yaw followed the yaw .of the quaternion read in the order x, y, z, w',
               'initial_global_yaw'),
     'control': ([('self.has_control = relinq_msg.data', 'self.has_control = not relinq_msg.data')],
                 r'after a True on ctrl_relinq has_control was False', 'has_control'),

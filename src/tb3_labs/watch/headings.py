@@ -5,7 +5,7 @@ import math
 import re
 from dataclasses import replace
 from itertools import product
-from typing import Any, Dict, Iterator, List, Optional
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -20,12 +20,12 @@ from tb3_labs.watch.variables import (
 #: node may also cut or round its heading to whole degrees.
 COARSE_FACTOR = 30.0
 #: Longer delays between a heading and a variable are not found [s].
-MAX_HEADING_DELAY = 8.0
+MAX_HEADING_DELAY = 20.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: The ranges that a node may give to a yaw from -180 to 180 degrees. Each formula gets the yaw and
 #: a whole turn, both in the node's unit. A node may use the third formula after it has converted
 #: the unit.
-RANGES = (
+RANGES: Tuple[Tuple[str, Callable[[np.ndarray, float], np.ndarray]], ...] = (
     ('from 0 to 360', lambda yaw, turn: np.where(yaw < 0.0, yaw + turn, yaw)),
     ('from -180 to 180', lambda yaw, turn: yaw),
     ('its number plus 360 where it is negative',
@@ -120,9 +120,9 @@ def heading_from_another_zero(series: Series, correct: Quantity) -> Optional[Qua
 
 
 def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantity]:
-    """Returns the first heading that a variable follows late, or None."""
+    """Returns the first usable heading that a variable follows late, or None."""
     for quantity in quantities:
-        if quantity.per_degree:
+        if is_usable_heading(quantity, quantities[0]):
             delay = longest_delay(series, quantity, MAX_HEADING_DELAY)
             if delay < np.inf:
                 name = f'{quantity.name}, up to {delay:.1f} s late'
