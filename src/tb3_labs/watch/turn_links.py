@@ -148,11 +148,13 @@ def over_the_limits(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_stop(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields a turn that ends outside the tolerance, too late, or without a zero command."""
+    """Yields a turn that ends outside the tolerance, too late, or without a zero command. Then
+    yields a variable `turning` that stays True."""
     for turn in node_run.cached(letter_turns):
         if len(turn.moving_indices):
             yield from wrong_last_command(node_run, turn)
             yield from late_stop(node_run, turn)
+    yield from turning_stayed_true(node_run)
 
 
 def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
