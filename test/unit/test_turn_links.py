@@ -169,29 +169,29 @@ WRONG = {
 
 @pytest.mark.parametrize('method, wrong, words', [
     (method, wrong, words) for method, each in WRONG.items() for wrong, words in each])
-def test_the_first_broken_link_is_told_by_its_numbers(method, wrong, words):
+def test_the_sentence_on_the_first_broken_link_has_its_numbers(method, wrong, words):
     assert words.lower() in told(played(node_with(**{method: wrong}))).lower()
 
 
-def test_a_turn_that_ends_before_it_begins_is_told_without_its_letters():
+def test_a_turn_that_ends_at_once_is_named_without_letters():
     """The tolerance has no abs(), and `turning` is True until the next callback."""
     run = played(node_with(is_over=lambda self, error: error < 10.0))
     assert 'After a letter, at an error of -90 degrees, turning stayed False, or was False' in told(untyped(run))
 
 
-def test_the_lines_that_assign_the_variable_are_told():
+def test_the_sentence_has_the_lines_that_assign_the_variable():
     run = played(node_with(goal=lambda self, letter: 0.0))
     assert told(run).endswith(' (goal_yaw is assigned in lines 7, 9).')
 
 
-def test_zeros_from_elsewhere_are_told():
+def test_zeros_of_another_callback_are_named():
     run = played(HandoutNode())
     assert 'another callback publishes' in told(with_commands(run, run.commands.arrival + 0.05))
 
 
 @pytest.mark.parametrize('is_typed', [True, False])
 @pytest.mark.parametrize('x, active, accused', [(0.5, 1.0, False), (0.1, 1.0, True), (0.5, 0.0, True)])
-def test_a_command_of_the_mouse_is_none_of_the_turn(is_typed, x, active, accused):
+def test_a_command_of_the_mouse_does_not_belong_to_the_turn(is_typed, x, active, accused):
     """From 1.4 s on, in the first turn to the left, the node drives to the right: may it do so by the mouse?"""
     at = np.arange(1.4, 6.5, 0.1)
     run = with_commands(played(HandoutNode()), at, -0.25, 1.4, 7.0)
@@ -202,7 +202,7 @@ def test_a_command_of_the_mouse_is_none_of_the_turn(is_typed, x, active, accused
 
 @pytest.mark.parametrize('is_typed', [True, False])
 @pytest.mark.parametrize('is_over', [True, False])
-def test_a_zero_after_the_end_of_the_node_is_none_of_the_turn(is_typed, is_over):
+def test_a_zero_after_the_end_of_the_node_does_not_belong_to_the_turn(is_typed, is_over):
     """The first turn ends by a zero after 0.4 s; its variables were read until then, or also later."""
     run = with_commands(played(HandoutNode()), np.array([1.41]), 0.0, 1.4, 7.0)
     read = run.variables.arrival
@@ -262,7 +262,7 @@ def test_a_value_is_not_late_while_the_sensor_is_silent():
     assert matching_quantities(late, [quantity]) == [] and 0.1 < longest_delay(late, quantity, 8.0) < 0.2
 
 
-def test_the_heading_in_any_range_can_be_used_and_no_other():
+def test_only_headings_are_usable_in_any_range():
     quaternion = orientation([-3.0, 3.0, -6.0])
     right, *others = heading_candidates(NodeRun(made(imu=ImuSamples(TIMES, TIMES, TIMES, TIMES, *quaternion))))
     usable = [each.name for each in [right, *others] if is_usable_heading(each, right)]

@@ -221,7 +221,7 @@ def test_the_probe_shows_nothing_of_its_own_in_a_node_of_its_package(start, tmp_
     assert json.loads(output) == {'yaw': '1'}
 
 
-def test_what_the_node_drops_is_gone(start):
+def test_an_object_that_the_node_drops_is_not_kept(start):
     process = start('''
 import sys
 class Node:

@@ -71,13 +71,6 @@ class Drivetrain:
         return Pose2(self._x, self._y, wrap(self._yaw))
 
     @property
-    def velocity(self) -> Tuple[float, float]:
-        """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        left = self._left_radius * self._left_speed
-        right = self._right_radius * self._right_speed
-        return (left + right) / 2.0, (right - left) / self._model.wheel_separation
-
-    @property
     def angles(self) -> Tuple[float, float]:
         """(left, right) angle of the motors since the start [rad]."""
         return self._left_angle, self._right_angle
@@ -139,11 +132,11 @@ class Body:
             self._moved_until = stamp
             self.imu.begin_motion(stamp, self.drivetrain.turn_curve)
 
-    def drivetrain_at(self, now: float) -> Drivetrain:
-        """Returns the drivetrain at `now`, which is not before the last :meth:`advance_to`."""
+    def pose_at(self, now: float) -> Pose2:
+        """Returns the robot's pose at `now`, which is not before the last :meth:`advance_to`."""
         later = copy.copy(self.drivetrain)
         later.advance(now - self._moved_until)
-        return later
+        return later.pose
 
     def motion_changed(self) -> None:
         """Begin a new motion, after a change of goal speeds, physics or settings of the IMU."""

@@ -186,17 +186,23 @@ class SensorTopics:
         """The samples of a `burst` arrive at one moment. Publish them by one write per topic. For
         `time_zero` see FakeRobot.tick. `wheels` is Sensors.wheel_readings, from which rows that are
         older than the burst are removed."""
-        imu = [sample for sample in burst if isinstance(sample, ImuSample)]
-        odometry = [sample for sample in burst if not isinstance(sample, ImuSample)]
-        link, odom, base, body = (self.frames[name] for name in (
-            'imu_link', 'odom', 'base_footprint', 'base_link'))
-        _send(self._imu, imu, lambda sample: imu_message(sample, time_zero + sample.stamp, link))
-        _send(self._tf, odometry, lambda sample: TFMessage([
-            to_transform(sample.pose, odom, base, time_zero + sample.stamp)]))
-        _send(self._odom, odometry, lambda sample: odometry_message(
-            sample, time_zero + sample.stamp, odom, base))
-        _send(self._joints, odometry, lambda sample: joint_message(
-            *_wheels_at(wheels, sample.stamp), time_zero + sample.stamp, body))
+        imu, tf, odometry, joints = [], [], [], []
+        frames = self.frames
+        for sample in burst[-MAX_SAMPLES:]:
+            stamp = time_zero + sample.stamp
+            if isinstance(sample, ImuSample):
+                imu.append(imu_message(sample, stamp, frames['imu_link']))
+                continue
+            tf.append(TFMessage([to_transform(
+                sample.pose, frames['odom'], frames['base_footprint'], stamp)]))
+            odometry.append(odometry_message(
+                sample, stamp, frames['odom'], frames['base_footprint']))
+            angles, speeds = _wheels_at(wheels, sample.stamp)
+            joints.append(joint_message(angles, speeds, stamp, frames['base_link']))
+        for publisher, messages in ((self._imu, imu), (self._tf, tf), (self._odom, odometry),
+                                    (self._joints, joints)):
+            if messages and publisher.get_num_connections():
+                publish_together(publisher, messages)
 
 
 def _wheels_at(wheels, stamp):
@@ -204,11 +210,6 @@ def _wheels_at(wheels, stamp):
     while wheels[0][0] < stamp and len(wheels) > 1:
         wheels.popleft()
     return wheels[0][1:]
-
-
-def _send(publisher, samples, message_of):
-    if samples and publisher.get_num_connections():
-        publish_together(publisher, [message_of(sample) for sample in samples[-MAX_SAMPLES:]])
 
 
 def make_publisher(topic, kind, **options):

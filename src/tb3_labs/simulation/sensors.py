@@ -49,12 +49,9 @@ class Rhythm:
 
     def pop_until(self, end: float) -> List[float]:
         """Returns all moments before `end` [s]. The next call may return `end` itself."""
-        moments, due, count = [], self.due, self._count
-        while due < end:
-            moments.append(due)
-            count += 1
-            due = self._base + count / self._rate
-        self.due, self._count = due, count
+        moments = []
+        while self.due < end:
+            moments.append(self.pop())
         return moments
 
 

@@ -16,7 +16,7 @@ import math
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import List, Tuple
+from typing import List
 
 from tb3_labs.geometry.angles import wrap
 from tb3_labs.geometry.se2 import Pose2
@@ -56,12 +56,7 @@ class Simulator:
     @property
     def truth(self) -> Pose2:
         """The robot's true pose, world_T_base."""
-        return self._body.drivetrain_at(self.now).pose
-
-    @property
-    def true_velocity(self) -> Tuple[float, float]:
-        """(forward speed [m/s], rate of turn [rad/s]) over the floor."""
-        return self._body.drivetrain_at(self.now).velocity
+        return self._body.pose_at(self.now)
 
     def configure(self, config: SimulatorConfig) -> None:
         """Use the settings of `config` from now on, except the settings in FIXED_FIELDS."""

@@ -1,4 +1,5 @@
-"""A broken link of the chain sensor -> belief -> goal -> error -> command -> stop.
+"""A node is a chain: sensor -> belief -> goal -> error -> command -> stop. A broken link is a wrong
+number in this chain.
 
 A link compares a number of the node with the correct number. The handout computes the correct
 number from the node's *own* numbers in the previous links of the chain. Therefore the consequence
@@ -13,9 +14,9 @@ from tb3_labs.geometry.arrays import last_until
 from tb3_labs.watch.variables import (
     Quantity, Series, bare_name, shortened_value, variables_of)
 
-#: A node whose variables were not read for longer than this may have ended [s].
+#: If the variables of a node were not read for this time [s], the node may have ended.
 MAX_READING_GAP = 0.4
-#: A longer pause between commands is a mistake [s].
+#: A pause between commands is a mistake if it is longer than this [s].
 MAX_COMMAND_GAP = 0.45
 #: A variable with at most this many values is not called constant.
 MIN_READINGS = 10
@@ -82,8 +83,8 @@ class NodeRun:
 
 
 def sentence(broken: BrokenLink, assigned: Mapping[str, Sequence[int]] = {}) -> str:
-    """Returns the sentence on a broken link. `assigned` has for each variable the lines of the
-    node's file that assign it."""
+    """Returns the sentence on a broken link. `assigned` is {variable: numbers of the lines in which
+    the node's file assigns this variable}."""
     name, message = broken.variable, broken.message
     lines = assigned.get(name, assigned.get(name.rpartition('.')[2], ()))
     place = ''
@@ -133,7 +134,7 @@ def slow_commands(times: np.ndarray, begin: float) -> Iterator[BrokenLink]:
         yield BrokenLink(f'commands came every {pause:.1f} s; the handout has ten a second', begin)
 
 
-#: The command fields that move no wheel, each (name in Commands, name in the message).
+#: The command fields that move no wheel: the name in Commands, and the name in the message.
 UNUSED_FIELDS = (('sideways', 'linear.y'), ('upward', 'linear.z'), ('rolling', 'angular.x'),
                  ('pitching', 'angular.y'))
 

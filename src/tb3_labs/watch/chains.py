@@ -7,8 +7,8 @@ from tb3_labs.watch.variables import bare_name
 
 
 class SheetStep(NamedTuple):
-    """A numbered step of a section of a lab sheet, or the whole section if `step` is 0. The section
-    is found by its heading."""
+    """A place in a lab sheet: the section with this `heading`, or one numbered `step` of it. For
+    the whole section `step` is 0."""
 
     sheet: str
     heading: str
@@ -46,8 +46,8 @@ TURN_STEP, DRIVE_STEP, CONTROL_STEP = (
 TURN_PARTS = ('turns', 'both')
 DRIVE_PARTS = ('drive', 'reset')
 CONTROL_PARTS = (*DRIVE_PARTS, 'control')
-#: For each lab with a chain, the links of the chain, in order. The gamepad and the mouse have no
-#: chain. Their criteria move one input at a time, so that the criterion itself names the mistake.
+#: {lab: links of its chain, in order}. The gamepad and the mouse have no chain. Their criteria move
+#: one input at a time, so that the criterion itself names the mistake.
 CHAINS: Dict[str, Sequence[Link]] = {
     'imu': (
         Link('Turn the robot once around by hand: over which range does the printed number run, '

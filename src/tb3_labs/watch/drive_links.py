@@ -17,7 +17,7 @@ from tb3_labs.watch.drive_states import (
     control_intervals, local_frames, own_pose, state_intervals)
 from tb3_labs.watch.variables import shortened_value
 
-#: The tolerance of each state [rad or m].
+#: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
 #: The gain of each rotation [1/s].

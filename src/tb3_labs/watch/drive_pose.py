@@ -21,9 +21,9 @@ from tb3_labs.watch.variables import (
 
 #: A variable with fewer values in a frame is not judged.
 MIN_VALUES = 10
-#: Longer delays between a quantity and a variable are not found [s].
+#: A delay between a quantity and a variable is found up to this length [s].
 MAX_DELAY = 60.0
-#: The scale of all quantities here. Two places or angles are equal up to POSE_TOLERANCE.
+#: All quantities here have this scale, so that two places or angles are equal up to POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / SAME_SHARE
 
 

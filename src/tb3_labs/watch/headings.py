@@ -19,7 +19,7 @@ from tb3_labs.watch.variables import (
 #: tolerance that is larger by this factor. On a busy computer samples come late, or are lost. A
 #: node may also cut or round its heading to whole degrees.
 COARSE_FACTOR = 30.0
-#: Longer delays between a heading and a variable are not found [s].
+#: A delay between a heading and a variable is found up to this length [s].
 MAX_HEADING_DELAY = 20.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: The ranges that a node may give to a yaw from -180 to 180 degrees. Each formula gets the yaw and

@@ -105,17 +105,17 @@ def letter_turns(node_run: NodeRun) -> List[NodeTurn]:
     """Returns the NodeTurn of each letter l or r of a run. If the recording has no letters,
     `turning` shows when the letters were typed."""
     run = node_run.run
-    letters = [(time, LETTER_OF_SIDE.get(side, '')) for time, side in zip(
-        run.letters.arrival, run.letters.value)]
-    if not letters:
-        letters = [(time, UNKNOWN_LETTER) for time in unrecorded_letters(node_run)]
-    ends = [time for time, _ in letters[1:]] + [run.duration]
-    found = []
-    for (begin, letter), end in zip(letters, ends):
+    times = run.letters.arrival
+    letters = [LETTER_OF_SIDE.get(side, '') for side in run.letters.value]
+    if not len(times):
+        times = unrecorded_letters(node_run)
+        letters = [UNKNOWN_LETTER] * len(times)
+    turns = []
+    for begin, letter, end in zip(times, letters, [*times[1:], run.duration]):
         cut = min(mouse_moved_at(run.mouse, begin), node_run.end_after(begin), end)
         if letter and cut > begin:
-            found.append(turn_of(node_run, begin, cut, cut < end, letter))
-    return found
+            turns.append(turn_of(node_run, begin, cut, letter, is_cut=cut < end))
+    return turns
 
 
 def mouse_moved_at(mouse: Any, begin: float) -> float:
@@ -142,7 +142,7 @@ def unrecorded_letters(node_run: NodeRun) -> np.ndarray:
     return becomes_true - 2.0 * READING_PERIOD
 
 
-def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: str) -> NodeTurn:
+def turn_of(node_run: NodeRun, begin: float, end: float, letter: str, is_cut: bool) -> NodeTurn:
     """Returns the NodeTurn of a letter. If the node has no usable heading, the correct heading and
     the correct goal are used instead."""
     series, heading, _ = node_run.cached(own_heading)
@@ -168,5 +168,7 @@ def turn_of(node_run: NodeRun, begin: float, end: float, is_cut: bool, letter: s
         last_moment = np.nextafter(end, 0.0)
         goals = np.array([goal.at(min(max(time, read_at) + READING_PERIOD, last_moment))
                           for time in times])
-    return NodeTurn(begin, end, is_cut, letter, begin_yaw, goal_before, goal_after, times,
-                    commands.angular, goals, yaws, (goals - yaws) / heading.per_degree)
+    return NodeTurn(
+        begin=begin, end=end, is_cut=is_cut, letter=letter, begin_yaw=begin_yaw,
+        goal_before=goal_before, goal_after=goal_after, time=times, command=commands.angular,
+        goal=goals, heading=yaws, difference=(goals - yaws) / heading.per_degree)

@@ -26,14 +26,14 @@ from types import FunctionType, ModuleType
 READ_PAUSE, SEARCH_PAUSE = 0.05, 0.25
 #: The searches for objects take at most this share of the time.
 SEARCH_SHARE = 0.003
-#: The largest numbers of variables, objects, and objects of one class that are shown.
+#: At most this many variables, objects, and objects of one class are shown.
 MAX_SHOWN, MAX_OBJECTS, MAX_OF_A_CLASS = 40, 20, 3
 #: A longer text is cut [characters].
 MAX_VALUE_LENGTH = 200
 #: The repr() of values of SIMPLE_TYPES is shown. Values of HIDDEN_TYPES are not shown.
 SIMPLE_TYPES = {bool, float, type(None)}
 HIDDEN_TYPES = {FunctionType, ModuleType, type, property, staticmethod, classmethod}
-#: The parts of an object, and their parts, are shown down to this depth.
+#: The parts of an object, and the parts of these parts, are shown down to this depth.
 MAX_NESTED = 3
 
 
