@@ -230,7 +230,7 @@ def test_a_reset_soon_after_the_goal_begins_the_next_drive(seconds, accused):
     run = played()
     at = float(run.commands.arrival[run.commands.angular != 0.0][5])
     node_run = NodeRun(replace(run, control=Numbers.none()))
-    node_run.cached = lambda function: [StateInterval('GOAL_REACHED', at, at + seconds, '', *3 * [np.empty(0)], None)]
+    node_run.cached = lambda function: [StateInterval('GOAL_REACHED', at, at + seconds, '', None, None)]
     assert any(not_silent(node_run)) is accused
 
 

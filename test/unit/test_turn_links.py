@@ -239,16 +239,6 @@ def test_a_right_node_with_a_queue_is_not_accused():
 TIMES = np.arange(0.0, 12.0, 0.01)
 
 
-def orientation(knots):
-    """The quaternion of an IMU, tilted by 0.7 and -0.4 degrees, that turns from knot to knot [rad]."""
-    yaw = np.interp(TIMES, np.linspace(0.0, TIMES[-1], len(knots)), knots)
-    roll, pitch = math.radians(0.7), math.radians(-0.4)
-    cr, sr, cp, sp = math.cos(roll / 2), math.sin(roll / 2), math.cos(pitch / 2), math.sin(pitch / 2)
-    cy, sy = np.cos(yaw / 2), np.sin(yaw / 2)
-    return (cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy)
-
-
 def test_a_value_is_not_late_while_the_sensor_is_silent():
     """The last value stays in a silence of 3 s; then a late node has it for 0.7 s too long. A tenth of the values may
     have longer delays."""
@@ -263,7 +253,8 @@ def test_a_value_is_not_late_while_the_sensor_is_silent():
 
 
 def test_only_headings_are_usable_in_any_range():
-    quaternion = orientation([-3.0, 3.0, -6.0])
+    yaw = np.interp(TIMES, (0.0, 6.0, 12.0), (-3.0, 3.0, -6.0))
+    quaternion = np.cos(yaw / 2.0), 0.0 * yaw, 0.0 * yaw, np.sin(yaw / 2.0)
     right, *others = heading_candidates(NodeRun(made(imu=ImuSamples(TIMES, TIMES, TIMES, TIMES, *quaternion))))
     usable = [each.name for each in [right, *others] if is_usable_heading(each, right)]
     assert usable[0] == 'the heading, from 0 to 360 degrees'

@@ -53,7 +53,7 @@ class DiagnosticArray:
 class DiagnosticStatus:
     def __init__(self, name): self.name, self.values = name, []
 class KeyValue:
-    def __init__(self, key): self.key, self.value = key, ''
+    def __init__(self, key, value): self.key, self.value = key, value
 '''}
 
 

@@ -20,6 +20,8 @@ from tb3_labs.watch.variables import shortened_value
 #: The tolerance of each state, an angle [rad] or a distance [m].
 TOLERANCES = {ROTATE_TO_GOAL: ANGLE_TOLERANCE, MOVE_FORWARD: DISTANCE_TOLERANCE,
               ROTATE_TO_FINAL: ANGLE_TOLERANCE}
+#: At a larger heading error, near half a turn, both signs of a command are correct [rad].
+MAX_CLEAR_ERROR = 3.0
 #: The gain of each rotation [1/s].
 GAINS = {ROTATE_TO_GOAL: GAIN_TO_GOAL, ROTATE_TO_FINAL: GAIN_TO_FINAL}
 
@@ -85,7 +87,7 @@ def heading_errors(node_run: NodeRun, part: StateInterval) -> Iterator[Tuple[str
         targets.reverse()
     targets += [('atan2(dx, dy)', np.arctan2(dx, dy)), ('atan(dy / dx)', np.arctan(dy / dx))]
     yaw, imu = part.pose.yaw, node_run.run.imu
-    latest = last_before(imu.arrival, part.time).clip(0)
+    latest = last_before(imu.arrival, part.commands.arrival).clip(0)
     yaws = [('local_yaw', yaw), ('the yaw of the IMU', imu.yaw[latest]), ('0', np.zeros_like(yaw))]
     for (target, angle), (heading, turned) in product(targets, yaws):
         yield f'{target} - {heading}', wrap_all(angle - turned)
@@ -96,11 +98,12 @@ def fitted_formula(node_run: NodeRun, part: StateInterval) -> Tuple[str, float]:
     """Returns (formula, gain) of the heading error that the commands of a rotation follow. An error
     with the handout's gain is preferred. `formula` is '' if the commands follow no error."""
     requested = GAINS[part.state]
+    angular = part.commands.angular
     another = '', requested
     for formula, error in heading_errors(node_run, part):
-        is_clear = is_one_sided(error) | ('not normalized' in formula)
-        is_used = (part.angular != 0.0) & (error != 0.0) & is_clear
-        command, error = part.angular[is_used], error[is_used]
+        is_clear = (np.abs(error) < MAX_CLEAR_ERROR) | ('not normalized' in formula)
+        is_used = (angular != 0.0) & (error != 0.0) & is_clear
+        command, error = angular[is_used], error[is_used]
         if len(error) < 5:
             continue
         gain = float(np.median(command / error))
@@ -141,7 +144,7 @@ def unknown_state(part: StateInterval) -> Iterator[BrokenLink]:
 
 def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     """Yields the wrong commands of a state, or the lack of commands."""
-    if not len(part.time):
+    if not len(part.commands):
         # after a reset, a node may wait for both sensors
         first = max(min(samples.between(part.begin, part.end).arrival, default=np.inf)
                     for samples in (node_run.run.imu, node_run.run.odometry))
@@ -149,7 +152,7 @@ def wrong_command(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink
             yield BrokenLink(f'in {part.state} no command came for {part.end - part.begin:.1f} s',
                              part.begin)
     elif part.state == MOVE_FORWARD:
-        speed = np.median(part.linear)
+        speed = np.median(part.commands.linear)
         if speed <= 0.0 or speed > MAX_LINEAR_SPEED + 0.01:
             yield BrokenLink(f'in {part.state} linear.x was {speed:.2f}, by the handout it is '
                              f'{DRIVE_SPEED:g}', part.begin, 'linear.x')
@@ -161,25 +164,21 @@ def wrong_rotation(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLin
     """Yields turning commands that follow a wrong error, or have a wrong sign, or are zero."""
     formula, gain = fitted_formula(node_run, part)
     correct, error = next(heading_errors(node_run, part))
+    angular = part.commands.angular
     text = f'in {part.state} angular.z was '
     if formula and (formula != correct or gain < 0.0):
         yield BrokenLink(f'{text}{gain:.2g} x ({formula}); by the handout it is '
                          f'{GAINS[part.state]:g} x ({correct})', part.begin, 'angular.z')
-    is_wrong = part.angular * error < 0.0
-    if not part.angular.any():
-        is_wrong = part.angular == 0.0
+    is_wrong = angular * error < 0.0
+    if not angular.any():
+        is_wrong[:] = True
     is_large = np.abs(error) > 2.0 * TOLERANCES[part.state]
-    wrong = np.flatnonzero(is_wrong & is_large & is_one_sided(error))
+    is_clear = np.abs(error) < MAX_CLEAR_ERROR
+    wrong = np.flatnonzero(is_wrong & is_large & is_clear)
     if len(wrong) > 2:
         k = wrong[0]
-        yield BrokenLink(f'{text}{part.angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
-                         part.time[k], 'angular.z')
-
-
-def is_one_sided(error: np.ndarray) -> np.ndarray:
-    """Is an error [rad] less than half a turn? At half a turn, both signs of a command are
-    correct."""
-    return np.abs(error) < 3.0
+        yield BrokenLink(f'{text}{angular[k]:+.2f} for an error of {error[k]:+.2f} rad',
+                         part.commands.arrival[k], 'angular.z')
 
 
 def early_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
@@ -187,9 +186,8 @@ def early_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     passed: Sequence[str] = ()
     if part.next_state in STATES:
         passed = STATES[STATES.index(part.state):STATES.index(part.next_state)]
-    last = node_run.reading_times[node_run.reading_times <= part.end][-1:]
     for state in passed:
-        error = own_pose(node_run, last).error(state)[0]
+        error = own_pose(node_run, np.array([part.end])).error(state)[0]
         if error > TOLERANCES[state] + POSE_TOLERANCE:
             yield BrokenLink(f'state went from {part.state} to {part.next_state} at '
                              + error_text(state, error), part.end, 'state')
@@ -204,8 +202,8 @@ def missing_end(node_run: NodeRun, part: StateInterval) -> Iterator[BrokenLink]:
     if not len(near) or part.end - times[near[0]] <= 1.0:
         return
     is_passed = error[near[0]:].max() > tolerance + POSE_TOLERANCE
-    later_turns = part.angular[part.time > times[near[0]] + MAX_PROBE_LAG]
-    if is_passed or not later_turns.any():
+    later = part.commands.arrival > times[near[0]] + MAX_PROBE_LAG
+    if is_passed or not part.commands.angular[later].any():
         yield BrokenLink(
             f'state stayed {part.state} at ' + error_text(part.state, error[near[-1]]),
             times[near[-1]], 'state')
@@ -249,5 +247,5 @@ def command_text(sent: Any, k: int) -> str:
 def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that come too seldom."""
     for part in node_run.cached(state_intervals):
-        if len(part.time) > 3 and part.state in TOLERANCES:
-            yield from slow_commands(part.time, part.begin)
+        if len(part.commands) > 3 and part.state in TOLERANCES:
+            yield from slow_commands(part.commands.arrival, part.begin)

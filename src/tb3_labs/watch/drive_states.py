@@ -4,7 +4,7 @@ Transformation lab, from the node's own variables.
 A local frame starts at each start of the node and at each reset. Here, places are complex numbers,
 x + iy, so that a rotation is a product.
 """
-from typing import List, NamedTuple, Tuple
+from typing import Any, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -140,16 +140,14 @@ def control_intervals(node_run: NodeRun) -> List[Tuple[float, float, float]]:
 
 class StateInterval(NamedTuple):
     """A time in which the node is in one state and has control. `begin` and `end` are the times of
-    the first and the last reading in it [s]. `next_state` is '' if it is not known. The arrays have
-    the `time`, linear.x and angular.z of each command, and `pose` is the Pose at these times."""
+    the first and the last reading in it [s]. `next_state` is '' if it is not known. `pose` is the
+    Pose at the times of the `commands`."""
 
     state: str
     begin: float
     end: float
     next_state: str
-    time: np.ndarray
-    linear: np.ndarray
-    angular: np.ndarray
+    commands: Any
     pose: Pose
 
 
@@ -175,6 +173,5 @@ def state_intervals(node_run: NodeRun) -> List[StateInterval]:
         commands = sent.take((sent.arrival > first - SHORT_LAG / 2.0) & (sent.arrival <= last))
         intervals.append(StateInterval(
             state=str(part.text[-1]), begin=first, end=last, next_state=next_state,
-            time=commands.arrival, linear=commands.linear, angular=commands.angular,
-            pose=own_pose(node_run, commands.arrival)))
+            commands=commands, pose=own_pose(node_run, commands.arrival)))
     return intervals

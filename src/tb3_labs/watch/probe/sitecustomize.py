@@ -145,17 +145,16 @@ class WatchedNode:
         for name, value in held.items():
             if len(shown) >= MAX_SHOWN:
                 return
-            try:
+            with suppress(Exception):       # the other values are shown if one cannot be read
                 if type(value) in HIDDEN_TYPES or name.startswith('__'):
                     continue
                 # the private name _Class__name is shown as __name
                 name = name.replace(f"_{owner.lstrip('_')}__", '__')
                 for path, text in self._texts(name, value, known):
-                    path = path if path not in shown else f'{owner}.{path}'
+                    if path in shown:
+                        path = f'{owner}.{path}'
                     if len(shown) < MAX_SHOWN:
                         shown.setdefault(sendable(path), text)
-            except Exception:       # the other values are shown if one cannot be read
-                pass
 
     def _texts(self, name, value, known, depth=0):
         """Yields (name, text) of a simple value, or of each part of a message or an object."""
@@ -238,30 +237,21 @@ def run():
         if node is None and frames:
             node = WatchedNode(frames[0].f_globals)
         if node and publisher.get_num_connections():
-            shown = node.variables(frames)
-            # to make new KeyValues takes more time than to change their texts
-            if [each.key for each in status.values] != list(shown):
-                status.hardware_id = node.file
-                status.values = [KeyValue(key=name) for name in shown]
-            for each, text in zip(status.values, shown.values()):
-                each.value = text
+            status.hardware_id = node.file
+            status.values = [KeyValue(*each) for each in node.variables(frames).items()]
             message.header.stamp = rospy.Time.now()
             publisher.publish(message)
 
     while not rospy.is_shutdown():
         time.sleep(READ_PAUSE)
-        try:
+        with suppress(Exception):       # an error of the probe must not disturb the node
             read()
-        except Exception:       # an error of the probe must not disturb the node
-            pass
 
 
 def run_quietly():
     """Call run(). Print no traceback if a library is missing or the master has ended."""
-    try:
+    with suppress(Exception):
         run()
-    except Exception:
-        pass
 
 
 if __name__ == 'sitecustomize':
