@@ -124,16 +124,16 @@ def wrong_reference(node_run: NodeRun, frame: Frame, name: str) -> Iterator[Brok
     part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
     if len(set(part.text)) != 1:
         return
-    text, is_yaw = shortened_value(part.text[0]), 'yaw' in name
+    text = shortened_value(part.text[0])
     error = part.value[0] - correct
-    if is_yaw:
+    if 'yaw' in name:
         error = wrap(error)
     if abs(error) <= POSE_TOLERANCE:
         return
     behaviours = []
     if frame.is_reset and series.text_at(frame.begin - SHORT_LAG) == part.text[0]:
         behaviours.append('stayed ' + text)
-    if is_yaw:
+    elif 'yaw' in name:
         behaviours += [
             f'followed {each.name} at the reset' for each in yaw_readings(run.imu, run.odometry)
             if abs(wrap(part.value[0] - each.at(frame.begin))) <= POSE_TOLERANCE]

@@ -31,8 +31,7 @@ def wrong_heading(node_run: NodeRun) -> Iterator[BrokenLink]:
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
-    """Yields goal_yaw if a letter did not set it to curr_yaw plus or minus 90 degrees, or if it
-    changed during a turn."""
+    """Yields goal_yaw if a letter did not set it to curr_yaw plus or minus 90 degrees."""
     series, quantity, _ = node_run.cached(own_heading)
     goal, turning = node_run.variable('goal_yaw'), node_run.boolean_variable('turning')
     if series is None or quantity is None or goal is None:
@@ -42,33 +41,23 @@ def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:
     for turn in node_run.cached(letter_turns):
         if turning is not None and turning.at(turn.begin) == 1.0:
             continue        # the node is still in the previous turn, and has not read the letter
-        after = to_number(turn.goal_after)
-        change_deg = float(wrap_all((after - turn.begin_yaw) / unit, 360.0))
+        change = (to_number(turn.goal_after) - turn.begin_yaw) / unit
+        change_deg = float(wrap_all(change, 360.0))
         asked_deg = TURNS_DEG.get(turn.letter, float(np.copysign(TURN_DEG, change_deg)))
         if abs(wrap_all(change_deg - asked_deg, 360.0)) <= GOAL_TOLERANCE_DEG:
             correct_turn = correct_turn or turn
-            yield from moving_goal(turn, goal.name, after, GOAL_TOLERANCE_DEG * unit)
             continue
-        change = 'stayed' if turn.goal_before == turn.goal_after else 'became'
+        behaviour = 'stayed' if turn.goal_before == turn.goal_after else 'became'
         correct_goal = f'{TURN_DEG * unit:g} more or less'
         if turn.letter != UNKNOWN_LETTER:
             correct_goal = f'{(turn.begin_yaw + asked_deg * unit) % (360.0 * unit):.4g}'
         message = should_be(
-            f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} {change} '
-            f'{shortened_value(turn.goal_after)}', correct_goal)
+            f'after {turn.letter}, with {series.name} {turn.begin_yaw:.4g}, {goal.name} '
+            f'{behaviour} {shortened_value(turn.goal_after)}', correct_goal)
         if correct_turn is not None:
             message += (f'; after {correct_turn.letter} with {correct_turn.begin_yaw:.4g} '
                         'it was right')
         yield BrokenLink(message, turn.begin, goal.name)
-
-
-def moving_goal(turn: NodeTurn, name: str, after: float, tolerance: float) -> Iterator[BrokenLink]:
-    """Yields goal_yaw if it leaves its value `after` the letter while the node turns."""
-    goals = turn.goal[turn.moving_indices]
-    changes_often = len(set(goals)) > 5
-    if changes_often and abs(goals[-1] - after) > tolerance:
-        yield BrokenLink(f'{name} went on from {after:.4g} to {goals[-1]:.4g} in the turn after '
-                         f'{turn.letter}; it should stay', turn.begin, name)
 
 
 def not_turning(node_run: NodeRun) -> Iterator[BrokenLink]:
