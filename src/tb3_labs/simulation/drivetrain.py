@@ -81,7 +81,7 @@ class Drivetrain:
             if self._left_goal or self._right_goal:
                 self._roll(self._left_goal * dt, self._right_goal * dt)
             return
-        arcs = math.ceil(dt / MAX_ARC_TIME - 1e-9) or 1
+        arcs = max(1, math.ceil(dt / MAX_ARC_TIME - 1e-9))
         dt /= arcs
         decay = math.exp(-dt / self._lag)
         excess_time = self._lag * (1.0 - decay)

@@ -36,7 +36,7 @@ MAX_CATCH_UP = 0.5
 #: sensors as silent.
 MAX_CATCH_UP_ON_CLOCK = 0.02
 GRAVITY = 9.80665  # [m/s^2]
-#: The tilt of the board of a recorded robot [rad].
+#: The board of a recorded robot was tilted by these angles [rad].
 ROLL = math.radians(0.7)
 PITCH = math.radians(0.4)
 
@@ -221,10 +221,13 @@ def make_publisher(topic, kind, **options):
 
 def imu_message(sample, stamp, frame_id):
     """Returns the sensor_msgs/Imu of a robot on a level floor."""
-    return Imu(_header(stamp, frame_id), to_quaternion(sample.yaw, ROLL, PITCH),
-               ORIENTATION_COVARIANCE,
-               Vector3(0.0, 0.0, sample.yaw_rate), ANGULAR_VELOCITY_COVARIANCE,
-               Vector3(*ACCELERATION_AT_REST), LINEAR_ACCELERATION_COVARIANCE)
+    return Imu(header=_header(stamp, frame_id),
+               orientation=to_quaternion(sample.yaw, ROLL, PITCH),
+               orientation_covariance=ORIENTATION_COVARIANCE,
+               angular_velocity=Vector3(0.0, 0.0, sample.yaw_rate),
+               angular_velocity_covariance=ANGULAR_VELOCITY_COVARIANCE,
+               linear_acceleration=Vector3(*ACCELERATION_AT_REST),
+               linear_acceleration_covariance=LINEAR_ACCELERATION_COVARIANCE)
 
 
 def odometry_message(sample, stamp, frame_id, child_frame_id):
@@ -239,7 +242,8 @@ def odometry_message(sample, stamp, frame_id, child_frame_id):
 
 def joint_message(angles, speeds, stamp, frame_id):
     """Returns the sensor_msgs/JointState of the two wheels, the left wheel first."""
-    return JointState(_header(stamp, frame_id), WHEEL_JOINTS, angles, speeds, [0.0, 0.0])
+    return JointState(header=_header(stamp, frame_id), name=WHEEL_JOINTS, position=angles,
+                      velocity=speeds, effort=[0.0, 0.0])
 
 
 def _header(stamp, frame_id):

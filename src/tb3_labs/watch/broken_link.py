@@ -153,4 +153,4 @@ def other_field_text(node_run: NodeRun) -> str:
     """Returns a clause on the first field that is not 0, apart from angular.z; '' if there is no
     such field."""
     clause = wrong_field(node_run.commands, (*UNUSED_FIELDS, ('linear', 'linear.x')))
-    return clause and '; ' + clause
+    return f'; {clause}' if clause else ''

@@ -47,17 +47,16 @@ def state_not_reset(node_run: NodeRun) -> Iterator[BrokenLink]:
     if series is None:
         return
     for frame in node_run.cached(local_frames):
+        state = series.text_at(frame.begin - SHORT_LAG)
+        soon = series.between(frame.begin, frame.begin + MAX_PROBE_LAG).text
         part = series.between(frame.begin + MAX_PROBE_LAG, frame.end)
-        soon = series.between(frame.begin - SHORT_LAG, frame.begin + MAX_PROBE_LAG).text
-        if not frame.is_reset or not len(part.text) or ROTATE_TO_GOAL in soon:
+        is_kept = state in STATES[1:] and state in part.text[:1] and ROTATE_TO_GOAL not in soon
+        if not frame.is_reset or not is_kept:
             continue
-        stayed = series.text_at(frame.begin - SHORT_LAG) == part.text[0]
         error = own_pose(node_run, part.time[:1]).error(ROTATE_TO_GOAL)[0]
-        must_rotate = error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE
-        if must_rotate and stayed and part.text[0] in STATES[1:]:
-            yield BrokenLink(
-                should_be(f'{frame.clause}{series.name} stayed {part.text[0]}', ROTATE_TO_GOAL),
-                frame.begin, series.name)
+        if error > TOLERANCES[ROTATE_TO_GOAL] + POSE_TOLERANCE:
+            yield BrokenLink(should_be(f'{frame.clause}{series.name} stayed {state}',
+                                       ROTATE_TO_GOAL), frame.begin, series.name)
 
 
 def wrong_goal(node_run: NodeRun) -> Iterator[BrokenLink]:

@@ -6,15 +6,18 @@ import numpy as np
 from tb3_labs.geometry.arrays import wrap_all
 from tb3_labs.handout import HDG_TOL, MAX_ANG_Z, TURN_DEG
 from tb3_labs.watch.broken_link import (
-    MAX_COMMAND_GAP, BrokenLink, NodeRun, other_field_text, should_be, slow_commands)
+    BrokenLink, NodeRun, other_field_text, should_be, slow_commands)
 from tb3_labs.watch.typed_turns import (
-    CLEAR_ERROR_DEG, MAX_EXCESS_DEG, READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn,
-    letter_turns, own_heading)
+    READING_PERIOD, TURNS_DEG, UNKNOWN_LETTER, NodeTurn, letter_turns, own_heading)
 from tb3_labs.watch.variables import shortened_value, to_number
 
 #: A goal_yaw is correct if it differs by at most this from the correct angle [deg]. A node that
 #: turns by itself or by the mouse may read the letter some degrees later.
 GOAL_TOLERANCE_DEG = 10.0
+#: The side of an error is clear if the error is farther than this from 0 and from 180 [deg].
+CLEAR_ERROR_DEG = 20.0
+#: The error at the end of a turn may exceed the handout's tolerance by this [deg].
+MAX_EXCESS_DEG = 4.0
 #: A node sends the first command of a turn within this time after the letter [s].
 FIRST_COMMAND_TIME = 0.4
 #: A node ends its turn within this time after the error is half the handout's tolerance [s].
@@ -85,11 +88,12 @@ def too_seldom(node_run: NodeRun) -> Iterator[BrokenLink]:
             span = slice(moving[0], moving[-1] + 1)
             is_zero = turn.command[span] == 0.0
             yield from slow_commands(turn.time[span], turn.begin)
-            if (np.diff(is_zero.astype(int)) > 0).sum() >= 3:
+            becomes_zero = is_zero[1:] & ~is_zero[:-1]
+            if becomes_zero.sum() >= 3:
                 yield BrokenLink(
                     f'{is_zero.sum()} of {len(is_zero)} commands in the turn after {turn.letter} '
                     'were zero: another callback publishes, too', turn.begin)
-        elif len(moving) and not turn.is_ended and turn.end - turn.time[-1] > MAX_COMMAND_GAP:
+        elif turn.lacks_zero:
             often = 'once' if len(moving) == 1 else 'twice'
             yield BrokenLink(f'after {turn.letter} the command {turn.command[-1]:+.2f} rad/s came '
                              f'{often}, and then none', turn.begin)
@@ -111,8 +115,10 @@ def wrong_side(node_run: NodeRun) -> Iterator[BrokenLink]:
     """Yields commands that turn away from the goal."""
     wrong = []
     for turn in node_run.cached(letter_turns):
-        turns_away = turn.command * turn.error < 0.0
-        wrong += [(turn, k) for k in turn.clear_indices if turns_away[k]]
+        size = np.abs(turn.error)
+        is_clear = (size > CLEAR_ERROR_DEG) & (size < 180.0 - CLEAR_ERROR_DEG)
+        turns_away = (turn.command * turn.error < 0.0) & (np.abs(turn.command) > 0.02)
+        wrong += [(turn, k) for k in np.flatnonzero(is_clear & turns_away)]
     if len(wrong) >= 2:
         turn, k = wrong[0]
         yield BrokenLink(turn.command_text(k), turn.time[k], 'angular.z')
@@ -156,7 +162,7 @@ def wrong_last_command(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink
                 f'the turn after {turn.letter} was ended at an error of {error:+.0f} degrees; '
                 f'{HDG_TOL:g} are the tolerance{own_tolerance_text(node_run)}',
                 turn.time[last + 1], 'turning')
-    elif turn.end - turn.time[last] > MAX_COMMAND_GAP:
+    elif turn.lacks_zero:
         yield BrokenLink(f'no zero followed the last command of the turn after {turn.letter}: '
                          + turn.command_text(last), turn.time[last], 'angular.z')
 
@@ -173,8 +179,8 @@ def late_stop(node_run: NodeRun, turn: NodeTurn) -> Iterator[BrokenLink]:
     time_inside = turn.time[last] - begin
     # a node with a finer tolerance comes nearer to the goal before it ends the turn
     stays_inside = size[first:].max() < HDG_TOL
-    ends = turn.is_ended or turn.is_cut
-    is_fine_stop = ends and stays_inside and time_inside < FINE_STOP_TIME
+    is_over = turn.is_ended or turn.is_cut
+    is_fine_stop = is_over and stays_inside and time_inside < FINE_STOP_TIME
     if time_inside > MAX_STOP_TIME and not is_fine_stop:
         yield BrokenLink(f'{turn.command_text(first)}, and the turn after {turn.letter} went on'
                          + own_tolerance_text(node_run), begin, 'turning')

@@ -6,7 +6,7 @@ import numpy as np
 
 from tb3_labs.geometry.arrays import last_before, wrap_all
 from tb3_labs.handout import LEFT_KEY, MOUSE_DEAD_ZONE, RIGHT_KEY, TURN_DEG
-from tb3_labs.watch.broken_link import BrokenLink, NodeRun
+from tb3_labs.watch.broken_link import MAX_COMMAND_GAP, BrokenLink, NodeRun
 from tb3_labs.watch.headings import broken_heading, followed_quantity, heading_candidates
 from tb3_labs.watch.variables import Quantity, Series
 
@@ -14,10 +14,6 @@ from tb3_labs.watch.variables import Quantity, Series
 LETTER_DELAY = 3.0
 #: The probe reads the variables of a node about once in this time [s].
 READING_PERIOD = 0.06
-#: The side of an error is clear if the error is farther than this from 0 and from 180 [deg].
-CLEAR_ERROR_DEG = 20.0
-#: The error at the end of a turn may exceed the handout's tolerance by this [deg].
-MAX_EXCESS_DEG = 4.0
 #: The letter of a turn whose letter was not recorded.
 UNKNOWN_LETTER = 'a letter'
 #: The letter of each value in RunData.letters, and the requested angle of each letter [deg].
@@ -63,14 +59,13 @@ class NodeTurn:
     @property
     def is_ended(self) -> bool:
         """Does a zero follow the last command that turns?"""
-        return not self.command[-1]
+        return len(self.moving_indices) > 0 and not self.command[-1]
 
     @property
-    def clear_indices(self) -> np.ndarray:
-        """The indices of the commands that turn while the side of the error is clear."""
-        size = np.abs(self.error)
-        is_clear = (size > CLEAR_ERROR_DEG) & (size < 180.0 - CLEAR_ERROR_DEG)
-        return np.flatnonzero(is_clear & (np.abs(self.command) > 0.02))
+    def lacks_zero(self) -> bool:
+        """Does the node still turn, and send no more commands?"""
+        is_moving = len(self.moving_indices) > 0 and not self.is_ended
+        return is_moving and self.end - self.time[-1] > MAX_COMMAND_GAP
 
     def command_text(self, k: int) -> str:
         """Returns a clause on command `k` and its error. If the difference is more than half a

@@ -130,7 +130,8 @@ def sample_ages(series: Series, quantity: Quantity, longest: float = RECENT_TIME
     if not len(times) or not len(readings):
         return np.full(len(readings), np.inf)
     step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
-    most = min(len(times), int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2)
+    recent_samples = int((longest + ARRIVAL_LEAD) / max(step, 1e-3)) + 2
+    most = min(len(times), recent_samples)
     # in each array a row is a reading, and a column is a sample, newest first
     newest = last_before(times, readings + ARRIVAL_LEAD)
     sample = newest[:, None] - np.arange(most)

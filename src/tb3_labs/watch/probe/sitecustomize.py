@@ -44,7 +44,8 @@ def leave_the_path():
     folders = os.environ.get('PYTHONPATH', '').split(os.pathsep)
     left = os.pathsep.join(folder for folder in folders if folder != own)
     os.environ.pop('PYTHONPATH', None)
-    os.environ.update({'PYTHONPATH': left} if left else {})
+    if left:
+        os.environ['PYTHONPATH'] = left
     this = sys.modules.pop(__name__)
     try:
         import sitecustomize    # noqa: F401
