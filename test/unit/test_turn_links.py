@@ -246,10 +246,10 @@ def test_a_value_is_not_late_while_the_sensor_is_silent():
     quantity = Quantity('the time', samples, samples, 1.0)
     read = np.arange(1.0, 11.9, 0.05)
     kept = Series('kept', read, read, samples[np.searchsorted(samples, read, 'right') - 1])
-    assert matching_quantities(kept, [quantity]) == [quantity] and longest_delay(kept, quantity, 8.0) < 0.01
+    assert matching_quantities(kept, [quantity]) == [quantity] and longest_delay(kept, quantity) < 0.01
     late = kept.take(read >= 7.0)
     late.value[:14] = samples[samples < 4.0][-1]
-    assert matching_quantities(late, [quantity]) == [] and 0.1 < longest_delay(late, quantity, 8.0) < 0.2
+    assert matching_quantities(late, [quantity]) == [] and 0.1 < longest_delay(late, quantity) < 0.2
 
 
 def test_only_headings_are_usable_in_any_range():

@@ -21,8 +21,6 @@ from tb3_labs.watch.variables import (
 
 #: A variable with fewer values in a frame is not judged.
 MIN_VALUES = 10
-#: A delay between a quantity and a variable is found up to this length [s].
-MAX_DELAY = 60.0
 #: All quantities here have this scale, so that two places or angles are equal up to POSE_TOLERANCE.
 SCALE = POSE_TOLERANCE / SAME_SHARE
 
@@ -179,5 +177,5 @@ def behaviour_text(part: Series, correct: Quantity, others: List[Quantity]) -> s
     followed = matching_quantities(part, others, RIGHT_SHARE)
     if followed and moved > 2.0 * POSE_TOLERANCE:
         return 'followed ' + followed[0].name
-    delay = longest_delay(part, correct._replace(scale=1.0), MAX_DELAY)
+    delay = longest_delay(part, correct._replace(scale=1.0))
     return f'came up to {delay:.1f} s late' if delay < np.inf else 'followed no known quantity'

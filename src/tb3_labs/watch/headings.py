@@ -19,8 +19,6 @@ from tb3_labs.watch.variables import (
 #: tolerance that is larger by this factor. On a busy computer samples come late, or are lost. A
 #: node may also cut or round its heading to whole degrees.
 COARSE_FACTOR = 30.0
-#: A delay between a heading and a variable is found up to this length [s].
-MAX_HEADING_DELAY = 20.0
 HEADING_LINE = re.compile(PRINTED_HEADING.format(r'(-?[\d.]*\d(?:e[-+]?\d+)?)'))
 #: The ranges that a node may give to a yaw from -180 to 180 degrees. Each formula gets the yaw and
 #: a whole turn, both in the node's unit. A node may use the third formula after it has converted
@@ -123,7 +121,7 @@ def late_heading(series: Series, quantities: List[Quantity]) -> Optional[Quantit
     """Returns the first usable heading that a variable follows late, or None."""
     for quantity in quantities:
         if is_usable_heading(quantity, quantities[0]):
-            delay = longest_delay(series, quantity, MAX_HEADING_DELAY)
+            delay = longest_delay(series, quantity)
             if delay < np.inf:
                 name = f'{quantity.name}, up to {delay:.1f} s late'
                 return quantity._replace(name=name, per_degree=0.0)

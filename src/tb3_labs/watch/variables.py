@@ -19,8 +19,9 @@ from tb3_labs.geometry.arrays import last_before, last_until
 SAME_SHARE = 3e-4
 #: A variable follows a quantity if at least this share of its values comes from recent samples.
 FOLLOWING_SHARE = 0.98
-#: A variable follows a quantity with a delay if at least this share of its values does.
-DELAYED_SHARE = 0.9
+#: A variable follows a quantity with a delay if at least this share of its values comes at most
+#: MAX_DELAY [s] late.
+DELAYED_SHARE, MAX_DELAY = 0.9, 60.0
 #: A sample stays recent until this time after the arrival of the next sample [s]. The last sample
 #: always stays recent.
 RECENT_TIME = 0.5
@@ -163,8 +164,8 @@ def matching_quantities(series: Series, quantities: Iterable[Quantity],
             if np.isfinite(sample_ages(values, quantity)).mean() >= share - 1e-9]
 
 
-def longest_delay(series: Series, quantity: Quantity, longest: float) -> float:
+def longest_delay(series: Series, quantity: Quantity) -> float:
     """Returns the delay with which the DELAYED_SHARE of a variable's values follows a quantity [s];
-    inf if the delay exceeds `longest`, or the variable does not follow the quantity."""
-    ages = np.sort(sample_ages(subsampled(series), quantity, longest))
+    inf if the delay exceeds MAX_DELAY, or the variable does not follow the quantity."""
+    ages = np.sort(sample_ages(subsampled(series), quantity, MAX_DELAY))
     return float(ages[int(DELAYED_SHARE * (len(ages) - 1))]) if len(ages) else math.inf
